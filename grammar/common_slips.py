@@ -13,11 +13,11 @@ from itertools import pairwise
 
 from softmark.grammar import input_limits
 from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, Source, as_remedy, write
-from softmark.grammar.lalr_driver import END, accepted
+from softmark.grammar.lalr_driver import END, acceptable_kinds
 from softmark.grammar.lexer import BREAK, Token
-from softmark.grammar.parse_table import load, reserved
+from softmark.grammar.parse_table import load, reserved_words
 from softmark.grammar.statement_splitting import CLOSERS, OPENERS, WORDS, Chunk
-from softmark.grammar.tree import Span, between
+from softmark.grammar.tree import Span, span_between
 from softmark.records import dataclass
 
 VALUES = frozenset({"NAME", "PATH", "NUMBER", "STRING", "LPAR", "LSQB", "UNIT"})  # tokens that start a value
@@ -71,7 +71,7 @@ class Slip:
     @cached_property
     def accepts(self) -> frozenset[str]:
         """Kinds of token that would have been accepted."""
-        return accepted(load(), self.tokens[: self.index], self.start)
+        return acceptable_kinds(load(), self.tokens[: self.index], self.start)
 
     @cached_property
     def brackets(self) -> tuple[int, ...]:
@@ -130,7 +130,7 @@ class Slip:
 
     def over(self, text: str, first: int, last: int) -> Fix:
         """Return a fix that replaces tokens `first` to `last`, counted from the one that does not fit."""
-        return Fix(text, between(self.tokens[self.index + first].span, self.tokens[self.index + last].span))
+        return Fix(text, span_between(self.tokens[self.index + first].span, self.tokens[self.index + last].span))
 
     @property
     def shown(self) -> str:
@@ -163,7 +163,7 @@ def _second(slip: Slip) -> Diagnostic | None:
     return slip.say("E115", "a second declaration on one line", remedy, at=at)
 
 
-def _junk(slip: Slip) -> Diagnostic | None:
+def _report_junk(slip: Slip) -> Diagnostic | None:
     text = slip.found.text
     match slip.found.kind:
         case "UNCLOSED_STRING":
@@ -173,7 +173,7 @@ def _junk(slip: Slip) -> Diagnostic | None:
                 "E107", "a declaration ends at the end of its line, without `;`", Remedy("remove the `;`", Fix(""))
             )
         case "SLASHES" | "BLOCK_COMMENT":
-            remedy = Remedy("write `# ...`", _as_comment(slip))
+            remedy = Remedy("write `# ...`", _comment_fix(slip))
             return slip.say("E108", f"a comment starts with `#`, not with `{text[:2]}`", remedy)
         case "SINGLE_QUOTED":
             return slip.say("E109", "a text must be in double quotes", write(f'"{text.strip(chr(39))}"'))
@@ -188,7 +188,7 @@ def _junk(slip: Slip) -> Diagnostic | None:
     return None
 
 
-def _as_comment(slip: Slip) -> Fix | None:
+def _comment_fix(slip: Slip) -> Fix | None:
     """Return the fix that turns a foreign comment at the end of its line into one of this language."""
     text, end = slip.found.text, slip.found.end
     if re.search(BREAK, text) or not re.match(rf"[ \t]*(?:{BREAK}|\Z)", slip.source.text[end : end + FAR]):
@@ -225,7 +225,7 @@ def _foreign_word(slip: Slip) -> Diagnostic | None:
     return input_limits.foreign_word(slip.source, first, instead)
 
 
-def _unclosed(slip: Slip) -> Diagnostic | None:
+def _report_unclosed_bracket(slip: Slip) -> Diagnostic | None:
     if not slip.brackets or not slip.chunk.unclosed:
         return None
     starts_line = slip.found.line != slip.tokens[slip.index - 1].line
@@ -278,7 +278,7 @@ def _comma(slip: Slip) -> Diagnostic | None:
     return slip.say("E111", message, remedy)
 
 
-def _equal(slip: Slip) -> Diagnostic | None:
+def _report_missing_equals(slip: Slip) -> Diagnostic | None:
     """Report another token where `=` is required."""
     if "EQUAL" not in slip.accepts or not (_names_declaration(slip) or _names_argument(slip)):
         return None
@@ -308,7 +308,7 @@ def _names_argument(slip: Slip) -> bool:
     return slip.in_call and slip.kind(-1) == "NAME" and slip.kind(-2) in ("LPAR", "COMMA")
 
 
-def _operator(slip: Slip) -> Diagnostic | None:
+def _report_foreign_operator(slip: Slip) -> Diagnostic | None:
     """Report operators that are written differently here: `=<`, `=>`, `<==`, `**`, `<>`."""
     instead = {"=<": "<=", "=>": ">=", "**": "^", "<>": "!=", "===": "==", "!==": "!="}
     for pair in ((slip.index - 1, slip.index), (slip.index, slip.index + 1)):
@@ -316,12 +316,12 @@ def _operator(slip: Slip) -> Diagnostic | None:
             first, second = (slip.tokens[place] for place in pair)
             text = first.text + second.text
             if text in instead and first.end == second.start:
-                remedy = Remedy(f"write `{instead[text]}`", Fix(instead[text], between(first.span, second.span)))
+                remedy = Remedy(f"write `{instead[text]}`", Fix(instead[text], span_between(first.span, second.span)))
                 return slip.say("E101", f"there is no operator `{text}`", remedy, at=first)
     return None
 
 
-def _comparison(slip: Slip) -> Diagnostic | None:
+def _report_single_equals(slip: Slip) -> Diagnostic | None:
     """Report `=` after a complete expression."""
     if slip.found.kind != "EQUAL" or "COMPARE" not in slip.accepts:
         return None
@@ -343,13 +343,13 @@ def _comparison_in_argument(slip: Slip) -> Diagnostic | None:
     return slip.say("E117", "`=` assigns a value; to compare, write `==`", remedy)
 
 
-def _reserved(slip: Slip) -> Diagnostic | None:
+def _report_reserved_word(slip: Slip) -> Diagnostic | None:
     found = slip.found
-    if found.text not in reserved() or "NAME" not in slip.accepts or not slip.index:
+    if found.text not in reserved_words() or "NAME" not in slip.accepts or not slip.index:
         return None
     if "NUMBER" in slip.accepts and found.kind not in WORDS and slip.kind(1) != "EQUAL":
         return None
-    help = f"choose another name; reserved are {', '.join(f'`{word}`' for word in sorted(reserved()))}"
+    help = f"choose another name; reserved are {', '.join(f'`{word}`' for word in sorted(reserved_words()))}"
     return slip.say("E114", f"`{found.text}` is a reserved word", help)
 
 
@@ -363,7 +363,7 @@ def _unit_in_parts(slip: Slip) -> Diagnostic | None:
         if second.kind not in ("CIRCUMFLEX", "SIGN", "NUMBER") or first.end != second.start:
             break
         rest.append(second.text)
-    if slip.kind(1) in ("EQUAL", "LPAR") or found.text in reserved() or (slip.brackets and len(rest) == 1):
+    if slip.kind(1) in ("EQUAL", "LPAR") or found.text in reserved_words() or (slip.brackets and len(rest) == 1):
         return None
     unit, last = f"{slip.text(-1)}*{''.join(rest)}", len(rest) - 1
     return slip.say("E101", help=Remedy(f"join units with `*`: `{unit}`", slip.over(unit, -1, last)))
@@ -393,7 +393,7 @@ def _unit(slip: Slip) -> Diagnostic | None:
     return slip.say("E118", message, Remedy(f"multiply: `{factor}`", Fix(factor)))
 
 
-def _shape(slip: Slip) -> Diagnostic | None:
+def _report_declaration_start(slip: Slip) -> Diagnostic | None:
     """Report errors in the first words of a declaration."""
     if slip.start != "declaration" or slip.index > 1:
         return None
@@ -415,7 +415,7 @@ def _value(slip: Slip) -> Diagnostic | None:
     return slip.say("E129") if "NUMBER" in slip.accepts else None
 
 
-def _text(slip: Slip) -> Diagnostic | None:
+def _report_text(slip: Slip) -> Diagnostic | None:
     """Report errors in the path of a `use`, the title of a `scene`, and the words after them."""
     if slip.accepts == {"STRING"} and slip.kind(0) in ("NAME", "PATH"):
         return slip.say("E101", help=write(f'"{slip.text(0)}"'))
@@ -432,21 +432,21 @@ Check = Callable[[Slip], Diagnostic | None]
 CHECKS: tuple[Check, ...] = (
     _second,
     _foreign_word,
-    _equal,
-    _junk,
-    _unclosed,
+    _report_missing_equals,
+    _report_junk,
+    _report_unclosed_bracket,
     _wrong_closing,
     _brackets_without_items,
     _comma,
-    _operator,
-    _comparison,
-    _reserved,
+    _report_foreign_operator,
+    _report_single_equals,
+    _report_reserved_word,
     _unit_in_parts,
     _missing_comma,
     _unit,
-    _shape,
+    _report_declaration_start,
     _value,
-    _text,
+    _report_text,
     _anything_else,
 )
 
@@ -459,7 +459,7 @@ def second_declaration(tokens: Sequence[Token], index: int) -> int | None:
     for start in (index, index - 1):
         if start < 2 or not _opens(tokens[start : start + 3]):
             continue
-        if END in accepted(load(), tokens[:start], "declaration"):
+        if END in acceptable_kinds(load(), tokens[:start], "declaration"):
             return start
     return None
 

@@ -93,26 +93,26 @@ def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
     own: dict[str, Any] = {
         "code": diagnostic.code,
         "severity": diagnostic.severity,
-        "message": encodable(diagnostic.message),
-        "file": encodable(source.name) if source else None,
+        "message": make_encodable(diagnostic.message),
+        "file": make_encodable(source.name) if source else None,
         "line": span.line if span else None,
         "column": span.column if span else None,
         "end_line": span.end_line if span else None,
         "end_column": span.end_column if span else None,
-        "help": encodable(diagnostic.help) or None,
-        "label": encodable(diagnostic.label) or None,
-        "notes": [encodable(note) for note in diagnostic.notes],
+        "help": make_encodable(diagnostic.help) or None,
+        "label": make_encodable(diagnostic.label) or None,
+        "notes": [make_encodable(note) for note in diagnostic.notes],
     }
     if diagnostic.also:
         own["related"] = [
-            {"file": encodable(s.source.name), "line": s.span.line, "column": s.span.column,
-             "message": encodable(s.label)}
+            {"file": make_encodable(s.source.name), "line": s.span.line, "column": s.span.column,
+             "message": make_encodable(s.label)}
             for s in diagnostic.also
         ]  # fmt: skip
     return own
 
 
-def encodable(text: str) -> str:
+def make_encodable(text: str) -> str:
     """Return text without surrogates, which represent non-UTF-8 bytes of a file name or an argument."""
     return re.sub("[\ud800-\udfff]", "\ufffd", text)
 
@@ -126,7 +126,7 @@ def summary(diagnostics: Iterable[Diagnostic]) -> str:
 
 def render(diagnostics: Iterable[Diagnostic], colour: bool = False) -> str:
     """Return the text for a terminal: sorted by file and place, separated by blank lines; no line feed at the end."""
-    paint = _paint if colour else _plain
+    paint = _paint if colour else _strip_style
     return "\n\n".join(_drawing(diagnostic, paint) for diagnostic in sorted(diagnostics, key=_place))
 
 
@@ -145,7 +145,7 @@ STYLES = {"error": "1;31", "warning": "1;33", "gutter": "1;34", "bold": "1"}
 Paint = Callable[[str, str], str]
 
 
-def _plain(text: str, style: str) -> str:
+def _strip_style(text: str, style: str) -> str:
     return text
 
 
@@ -204,7 +204,7 @@ def _cells(line: str) -> list[str]:
     cells: list[str] = []
     column = 0
     for character in line:
-        cell = " " * (TAB - column % TAB) if character == "\t" else visible(character)
+        cell = " " * (TAB - column % TAB) if character == "\t" else make_visible(character)
         column += _width(cell)
         cells.append(cell)
     return cells
@@ -212,16 +212,16 @@ def _cells(line: str) -> list[str]:
 
 def _clip(cells: Sequence[str], first: int, last: int) -> tuple[str, int, int]:
     """Return the part of a line around `cells[first:last]`, the columns before the carets, and how many carets."""
-    low, room = _grow(cells, first, -1, WIDTH // 3)
-    high, room = _grow(cells, first, 1, room + WIDTH - WIDTH // 3)
-    low, _ = _grow(cells, low, -1, room)
+    low, room = _fitting_count(cells, first, -1, WIDTH // 3)
+    high, room = _fitting_count(cells, first, 1, room + WIDTH - WIDTH // 3)
+    low, _ = _fitting_count(cells, low, -1, room)
     head, tail = "…" if low else "", "…" if high < len(cells) else ""
     before = _width(head + "".join(cells[low:first]))
     carets = _width("".join(cells[first : min(last, high)]))
     return head + "".join(cells[low:high]) + tail, before, max(carets, 1)
 
 
-def _grow(cells: Sequence[str], place: int, step: Literal[-1, 1], room: int) -> tuple[int, int]:
+def _fitting_count(cells: Sequence[str], place: int, step: Literal[-1, 1], room: int) -> tuple[int, int]:
     """Return how far cells fit into `room` columns from `place` on, to the left or right, and the remaining room."""
     while 0 < place + (step > 0) <= len(cells):
         width = _width(cells[place - (step < 0)])
@@ -244,31 +244,31 @@ def _columns(character: str) -> int:
 
 def _shorten(text: str) -> str:
     """Return a message line, with its middle omitted if the quoted parts of the text make it too long."""
-    return visible(text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} … {text[-LONGEST // 4 :]}")
+    return make_visible(text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} … {text[-LONGEST // 4 :]}")
 
 
-def visible(text: str) -> str:
+def make_visible(text: str) -> str:
     """Return a line with control, invisible and unencodable characters replaced by symbols."""
-    return text if text.isprintable() else "".join(map(_picture, text))
+    return text if text.isprintable() else "".join(map(_replacement_symbol, text))
 
 
-def all_visible(value: Any) -> Any:
+def make_all_visible(value: Any) -> Any:
     """Return the same value with `visible` applied to all strings in it, line feeds kept; others are unchanged.
 
     It is for terminal output: titles, messages and names come from scenes and files that others wrote.
     """
     if isinstance(value, str):
-        return value if value.isprintable() else "\n".join(map(visible, value.split("\n")))
+        return value if value.isprintable() else "\n".join(map(make_visible, value.split("\n")))
     if isinstance(value, Mapping):
-        return {k: all_visible(v) for k, v in value.items()}
+        return {k: make_all_visible(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
-        return type(value)(map(all_visible, value))
+        return type(value)(map(make_all_visible, value))
     if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{f.name: all_visible(getattr(value, f.name)) for f in fields(value)})
+        return replace(value, **{f.name: make_all_visible(getattr(value, f.name)) for f in fields(value)})
     return value
 
 
-def _picture(character: str) -> str:
+def _replacement_symbol(character: str) -> str:
     """Return the symbol that replaces a character."""
     if ord(character) < 0x20:
         return chr(0x2400 + ord(character))

@@ -8,7 +8,7 @@ import re
 from softmark.grammar.diagnostic import Diagnostic, Fix, Source
 from softmark.grammar.lexer import BREAK, Token
 from softmark.grammar.statement_splitting import MAX_NESTING, Chunk
-from softmark.grammar.tree import Argument, Declaration, Expression, Number, Span, Unit, between, expressions, walk
+from softmark.grammar.tree import Argument, Declaration, Expression, Number, Span, Unit, expressions, span_between, walk
 
 VERSIONS = (1,)  # supported versions of the language
 MAX_LITERAL = 400  # characters of a number, a text, a name or a unit
@@ -24,7 +24,7 @@ EXAMPLES = {
 # ------------------------------------------------------------------------ of the whole text
 
 
-def binary(source: Source) -> Diagnostic | None:
+def report_binary_file(source: Source) -> Diagnostic | None:
     """Report a NUL byte: the file is not a scene."""
     place = source.text.find("\0")
     if place < 0:
@@ -36,7 +36,7 @@ def binary(source: Source) -> Diagnostic | None:
     return Diagnostic("E125", "this is not a text file", source, span, "a NUL character", help)
 
 
-def more(source: Source, last: Diagnostic, hidden: int) -> Diagnostic:
+def report_hidden_diagnostics(source: Source, last: Diagnostic, hidden: int) -> Diagnostic:
     """Report how many diagnostics are not shown."""
     count = f"{hidden} more syntax error{'s' if hidden > 1 else ''}"
     help = "correct those above first"
@@ -46,7 +46,7 @@ def more(source: Source, last: Diagnostic, hidden: int) -> Diagnostic:
 # ---------------------------------------------------------------------- of one declaration
 
 
-def oversized(source: Source, chunk: Chunk) -> Diagnostic | None:
+def report_oversized(source: Source, chunk: Chunk) -> Diagnostic | None:
     """Report brackets nested too deeply, or a literal that is too long."""
     if chunk.too_deep:
         message = f"brackets are nested deeper than {MAX_NESTING}"
@@ -58,7 +58,7 @@ def oversized(source: Source, chunk: Chunk) -> Diagnostic | None:
     return None
 
 
-def deep(source: Source, tree: Declaration | Expression) -> Diagnostic | None:
+def report_deep_nesting(source: Source, tree: Declaration | Expression) -> Diagnostic | None:
     """Report operations nested too deeply to walk over the tree."""
     for part in expressions(tree) if isinstance(tree, Declaration) else (tree,):
         for node, depth in walk(part):
@@ -69,7 +69,7 @@ def deep(source: Source, tree: Declaration | Expression) -> Diagnostic | None:
     return None
 
 
-def version(source: Source, number: Token, span: Span, first: bool) -> Diagnostic | None:
+def report_version(source: Source, number: Token, span: Span, first: bool) -> Diagnostic | None:
     """Report an unknown version, or a version after another declaration."""
     if number.text not in map(str, VERSIONS):
         known = f"known: {', '.join(map(str, VERSIONS))}"
@@ -90,7 +90,7 @@ def foreign_word(source: Source, word: Token, instead: str) -> Diagnostic:
 # ------------------------------------------------------------------------ of one expression
 
 
-def number(source: Source, digits: Token, value: float) -> Diagnostic | None:
+def report_number_range(source: Source, digits: Token, value: float) -> Diagnostic | None:
     """Report numbers that underflow to zero or overflow to infinity."""
     if not math.isinf(value) and (value or not re.match(r"[0.]*[1-9]", digits.text)):
         return None
@@ -123,11 +123,11 @@ def power_of_quantity(source: Source, base: Expression, unit: Unit, exponent: Ex
     message, fix = "a power of the unit, or of the quantity?", None
     if "^" in unit.text:
         message = "a second power after that of the unit"
-        fix = Fix(f"({quantity})^{power}", between(base.span, exponent.span))
+        fix = Fix(f"({quantity})^{power}", span_between(base.span, exponent.span))
     return Diagnostic("E127", message, source, span, help=help, fix=fix)
 
 
-def escape(source: Source, token: Token) -> Diagnostic | None:
+def report_escape(source: Source, token: Token) -> Diagnostic | None:
     """Report a backslash before anything but a quote or a backslash."""
     wrong = re.match(r'"(?:[^\\]|\\["\\])*?(\\[^"\\])', token.text)
     if not wrong:

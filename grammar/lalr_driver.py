@@ -69,16 +69,16 @@ def _splice(rule: Rule, values: list[Any]) -> list[Any]:
     return flat
 
 
-def accepted(table: ParseTable, tokens: Sequence[Token], start: str) -> frozenset[str]:
+def acceptable_kinds(table: ParseTable, tokens: Sequence[Token], start: str) -> frozenset[str]:
     """Return the kinds of token that may follow `tokens`, none of which is of kind `END`."""
     states = [table.starts[start]]
     for token in tokens:
-        states = _advance(table, states, token.kind) or states
+        states = _push_token(table, states, token.kind) or states
     kinds = [terminal.name for terminal in table.terminals] + [END]
-    return frozenset(kind for kind in kinds if _advance(table, states, kind, table.ends[start]))
+    return frozenset(kind for kind in kinds if _push_token(table, states, kind, table.ends[start]))
 
 
-def _advance(table: ParseTable, states: list[int], kind: str, end: int = -1) -> list[int] | None:
+def _push_token(table: ParseTable, states: list[int], kind: str, end: int = -1) -> list[int] | None:
     """Return the stack of states after a token, without values; None if it does not fit."""
     states = list(states)
     while (action := table.states[states[-1]].get(kind)) is not None and action < 0:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from functools import cache, lru_cache
 from typing import NamedTuple
 
-from softmark.grammar.parse_table import Terminal, load, reserved
+from softmark.grammar.parse_table import Terminal, load, reserved_words
 from softmark.grammar.tree import Comment, Span
 
 BREAK = r"\r\n|\n|\r"
@@ -66,7 +66,7 @@ class Lexed(NamedTuple):
 def lex(text: str) -> Lexed:
     """Cut `text` into tokens. Every character that is not blank ends up in exactly one token or comment."""
     plain, after_value, kinds = _scanners()
-    words = reserved()
+    words = reserved_words()
     lexed = Lexed([], [])
     add = lexed.tokens.append
     position = line_start = 1 if text.startswith("\ufeff") else 0
@@ -106,7 +106,7 @@ def _scanners() -> tuple[Scan, Scan, list[str]]:
     kinds = {"NEWLINE": BREAK, "COMMENT": COMMENT} | FOREIGN_COMMENTS
     kinds |= {t.name: t.pattern for t in terminals if not t.literal.isalpha() and t.name != "UNIT"} | JUNK
     unit = next(t.pattern for t in terminals if t.name == "UNIT")
-    not_reserved = rf"(?!(?:{'|'.join(reserved())})\b)"
+    not_reserved = rf"(?!(?:{'|'.join(reserved_words())})\b)"
     rest = "|".join(f"({pattern})" for pattern in kinds.values())
     plain = re.compile(f"{BLANK}(?:((?!))|{rest})")
     after_value = re.compile(f"{BLANK}(?:({not_reserved}{unit})|{rest})")

@@ -73,7 +73,7 @@ def load() -> ParseTable:
 
 
 @cache
-def reserved() -> dict[str, str]:
+def reserved_words() -> dict[str, str]:
     """Return the reserved words and their kinds of token."""
     return {terminal.literal: terminal.name for terminal in load().terminals if terminal.literal.isalpha()}
 

@@ -17,7 +17,7 @@ from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.lalr_driver import END, Builder, Unexpected, run
 from softmark.grammar.lexer import Token, lex
 from softmark.grammar.parse_table import load
-from softmark.grammar.statement_splitting import Chunk, declarations, whole
+from softmark.grammar.statement_splitting import Chunk, declarations, single_chunk
 from softmark.grammar.tree import (
     Argument,
     Binary,
@@ -39,7 +39,7 @@ from softmark.grammar.tree import (
     Use,
     Vector,
     Version,
-    between,
+    span_between,
 )
 
 MAX_DIAGNOSTICS = 20
@@ -50,7 +50,7 @@ _parsed: dict[tuple[Token, ...], Any] = {}
 
 def parse(source: Source) -> tuple[Tree, list[Diagnostic]]:
     """Return the tree of a scene, and the diagnostics of its text."""
-    if binary := input_limits.binary(source):
+    if binary := input_limits.report_binary_file(source):
         return Tree(()), [binary]
     tokens, comments = lex(source.text)
     parser = _Parser(source, "declaration")
@@ -60,10 +60,10 @@ def parse(source: Source) -> tuple[Tree, list[Diagnostic]]:
 
 def parse_expression(source: Source) -> tuple[Expression | None, list[Diagnostic]]:
     """Return the tree of an expression that is the whole text, None if it has an error."""
-    if binary := input_limits.binary(source):
+    if binary := input_limits.report_binary_file(source):
         return None, [binary]
     parser = _Parser(source, "expression")
-    found = parser.parse(whole(lex(source.text).tokens))
+    found = parser.parse(single_chunk(lex(source.text).tokens))
     return (found[0] if found else None), parser.diagnostics()
 
 
@@ -81,7 +81,7 @@ class _Parser:
         """List at most `MAX_DIAGNOSTICS` diagnostics, and one more with the number of those not shown."""
         if not self._hidden:
             return self._shown
-        return [*self._shown, input_limits.more(self.source, self._shown[-1], self._hidden)]
+        return [*self._shown, input_limits.report_hidden_diagnostics(self.source, self._shown[-1], self._hidden)]
 
     def parse(self, chunk: Chunk) -> list[Any]:
         """Return the tree of a chunk; none if it has an error, several for several declarations on one line."""
@@ -96,7 +96,7 @@ class _Parser:
 
     def _one(self, chunk: Chunk) -> tuple[Any, Chunk | None]:
         """Return the tree of a chunk or None, and the rest if a second declaration starts on its line."""
-        if problem := input_limits.oversized(self.source, chunk):
+        if problem := input_limits.report_oversized(self.source, chunk):
             self._fail(chunk, lambda: problem)
             return None, None
         key = tuple(chunk.tokens) if self.start == "declaration" else ()
@@ -108,7 +108,7 @@ class _Parser:
         if isinstance(tree, Unexpected):
             return None, self._unexpected(chunk, tokens, tree.index)
         if len(tokens) > input_limits.MAX_DEPTH:
-            self._build.note(input_limits.deep(self.source, tree))
+            self._build.note(input_limits.report_deep_nesting(self.source, tree))
         if self._build.problems:
             self._fail(chunk, lambda: self._build.problems[0])
             return None, None
@@ -145,7 +145,7 @@ def _end(chunk: Chunk) -> Token:
 def _rest(tokens: list[Token], start: int) -> Chunk:
     """Return the tokens from the second declaration of a line on; its kind may have looked like a unit."""
     first, *others = tokens[start:-1]
-    return whole([first._replace(kind="NAME") if first.kind == "UNIT" else first, *others])
+    return single_chunk([first._replace(kind="NAME") if first.kind == "UNIT" else first, *others])
 
 
 class _Build:
@@ -174,7 +174,7 @@ class _Build:
     def version(self, values: list[Token]) -> Version:
         """Build `softmark 1`, which must be the first declaration, with a known version."""
         word, number = values
-        self.note(input_limits.version(self.source, number, _over(word, number), self.first))
+        self.note(input_limits.report_version(self.source, number, _over(word, number), self.first))
         return Version(int(number.text) if number.text.isdecimal() else 0, _over(word, number))
 
     def title(self, values: list[Token]) -> Title:
@@ -191,32 +191,32 @@ class _Build:
         """Build `param name = value in low .. high`."""
         word, name, _, value, *bounds = values
         low, high = (bounds[1], bounds[3]) if bounds else (None, None)
-        span = between(word.span, (high or value).span)
+        span = span_between(word.span, (high or value).span)
         return Param(name.text, value, low, high, span, name.span)
 
     def expect(self, values: list[Any]) -> Expect:
         """Build `expect condition`."""
         word, condition = values
-        return Expect(condition, between(word.span, condition.span))
+        return Expect(condition, span_between(word.span, condition.span))
 
     def declare(self, values: list[Any]) -> Declare:
         """Build `kind name = value`."""
         kind, name, _, value = values
         if kind.text in input_limits.FOREIGN_KINDS:
             self.note(input_limits.foreign_word(self.source, kind, input_limits.FOREIGN_KINDS[kind.text]))
-        return Declare(kind.text, name.text, value, between(kind.span, value.span), kind.span, name.span)
+        return Declare(kind.text, name.text, value, span_between(kind.span, value.span), kind.span, name.span)
 
     # ------------------------------------------------------------------- expressions
 
     def binary(self, values: list[Any]) -> Binary:
         """Build `left operator right`."""
         left, operator, right = values
-        return Binary(operator.text, left, right, between(left.span, right.span))
+        return Binary(operator.text, left, right, span_between(left.span, right.span))
 
     def power(self, values: list[Any]) -> Binary:
         """Build `base^exponent`; `5 m ^ 2` could mean `5 m^2` or `(5 m)^2`."""
         base, _, exponent = values
-        span = between(base.span, exponent.span)
+        span = span_between(base.span, exponent.span)
         unit = getattr(base, "unit", None)
         if unit and unit.span.end == base.span.end:
             self.note(input_limits.power_of_quantity(self.source, base, unit, exponent))
@@ -225,20 +225,20 @@ class _Build:
     def unary(self, values: list[Any]) -> Unary:
         """Build `operator operand`."""
         operator, operand = values
-        return Unary(operator.text, operand, between(operator.span, operand.span))
+        return Unary(operator.text, operand, span_between(operator.span, operand.span))
 
     def compare(self, values: list[Any]) -> Compare:
         """Build `a < b < c`."""
         operators = tuple(token.text for token in values[1::2])
-        return Compare(tuple(values[::2]), cast(Any, operators), between(values[0].span, values[-1].span))
+        return Compare(tuple(values[::2]), cast(Any, operators), span_between(values[0].span, values[-1].span))
 
     def number(self, values: list[Token]) -> Number:
         """Build a number with a unit; report underflow to zero and overflow to infinity."""
         digits = values[0]
         value = float(digits.text)
-        self.note(input_limits.number(self.source, digits, value))
+        self.note(input_limits.report_number_range(self.source, digits, value))
         unit = _unit(values)
-        return Number(value, unit, digits.text, between(digits.span, unit.span) if unit else digits.span)
+        return Number(value, unit, digits.text, span_between(digits.span, unit.span) if unit else digits.span)
 
     def string(self, values: list[Token]) -> String:
         """Build a text in double quotes."""
@@ -278,13 +278,13 @@ class _Build:
         if len(values) == 1:
             return Argument(None, values[0], values[0].span)
         name, _, value = values
-        return Argument(name.text, value, between(name.span, value.span), name.span)
+        return Argument(name.text, value, span_between(name.span, value.span), name.span)
 
     def _text(self, token: Token) -> str:
         r"""Return the content of a quoted text: `\"` is a quote, `\\` a backslash."""
         if "\\" not in token.text:
             return token.text[1:-1]
-        self.note(input_limits.escape(self.source, token))
+        self.note(input_limits.report_escape(self.source, token))
         return re.sub(r"\\(.)", r"\1", token.text[1:-1])
 
 

@@ -13,7 +13,7 @@ from itertools import groupby
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.lexer import BREAK
 from softmark.grammar.parser import parse
-from softmark.grammar.source_layout import LEVELS, WIDTH, LayoutError, flat, level, lines, quote
+from softmark.grammar.source_layout import LEVELS, WIDTH, LayoutError, binding_level, format_on_one_line, lines, quote
 from softmark.grammar.tree import (
     Comment,
     Declaration,
@@ -67,7 +67,7 @@ def print_tree(tree: Tree, text: str | None = None) -> str:
 def print_expression(expression: Expression) -> str:
     """Return an expression on one line. Raises `CannotFormat` for a tree without a textual form."""
     try:
-        return flat(expression)
+        return format_on_one_line(expression)
     except LayoutError as problem:
         raise CannotFormat(str(problem)) from problem
 
@@ -136,7 +136,7 @@ def _print_declarations(block: list[_Row], text: str | None) -> Iterator[list[st
     """Yield the lines of each declaration; adjacent ones on single lines are aligned."""
     for aligns, run in groupby(block, _aligns):
         if aligns:
-            yield from _aligned([row.declaration for row in run])
+            yield from _align_declarations([row.declaration for row in run])
         else:
             yield from (_print_declaration(row, text) for row in run)
 
@@ -144,10 +144,10 @@ def _print_declarations(block: list[_Row], text: str | None) -> Iterator[list[st
 def _aligns(row: _Row) -> bool:
     if not isinstance(row.declaration, Param | Declare) or row.inner:
         return False
-    return len(_natural(row.declaration)) <= WIDTH
+    return len(_one_line(row.declaration)) <= WIDTH
 
 
-def _aligned(run: list[Declaration | None]) -> Iterator[list[str]]:
+def _align_declarations(run: list[Declaration | None]) -> Iterator[list[str]]:
     """Yield declarations with aligned names and `=`; one that becomes too long is broken into lines, unaligned."""
     fits = [len(line) <= WIDTH for line in _columns(run)]
     for fit, part in groupby(zip(fits, run, strict=True), lambda pair: pair[0]):
@@ -195,13 +195,13 @@ def _lines(declaration: Declaration | None, comments: Sequence[Comment] = (), ex
         return []
     values = expressions(declaration)
     if not values and not comments:
-        return [_natural(declaration)]
+        return [_one_line(declaration)]
     if not values:
         raise LayoutError(f"no place for the comment of line {comments[0].span.line}")
     return lines(values[0], _lead(declaration), _range(declaration), comments, explode)
 
 
-def _natural(declaration: Declaration) -> str:
+def _one_line(declaration: Declaration) -> str:
     """Return a declaration on one line."""
     match declaration:
         case Version():
@@ -225,7 +225,7 @@ def _lead(declaration: Declaration) -> str:
 
 
 def _value(declaration: Declaration) -> str:
-    return flat(expressions(declaration)[0]) + _range(declaration)
+    return format_on_one_line(expressions(declaration)[0]) + _range(declaration)
 
 
 def _range(declaration: Declaration) -> str:
@@ -238,4 +238,8 @@ def _range(declaration: Declaration) -> str:
 
 def _bound(expression: Expression) -> str:
     """Return a bound of a range: at most a sum; anything that binds less tightly is bracketed."""
-    return flat(expression) if level(expression) >= LEVELS["+"] else f"({flat(expression)})"
+    return (
+        format_on_one_line(expression)
+        if binding_level(expression) >= LEVELS["+"]
+        else f"({format_on_one_line(expression)})"
+    )

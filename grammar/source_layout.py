@@ -41,7 +41,7 @@ def quote(value: str) -> str:
     return f'"{escaped}"'
 
 
-def flat(node: Expression | Argument) -> str:
+def format_on_one_line(node: Expression | Argument) -> str:
     """Return an expression on one line."""
     match node:
         case Number():
@@ -51,17 +51,21 @@ def flat(node: Expression | Argument) -> str:
         case Name():
             return node.text
         case Argument():
-            return flat(node.value) if node.name is None else f"{node.name} = {flat(node.value)}"
+            return (
+                format_on_one_line(node.value)
+                if node.name is None
+                else f"{node.name} = {format_on_one_line(node.value)}"
+            )
         case Binary() | Compare():
             operands, operators = _chain(node)
             glue = "" if operators[0] == "^" else " "
             pairs = zip(operators, operands[1:], strict=True)
             return operands[0] + "".join(f"{glue}{operator}{glue}{operand}" for operator, operand in pairs)
         case Unary():
-            return _sign(node) + _group(node.operand, level(node))
+            return _sign(node) + _group(node.operand, binding_level(node))
         case _:
-            opening, items, closing = _bracketed(node)
-            return opening + ", ".join(map(flat, items)) + closing
+            opening, items, closing = _split_brackets(node)
+            return opening + ", ".join(map(format_on_one_line, items)) + closing
 
 
 def lines(
@@ -91,7 +95,7 @@ class _Layout:
     def lines(self, node: Expression | Argument, margin: str, lead: str, trail: str) -> list[str]:
         """Return the lines of a node, the first one after `lead` and the last one before `trail`."""
         self._refuse_before(node.span.start)  # comments before an item are placed by now
-        line = f"{margin}{lead}{flat(node)}{trail}"
+        line = f"{margin}{lead}{format_on_one_line(node)}{trail}"
         if len(line) <= WIDTH and not self.explode and not self._commented(node):
             return [line]
         match node:
@@ -99,14 +103,14 @@ class _Layout:
                 name = f"{node.name} = " if node.name else ""
                 return self.lines(node.value, margin, lead + name, trail)
             case Unary():
-                opening, closing = _brackets(node.operand, level(node))
+                opening, closing = _brackets(node.operand, binding_level(node))
                 return self.lines(node.operand, margin, lead + _sign(node) + opening, closing + trail)
             case Binary(operator="^") | Number() | String() | Name():
                 return [line]
             case Binary() | Compare():
                 return self._chain(node, margin, lead, trail)
             case _:
-                opening, items, closing = _bracketed(node)
+                opening, items, closing = _split_brackets(node)
                 return self._items(node, items, margin, lead + opening, closing + trail) if items else [line]
 
     def _chain(self, node: Binary | Compare, margin: str, lead: str, trail: str) -> list[str]:
@@ -175,7 +179,7 @@ def _sign(node: Unary) -> str:
     return "not " if node.operator == "not" else node.operator
 
 
-def _bracketed(node: Call | Vector | List) -> tuple[str, Sequence[Expression | Argument], str]:
+def _split_brackets(node: Call | Vector | List) -> tuple[str, Sequence[Expression | Argument], str]:
     """Return the opening bracket, the items inside, and the closing bracket."""
     match node:
         case Call():
@@ -186,7 +190,7 @@ def _bracketed(node: Call | Vector | List) -> tuple[str, Sequence[Expression | A
             return "[", node.items, f"]{_unit(node.unit)}"
 
 
-def level(node: Expression) -> int:
+def binding_level(node: Expression) -> int:
     """Return how tightly the outermost operator binds; `ATOM` without one."""
     match node:
         case Binary():
@@ -201,21 +205,21 @@ def level(node: Expression) -> int:
 
 def _brackets(node: Expression, least: int) -> tuple[str, str]:
     """Return the brackets around an operand that binds less tightly than `least`."""
-    return ("(", ")") if level(node) < least else ("", "")
+    return ("(", ")") if binding_level(node) < least else ("", "")
 
 
 def _group(node: Expression, least: int) -> str:
     opening, closing = _brackets(node, least)
-    return opening + flat(node) + closing
+    return opening + format_on_one_line(node) + closing
 
 
 def _operands(node: Binary | Compare) -> tuple[list[tuple[Expression, int]], list[str]]:
     """Return the operands of `a + b - c` or `a < b < c`, each with its required level, and the operators."""
-    binding = level(node)
+    binding = binding_level(node)
     if isinstance(node, Compare):
         return [(operand, binding + 1) for operand in node.operands], list(node.operators)
     operands, operators, left = [(node.right, binding + 1)], [node.operator], node.left
-    while isinstance(left, Binary) and level(left) == binding:
+    while isinstance(left, Binary) and binding_level(left) == binding:
         operands.append((left.right, binding + 1))
         operators.append(left.operator)
         left = left.left
@@ -225,8 +229,8 @@ def _operands(node: Binary | Compare) -> tuple[list[tuple[Expression, int]], lis
 def _chain(node: Binary | Compare) -> tuple[list[str], list[str]]:
     """Return the operands of a chain as text, and its operators; a power has two and groups to the right."""
     if isinstance(node, Binary) and node.operator == "^":
-        base = flat(node.left)
-        if level(node.left) < ATOM or getattr(node.left, "unit", None):
+        base = format_on_one_line(node.left)
+        if binding_level(node.left) < ATOM or getattr(node.left, "unit", None):
             base = f"({base})"
         return [base, _group(node.right, LEVELS["unary"])], ["^"]
     operands, operators = _operands(node)

@@ -46,7 +46,7 @@ def declarations(tokens: Sequence[Token]) -> Iterator[Chunk]:
         yield chunk
 
 
-def whole(tokens: Sequence[Token]) -> Chunk:
+def single_chunk(tokens: Sequence[Token]) -> Chunk:
     """Return all tokens as one chunk."""
     chunk = Chunk()
     for token in tokens:
@@ -58,10 +58,10 @@ def _starts(chunk: Chunk, tokens: Sequence[Token], i: int) -> bool:
     last = chunk.tokens[-1]
     if last.line == tokens[i].line:
         return False
-    return opens(tokens, i) or not (chunk.unclosed or last.kind in UNFINISHED)
+    return starts_declaration(tokens, i) or not (chunk.unclosed or last.kind in UNFINISHED)
 
 
-def opens(tokens: Sequence[Token], i: int) -> bool:
+def starts_declaration(tokens: Sequence[Token], i: int) -> bool:
     """Return whether `tokens[i:]` look like the start of a declaration: a reserved word, or `NAME NAME =`."""
     if tokens[i].kind in WORDS:
         return True

@@ -23,7 +23,7 @@ class Span:
     end_column: int
 
 
-def between(first: Span, last: Span) -> Span:
+def span_between(first: Span, last: Span) -> Span:
     """Return the span from the start of `first` to the end of `last`."""
     return Span(first.start, last.end, first.line, first.column, last.end_line, last.end_column)
 

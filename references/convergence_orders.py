@@ -185,10 +185,10 @@ def _three(family: Sequence[Pair], floor: float) -> ConvergenceEstimate:
         )
         return ConvergenceEstimate("divergent" if grows else "rounding", words)
     found = _result("monotone", p, f1, -fine / math.expm1(p * math.log(h2 / h1)), SAFETY_THREE)
-    return replace(found, ratio=_asymptotic(family, p))
+    return replace(found, ratio=_asymptotic_ratio(family, p))
 
 
-def _asymptotic(family: Sequence[Pair], p: float) -> float | None:
+def _asymptotic_ratio(family: Sequence[Pair], p: float) -> float | None:
     """Return GCI_coarse / (r^p GCI_fine) of three members, by their relative changes; one in the asymptotic range."""
     (h3, f3), (h2, f2), (h1, f1) = family
     coarse = (f3 - f2) * f1 / math.expm1(p * math.log(h3 / h2))
@@ -262,7 +262,7 @@ def _fit(family: Sequence[Pair], finest: ConvergenceEstimate) -> ConvergenceEsti
     U = Fs |value_1 - limit| + scatter + |value_1 - fit_1|, Fs = 1.25, or 3 if the fit scatters by more than the mean
     difference of the values. Source: Eca and Hoekstra 2014, equations (7) to (14).
     """
-    p = _least(lambda q: _linear(family, q)[2], 0.05, 2 * LARGEST / 5)
+    p = _minimize(lambda q: _linear(family, q)[2], 0.05, 2 * LARGEST / 5)
     limit, slope, square = _linear(family, p)
     values = [f for _, f in family]
     h, f = family[-1]
@@ -272,7 +272,7 @@ def _fit(family: Sequence[Pair], finest: ConvergenceEstimate) -> ConvergenceEsti
     beside = abs(f - limit - slope * h**p)
     found = _result("monotone", p, f, limit - f, safety, scatter + beside)
     edge = p < 0.051 or p > 2 * LARGEST / 5 - 0.01
-    ratio = _asymptotic(family[-3:], p)
+    ratio = _asymptotic_ratio(family[-3:], p)
     found = replace(found, scatter=scatter, ratio=ratio)
     return _with_doubt(found, "no power of h fits the values") if edge or scatter >= range_ else found
 
@@ -288,7 +288,7 @@ def _linear(family: Sequence[Pair], p: float) -> tuple[float, float, float]:
     return limit, slope / family[0][0] ** p, square
 
 
-def _least(f: Callable[[float], float], low: float, high: float) -> float:
+def _minimize(f: Callable[[float], float], low: float, high: float) -> float:
     """Return the minimiser of a function: the best of a row of points, then golden sections around it."""
     points = [low * math.pow(high / low, i / 60) for i in range(61)]
     best = min(range(61), key=lambda i: f(points[i]))

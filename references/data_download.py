@@ -169,7 +169,7 @@ def locate_data_set(name: str, progress: Progress | None = None) -> Path:
 def find_local(name: str) -> Path | None:
     """Return the local file of the data set `name`, None if it is not downloaded. Raises Unavailable."""
     entry = _entry(name)
-    return _given(entry) or _cached(entry)
+    return _file_from_environment(entry) or _cached_file(entry)
 
 
 def _entry(name: str) -> DataSet:
@@ -198,7 +198,7 @@ def _close(name: str) -> str:
     return "data sets: " + ", ".join(f"`{PREFIX}{n}`" for n in TABLE if not n.startswith("ecoflex"))
 
 
-def _given(entry: DataSet) -> Path | None:
+def _file_from_environment(entry: DataSet) -> Path | None:
     """Return the file in $SOFTMARK_DATA."""
     folder = os.environ.get("SOFTMARK_DATA")
     if not folder:
@@ -215,7 +215,7 @@ def _given(entry: DataSet) -> Path | None:
     return file
 
 
-def _cached(entry: DataSet) -> Path | None:
+def _cached_file(entry: DataSet) -> Path | None:
     file = _place(entry)
     with suppress(OSError):  # a cache that cannot be read is no cache
         if file is not None and file.is_file() and _sha256(file) == entry.sha256:

@@ -48,7 +48,7 @@ class Tip:
     @classmethod
     def sphere(cls, radius: float) -> Tip:
         """Return the tip of a sphere with a radius in m, approximated by a paraboloid."""
-        _positive("radius", radius)
+        _check_positive("radius", radius)
         return cls(2, 1.0 / radius, span=radius)
 
     @classmethod
@@ -63,7 +63,7 @@ class Tip:
     @classmethod
     def punch(cls, radius: float, rim: float = 0.0) -> Tip:
         """Return a flat end with a radius, m, and the rounding radius of its edge, m."""
-        _positive("radius", radius)
+        _check_positive("radius", radius)
         return cls(0, 0.0, radius, rim=rim)
 
     def off(self, depth: float) -> dict[str, float]:
@@ -87,7 +87,7 @@ class Tip:
         return self.edge if self.edge is not None else float((depth / self.rate) ** (1.0 / self.power))
 
 
-def _positive(name: str, value: float) -> None:
+def _check_positive(name: str, value: float) -> None:
     if not (math.isfinite(value) and value > 0.0):
         raise NotApplicable(f"the {name} is {value:g}", "it must be positive")
 
@@ -117,7 +117,7 @@ class HalfSpace:
     around: Surroundings = Surroundings()
 
     def __post_init__(self) -> None:
-        _positive("Young's modulus", self.young)
+        _check_positive("Young's modulus", self.young)
         if not -1.0 < self.poisson <= 0.5:
             raise NotApplicable(f"Poisson's ratio is {self.poisson:g}", "it is above -1 and at most 0.5")
         if not math.isfinite(self.depth):

@@ -134,7 +134,7 @@ class SurfaceSearch:
             which, triangle = self._pairs(queries[chunk], bound[chunk])
             points = closest_in_triangles(queries[chunk][which], self.points[self.triangles[triangle]])
             distances = np.linalg.norm(points - queries[chunk][which], axis=1)
-            best = _least(which, distances, chunk.stop - chunk.start)
+            best = _first_minimum(which, distances, chunk.stop - chunk.start)
             found.points[chunk], found.distances[chunk] = points[best], distances[best]
             found.triangles[chunk] = triangle[best]
         return found
@@ -198,7 +198,7 @@ class SurfaceSearch:
         return [(cKDTree(self._centres[g]), g, float(self._radii[g].max())) for g in groups]
 
 
-def _least(which: Ints, values: Array, count: int) -> Ints:
+def _first_minimum(which: Ints, values: Array, count: int) -> Ints:
     """Return the position of the first least value in each of `count` groups, (count,)."""
     least = np.full(count, np.inf)
     np.minimum.at(least, which, values)
@@ -225,14 +225,14 @@ def closest_in_triangles(p: Array, corners: Array) -> Array:
         (vb <= 0) & (d2 >= 0) & (d6 <= 0),  # edge ac
         (va <= 0) & (d4 >= d3) & (d5 >= d6),  # edge bc
     ]
-    on_bc = _share(d4 - d3, (d4 - d3) + (d5 - d6))
+    on_bc = _safe_fraction(d4 - d3, (d4 - d3) + (d5 - d6))
     inside = va + vb + vc
-    v = np.select(regions, [zero, one, _share(d1, d1 - d3), zero, zero, 1 - on_bc], _share(vb, inside))
-    w = np.select(regions, [zero, zero, zero, one, _share(d2, d2 - d6), on_bc], _share(vc, inside))
+    v = np.select(regions, [zero, one, _safe_fraction(d1, d1 - d3), zero, zero, 1 - on_bc], _safe_fraction(vb, inside))
+    w = np.select(regions, [zero, zero, zero, one, _safe_fraction(d2, d2 - d6), on_bc], _safe_fraction(vc, inside))
     return np.asarray(a + v[:, None] * ab + np.minimum(w, 1 - v)[:, None] * ac)
 
 
-def _share(part: Array, whole: Array) -> Array:
+def _safe_fraction(part: Array, whole: Array) -> Array:
     """Return part / whole between 0 and 1, and 0 if whole is 0: a triangle without area."""
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(whole != 0, part / np.where(whole != 0, whole, 1.0), 0.0)

@@ -241,15 +241,15 @@ def solve_driven_rod(rod: DrivenRod) -> DrivenRodSolution:
     share, step = 0.0, 0.25
     while share < 1.0:
         there = min(1.0, share + step)
-        found = _solved(RodEquations(rod, there), z, y, ROUGH, MOST_ROUGH)
+        found = _solve(RodEquations(rod, there), z, y, ROUGH, MOST_ROUGH)
         if found.status == 0:
             share, y, step = there, found.sol(z), 2.0 * step
         elif (step := 0.5 * step) < SHORTEST:
             raise NotSolved(f"the load could only be raised to {100 * share:.3g} %: {found.message}", (share,))
     full = RodEquations(rod, 1.0)
-    coarse = _solved(full, z, y, FINE)
+    coarse = _solve(full, z, y, FINE)
     halved = np.sort(np.concatenate([coarse.x, 0.5 * (coarse.x[1:] + coarse.x[:-1])]))
-    fine = _solved(full, halved, coarse.sol(halved), FINE)
+    fine = _solve(full, halved, coarse.sol(halved), FINE)
     if fine.status != 0:
         raise NotSolved(f"the residual does not reach {FINE:.0e}: {fine.message}", tuple(coarse.rms_residuals[-1:]))
     s = np.linspace(0.0, 1.0, 201)
@@ -258,7 +258,7 @@ def solve_driven_rod(rod: DrivenRod) -> DrivenRodSolution:
     return DrivenRodSolution(rod, tuple(full.stretches), fine.sol, error * rod.length)
 
 
-def _solved(equations: RodEquations, z: Array, y: Array, tolerance: float, most: int = MOST_NODES) -> Any:
+def _solve(equations: RodEquations, z: Array, y: Array, tolerance: float, most: int = MOST_NODES) -> Any:
     from scipy.integrate import solve_bvp
 
     with np.errstate(all="ignore"):

@@ -196,14 +196,14 @@ def _crossings(P: Array, triangles: Ints, nx: int, ny: int) -> tuple[Ints, Array
     local = np.arange(len(t)) - np.repeat(np.cumsum(number) - number, number)
     ray = low[t] + np.stack([local // np.maximum(count[t, 1], 1), local % np.maximum(count[t, 1], 1)], axis=1)
     corners = Q[triangles[t]]  # (r, 3, 3)
-    sides = [_side(corners[:, i, :2], corners[:, (i + 1) % 3, :2], ray) for i in range(3)]
+    sides = [_side_of_line(corners[:, i, :2], corners[:, (i + 1) % 3, :2], ray) for i in range(3)]
     hit = (sides[0] == sides[1]) & (sides[1] == sides[2])
     height = _height(corners[hit], ray[hit])
     column = (ray[hit, 0] // RAYS) * ny + ray[hit, 1] // RAYS
     return column, height, sides[0][hit]
 
 
-def _side(a: Array, b: Array, p: Array) -> Array:
+def _side_of_line(a: Array, b: Array, p: Array) -> Array:
     """Return +1 if p lies to the left of the line from a to b, -1 to the right; a point on it counts as slightly
     displaced.
     """

@@ -63,7 +63,7 @@ def read_volume(file: Path, spacing: Vector | None = None, unit: float | None = 
     try:
         with nullcontext() if read in (_dicom, _nrrd) else limited_resources(file):  # these are of several files
             volume = read(file, spacing, unit)
-        volume = _checked(file.name, _with_spacing(volume, spacing))
+        volume = _check_volume(file.name, _with_spacing(volume, spacing))
     except Unreadable:
         raise
     except Exception as error:  # readers raise any exception
@@ -251,7 +251,7 @@ def _with_spacing(volume: VoxelVolume, spacing: Vector | None) -> VoxelVolume:
     return VoxelVolume(volume.values, volume.axes / lengths * np.asarray(spacing), volume.origin)
 
 
-def _checked(name: str, volume: VoxelVolume) -> VoxelVolume:
+def _check_volume(name: str, volume: VoxelVolume) -> VoxelVolume:
     values = np.asarray(volume.values)
     if values.ndim != 3 or min(values.shape) < 2:
         raise Unreadable(name, f"its voxels have shape {values.shape}", "give a three-dimensional grid")

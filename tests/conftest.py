@@ -9,8 +9,8 @@ to a scene by its parameter, or by its file (OWNERS).
 
 Tests marked `slow` (kill and resume, sieges, the breadth of sweeps) are left to `-m slow`, which .ci/run adds; `-m ""`
 runs all. So are those that look at the report of a scene that takes long (BROAD), and the further cases of broad
-tests (tests/shared/breadth.py). Where folders are run, a seventh of the slow cases of each sweep is walked each day,
-and all of them with SOFTMARK_WHOLE=1 (tests/shared/walk.py).
+tests (tests/shared/quick_cases.py). Where folders are run, a seventh of the slow cases of each sweep is run a day,
+and all of them with SOFTMARK_WHOLE=1 (tests/shared/daily_selection.py).
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 import pytest  # noqa: E402
-from breadth import is_broad  # noqa: E402
+from daily_selection import DAY, PARTS, WHOLE, waiting  # noqa: E402
 from hypothesis import HealthCheck, settings  # noqa: E402
-from walk import DAY, PARTS, WHOLE, waiting  # noqa: E402
+from quick_cases import is_broad  # noqa: E402
 
 import softmark  # noqa: E402
 from softmark.scenes import ROOT  # noqa: E402

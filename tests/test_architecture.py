@@ -240,8 +240,8 @@ def test_a_scene_with_a_beam_alone_makes_no_mesh_and_imports_no_kernel(tmp_path:
         "softmark.solvers.energies.elastic_energy",
         "softmark.interpreter.models.fem.fem_builder",
         "softmark.interpreter.models.shared.rotating_supports",
-        "softmark.interpreter.problem.torsion_theory",
-        "softmark.interpreter.problem.inclusion_theory",
+        "softmark.interpreter.problem.torsion_theory_setup",
+        "softmark.interpreter.problem.inclusion_theory_setup",
         "softmark.references.inclusion",
         "softmark.solvers.energies.rod_loads",
         "softmark.interpreter.models.beam.beam_dynamics",  # nor what moves

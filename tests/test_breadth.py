@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import daily_selection
 import pytest
-import walk
-from breadth import QUICK
+from quick_cases import QUICK
 
 ROOT = Path(__file__).parents[1]
 
@@ -38,16 +38,18 @@ class Slow:
 SWEPT = [Slow(f"a.py::test_law[{i}]") for i in range(8)]
 ALONE = [Slow("a.py::test_alone"), Slow("a.py::test_two[0]"), Slow("a.py::test_two[1]")]
 LONG = [Slow(f"a.py::test_long_{i}", long=True) for i in range(4)]
-REPORTS = [Slow(f"b.py::test_it[{scene}]", ("report_of",)) for scene in ("beam", *sorted(set.union(*walk.LONGEST)))]
+REPORTS = [
+    Slow(f"b.py::test_it[{scene}]", ("report_of",)) for scene in ("beam", *sorted(set.union(*daily_selection.LONGEST)))
+]
 
 
 def test_in_four_days_all_is_walked_and_what_is_no_sweep_each_day(monkeypatch: pytest.MonkeyPatch) -> None:
     every = {*SWEPT, *ALONE, *LONG, *REPORTS}
     days = []
-    for day in range(walk.PARTS):
-        monkeypatch.setattr(walk, "TODAY", day)
+    for day in range(daily_selection.PARTS):
+        monkeypatch.setattr(daily_selection, "TODAY", day)
         tests: Any = list(every)  # pytest's own cannot be made without it
-        later = walk.waiting(tests, lambda nodeid: nodeid[nodeid.find("[") + 1 : -1])
+        later = daily_selection.waiting(tests, lambda nodeid: nodeid[nodeid.find("[") + 1 : -1])
         days.append(every - later)
     assert set.union(*days) == every
     assert set.intersection(*days) == {*ALONE, REPORTS[0]}

@@ -43,7 +43,7 @@ KNOWN_BY_TYPE = [
             "dynamic_forces",
             "dynamic_problem",
             "implicit_newton",
-            "implicit_step",
+            "dynamic_system",
             "integrator",
             "lagged_tangent",
             "trapezoidal_rule",

@@ -25,74 +25,74 @@ class BadArgument(SceneError, ValueError):
         return type(self), self.args
 
 
-def refuse(name: str, value: object, expected: str) -> NoReturn:
+def raise_bad_argument(name: str, value: object, expected: str) -> NoReturn:
     """Raise BadArgument with the expected and the given value."""
     shown = repr(value)
     shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
     raise BadArgument(f"`{name}` must be {expected}, not {shown} ({type(value).__name__})")
 
 
-def count(name: str, value: object, least: int = 1) -> int:
+def check_count(name: str, value: object, least: int = 1) -> int:
     """Return a whole number from `least` to 1000. Raises BadArgument."""
     if isinstance(value, bool) or not isinstance(value, Integral) or not least <= int(value) <= MOST:
-        refuse(name, value, f"a whole number from {least} to {MOST}")
+        raise_bad_argument(name, value, f"a whole number from {least} to {MOST}")
     return int(value)
 
 
-def positive(name: str, value: object, unit: str, or_none: bool = False) -> float:
+def check_positive(name: str, value: object, unit: str, or_none: bool = False) -> float:
     """Return a positive finite number, or None if allowed. Raises BadArgument."""
     if isinstance(value, bool) or not isinstance(value, Real) or not 0 < float(value) < math.inf:
-        refuse(name, value, f"a positive number of {unit}" + (" or None" if or_none else ""))
+        raise_bad_argument(name, value, f"a positive number of {unit}" + (" or None" if or_none else ""))
     return float(value)
 
 
-def flag(name: str, value: object) -> bool:
+def check_flag(name: str, value: object) -> bool:
     """Return True or False. Raises BadArgument."""
     if not isinstance(value, bool):
-        refuse(name, value, "True or False")
+        raise_bad_argument(name, value, "True or False")
     return value
 
 
-def text(name: str, value: object, what: str) -> str:
+def check_text(name: str, value: object, what: str) -> str:
     """Return a text. Raises BadArgument."""
     if not isinstance(value, str):
-        refuse(name, value, what)
+        raise_bad_argument(name, value, what)
     return value
 
 
-def place(name: str, value: object, what: str) -> Path:
+def check_path(name: str, value: object, what: str) -> Path:
     """Return a non-empty path. Raises BadArgument."""
     if not isinstance(value, str | os.PathLike) or not isinstance(os.fspath(value), str) or "\0" in os.fspath(value):
-        refuse(name, value, f"{what}, as a string or a path")
+        raise_bad_argument(name, value, f"{what}, as a string or a path")
     if not os.fspath(value):
-        refuse(name, value, f"{what}, and not empty")
+        raise_bad_argument(name, value, f"{what}, and not empty")
     return Path(os.fspath(value))
 
 
-def places(name: str, value: object) -> tuple[str, ...]:
+def check_paths(name: str, value: object) -> tuple[str, ...]:
     """Return one or several files, or names of installed plugins. Raises BadArgument."""
     wanted = "a file or the name of an installed plugin, or a list of them"
     if isinstance(value, str | os.PathLike):
         value = (value,)
     if isinstance(value, Mapping | bytes) or not isinstance(value, Iterable):
-        refuse(name, value, wanted)
-    return tuple(os.fspath(place(name, one, wanted)) for one in value)
+        raise_bad_argument(name, value, wanted)
+    return tuple(os.fspath(check_path(name, one, wanted)) for one in value)
 
 
-def models(value: object) -> tuple[str, ...]:
+def check_models(value: object) -> tuple[str, ...]:
     """Return the names of one or several models. Raises BadArgument."""
     wanted = "the name of a model, or a list of names"
     if isinstance(value, str):
         return (value,)
     if isinstance(value, Mapping | bytes) or not isinstance(value, Iterable):
-        refuse("models", value, wanted)
+        raise_bad_argument("models", value, wanted)
     names = tuple(value)
     for name in names:
-        text("models", name, wanted)
+        check_text("models", name, wanted)
     return names
 
 
-def override(name: str, value: object) -> str:
+def format_override(name: str, value: object) -> str:
     """Return `L=120 mm` for a parameter: the value is a text as on the command line, a number or a pint quantity.
 
     Raises BadArgument.
@@ -105,11 +105,13 @@ def override(name: str, value: object) -> str:
     elif isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(float(value)):
         written = repr(int(value)) if isinstance(value, Integral) else repr(float(value))
     if written is None:
-        refuse(name, value, 'a parameter value: a string such as "120 mm", a quantity, or a number if it has no unit')
+        raise_bad_argument(
+            name, value, 'a parameter value: a string such as "120 mm", a quantity, or a number if it has no unit'
+        )
     return f"{name}={written}"
 
 
-def varied(value: object) -> tuple[str, ...]:
+def format_variations(value: object) -> tuple[str, ...]:
     """Return `h=10 mm,5 mm` for each entry of a mapping from names to values. Raises BadArgument."""
     from softmark.interpreter.api.pint_quantities import is_quantity
 
@@ -117,22 +119,22 @@ def varied(value: object) -> tuple[str, ...]:
     if value is None:
         return ()
     if not isinstance(value, Mapping):
-        refuse("vary", value, wanted)
+        raise_bad_argument("vary", value, wanted)
     found = []
     for name, values in value.items():
-        text("vary", name, wanted)
+        check_text("vary", name, wanted)
         several = [values] if isinstance(values, str | Real) or is_quantity(values) else values
         if not isinstance(several, Iterable) or isinstance(several, Mapping | bytes):
-            refuse("vary", value, wanted)
-        given = [override(name, v).partition("=")[2] for v in several]
+            raise_bad_argument("vary", value, wanted)
+        given = [format_override(name, v).partition("=")[2] for v in several]
         if not given:
-            refuse("vary", value, f"{wanted}, without empty lists")
+            raise_bad_argument("vary", value, f"{wanted}, without empty lists")
         found.append(f"{name}={','.join(given)}")
     return tuple(found)
 
 
-def once(resume: object, fresh: object) -> tuple[bool, bool]:
+def check_resume_and_fresh(resume: object, fresh: object) -> tuple[bool, bool]:
     """Return `resume` and `fresh`, of which at most one may be True. Raises BadArgument."""
-    if flag("resume", resume) and flag("fresh", fresh):
+    if check_flag("resume", resume) and check_flag("fresh", fresh):
         raise BadArgument("`resume` continues earlier results and `fresh` discards them: give only one")
-    return bool(resume), flag("fresh", fresh)
+    return bool(resume), check_flag("fresh", fresh)

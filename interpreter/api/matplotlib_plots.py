@@ -14,11 +14,11 @@ import numpy as np
 from softmark.interpreter.api import api_arguments
 from softmark.interpreter.api.optional_packages import import_extra
 from softmark.interpreter.language.number_formatting import choose_scale
-from softmark.interpreter.report.charts.curve_styles import Look
-from softmark.interpreter.report.page.html_markup import listed
+from softmark.interpreter.report.charts.curve_styles import CurveStyle
+from softmark.interpreter.report.page.html_markup import join_names
 from softmark.interpreter.report.run.figures import centre_lines, state_charts, time_histories
-from softmark.interpreter.report.run.report_summary import Findings, MetricColumn
-from softmark.interpreter.report.run.tables.line_probes import lines_of, looks
+from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary
+from softmark.interpreter.report.run.tables.line_probes import curve_styles, lines_of
 from softmark.interpreter.results.run_report import PlottedCurve, Report
 from softmark.interpreter.results.state_results import Moment
 from softmark.records import dataclass
@@ -63,20 +63,20 @@ Found = Mapping[str, Callable[[], Drawing]]  # drawings by name
 
 def plot(report: Report, name: str | None, kind: str | None, ax: Axes | None) -> Axes:
     """Draw a probe or a metric, by default the first one available. Raises BadArgument and MissingExtra."""
-    findings = Findings(report)
-    drawing = _chosen(findings, name, kind)
+    findings = ReportSummary(report)
+    drawing = _requested_drawing(findings, name, kind)
     pyplot = import_extra("matplotlib.pyplot", "report.plot()", "plot")
     own = ax if ax is not None else pyplot.subplots(layout="constrained")[1]
-    _draw(drawing, looks(report), own)
+    _draw(drawing, curve_styles(report), own)
     return own
 
 
-def _chosen(findings: Findings, name: str | None, kind: str | None) -> Drawing:
+def _requested_drawing(findings: ReportSummary, name: str | None, kind: str | None) -> Drawing:
     """Return the requested drawing, or the first one. Raises BadArgument."""
     if name is not None:
-        api_arguments.text("name", name, "the name of a probe or a metric, or None")
+        api_arguments.check_text("name", name, "the name of a probe or a metric, or None")
     if kind is not None and kind not in KINDS:
-        api_arguments.refuse("kind", kind, f"one of {listed([f'`{k}`' for k in KINDS])}, or None")
+        api_arguments.raise_bad_argument("kind", kind, f"one of {join_names([f'`{k}`' for k in KINDS])}, or None")
     known = {k: find(findings) for k, find in KINDS.items()}
     for k, found in known.items():
         if kind in (None, k) and (name in found or (name is None and found)):
@@ -84,11 +84,13 @@ def _chosen(findings: Findings, name: str | None, kind: str | None) -> Drawing:
     raise api_arguments.BadArgument(_refusal(findings, name, kind, known))
 
 
-def _refusal(findings: Findings, name: str | None, kind: str | None, known: Mapping[str, Found]) -> str:
+def _refusal(findings: ReportSummary, name: str | None, kind: str | None, known: Mapping[str, Found]) -> str:
     """Return an error message: why this cannot be drawn, and the names that can."""
     drawn = [f"`{n}` ({k})" for k, found in known.items() for n in found]
     can = (
-        f"available: {listed(drawn)}" if drawn else "this report has no data to draw; `report.frame()` has its numbers"
+        f"available: {join_names(drawn)}"
+        if drawn
+        else "this report has no data to draw; `report.frame()` has its numbers"
     )
     asked = f"`{name}`" if name is not None else "This report"
     how = f" as `{kind}`" if kind else ""
@@ -108,20 +110,20 @@ def _refusal(findings: Findings, name: str | None, kind: str | None, known: Mapp
 # ------------------------------------------------------------------ what can be drawn
 
 
-def _lines(findings: Findings) -> Found:
+def _lines(findings: ReportSummary) -> Found:
     """Return drawings of deformed lines, in the plane in which they bend."""
 
     def made(number: int, probe: str) -> Drawing:
         own = centre_lines.Lines(findings, number, probe)
         i, j = own.plane
         traces = [Trace(n, X[:, i], X[:, j]) for n, X in own.lines.items() if n not in own.far]
-        left = f", without {listed(own.far)} (outside the drawing)" if own.far else ""
+        left = f", without {join_names(own.far)} (outside the drawing)" if own.far else ""
         return Drawing(f"{probe}{left}", (own.axes[0], "m"), (own.axes[1], "m"), traces, equal=True)
 
     return {probe: lambda n=n, p=probe: made(n, p) for n, probe in enumerate(lines_of(findings))}  # type: ignore[misc]
 
 
-def _histories(findings: Findings) -> Found:
+def _histories(findings: ReportSummary) -> Found:
     """Return drawings of displacements over time."""
 
     def made(course: time_histories.PointHistory) -> Drawing:
@@ -131,7 +133,7 @@ def _histories(findings: Findings) -> Found:
     return {c.probe: lambda c=c: made(c) for c in time_histories.point_histories(findings)}  # type: ignore[misc]
 
 
-def _curves(findings: Findings) -> Found:
+def _curves(findings: ReportSummary) -> Found:
     """Return drawings of metrics that are curves, with the curves that they are compared with."""
     found: dict[str, Callable[[], Drawing]] = {}
     for metric in findings.metrics:
@@ -149,11 +151,11 @@ def _curve(metric: MetricColumn, seen: Mapping[str, PlottedCurve], known: Plotte
     traces = [Trace(name, curve.x, curve.y) for name, curve in seen.items()]
     if known is not None:
         low, high = (end(float(end(c.x)) for c in seen.values()) for end in (min, max))
-        traces.insert(0, _within(str(metric.against), known, low, high))
+        traces.insert(0, _clip_curve(str(metric.against), known, low, high))
     return Drawing(metric.name, ("t" if across == "s" else "x", across), ("y", up), traces)
 
 
-def _within(name: str, curve: PlottedCurve, low: float, high: float) -> Trace:
+def _clip_curve(name: str, curve: PlottedCurve, low: float, high: float) -> Trace:
     """Return the part of a curve around a range of x, with its band of uncertainty."""
     near = np.flatnonzero((curve.x >= low) & (curve.x <= high))
     first, last = (near[0], near[-1]) if len(near) else (np.searchsorted(curve.x, low),) * 2
@@ -164,7 +166,7 @@ def _within(name: str, curve: PlottedCurve, low: float, high: float) -> Trace:
     return Trace(name, curve.x[own], curve.y[own], *(edge[own] for edge in band))
 
 
-def _states(findings: Findings) -> Found:
+def _states(findings: ReportSummary) -> Found:
     """Return drawings of metrics from state to state."""
 
     def made(metric: Any, curves: Mapping[str, Any]) -> Drawing:
@@ -176,7 +178,7 @@ def _states(findings: Findings) -> Found:
     return {m.name: lambda m=m, c=curves: made(m, c) for m, curves in known if curves}  # type: ignore[misc]
 
 
-KINDS: Mapping[str, Callable[[Findings], Found]] = {
+KINDS: Mapping[str, Callable[[ReportSummary], Found]] = {
     "line": _lines, "history": _histories, "curve": _curves, "states": _states,
 }  # fmt: skip
 
@@ -184,7 +186,7 @@ KINDS: Mapping[str, Callable[[Findings], Found]] = {
 # ------------------------------------------------------------------ drawing
 
 
-def _draw(drawing: Drawing, known: Mapping[str, Look], ax: Any) -> None:
+def _draw(drawing: Drawing, known: Mapping[str, CurveStyle], ax: Any) -> None:
     """Draw the lines with a legend and units on both axes."""
     x = choose_scale(_all(t.x for t in drawing.traces), drawing.x[1], percent=True)
     y = choose_scale(_all(t.y for t in drawing.traces), drawing.y[1], percent=True)
@@ -209,7 +211,7 @@ def _over(values: Values, factor: float) -> list[float]:
     return [float(v) / factor for v in values]
 
 
-def _style(look: Look | None, count: int) -> dict[str, Any]:
+def _style(look: CurveStyle | None, count: int) -> dict[str, Any]:
     """Return colour, dash and markers as in the report; undeformed lines are dotted."""
     if look is None:
         return {"color": NEUTRAL, "linestyle": ":", "linewidth": 1.2}

@@ -66,11 +66,11 @@ class LoadedScene:
         from softmark.interpreter.api import api_arguments
         from softmark.interpreter.validation.requested_names import unknown_models
 
-        only = () if models is None else api_arguments.models(models)
+        only = () if models is None else api_arguments.check_models(models)
         if models is not None and not only:
             raise api_arguments.BadArgument("`models` is empty; omit it to run all models")
-        api_arguments.count("repeat", repeat)
-        asked = () if api_arguments.flag("stated", stated) else None
+        api_arguments.check_count("repeat", repeat)
+        asked = () if api_arguments.check_flag("stated", stated) else None
         from softmark.interpreter.api import notebook_progress
         from softmark.interpreter.api.shown_report import RunReport
         from softmark.interpreter.pipeline.run_options import CheckedScene, RunOptions
@@ -90,9 +90,9 @@ def load(file: str | Path, /, plugins: Sequence[str | Path] = (), **parameters: 
     plugin files or names of installed plugins whose words the scene may use. Raises SceneError with all diagnostics if
     something is wrong, BadArgument for a value of a wrong type, FileNotFoundError if there is no such scene.
     """
-    from softmark.interpreter.api.api_arguments import place
+    from softmark.interpreter.api.api_arguments import check_path
 
-    place("file", file, "the file of a scene, or the name of a standard scene")
+    check_path("file", file, "the file of a scene, or the name of a standard scene")
     try:
         path = locate_scene(str(file))
         source = read_scene_file(path)
@@ -105,7 +105,7 @@ def loads(text: str, /, plugins: Sequence[str | Path] = (), **parameters: Parame
     """Return the scene of a text; its file paths are relative to the working directory. Raises SceneError."""
     from softmark.interpreter.api import api_arguments
 
-    api_arguments.text("text", text, "the text of a scene")
+    api_arguments.check_text("text", text, "the text of a scene")
     return _load_source(Source("<text>", text), Path(), None, parameters, plugins)
 
 
@@ -118,8 +118,8 @@ def _load_source(
 ) -> LoadedScene:
     from softmark.interpreter.api import api_arguments
 
-    overrides = [api_arguments.override(name, value) for name, value in parameters.items()]
-    return load_source(source, folder, file, overrides, api_arguments.places("plugins", plugins))
+    overrides = [api_arguments.format_override(name, value) for name, value in parameters.items()]
+    return load_source(source, folder, file, overrides, api_arguments.check_paths("plugins", plugins))
 
 
 def load_source(
@@ -169,16 +169,16 @@ def compare(
         raise api_arguments.BadArgument(
             "`softmark.compare` needs a scene: a file, a standard scene, or the result of `load`"
         )
-    texts, only = api_arguments.varied(vary), api_arguments.models(models)
-    jobs, repeats = api_arguments.count("jobs", jobs), api_arguments.count("repeats", repeats, least=0)
-    timeout = None if timeout is None else api_arguments.positive("timeout", timeout, "seconds", or_none=True)
-    resume, fresh = api_arguments.once(resume, fresh)
-    api_arguments.flag("allow_contaminated", allow_contaminated)
+    texts, only = api_arguments.format_variations(vary), api_arguments.check_models(models)
+    jobs, repeats = api_arguments.check_count("jobs", jobs), api_arguments.check_count("repeats", repeats, least=0)
+    timeout = None if timeout is None else api_arguments.check_positive("timeout", timeout, "seconds", or_none=True)
+    resume, fresh = api_arguments.check_resume_and_fresh(resume, fresh)
+    api_arguments.check_flag("allow_contaminated", allow_contaminated)
     for name, value in (("study", study), ("cluster", cluster)):
         if value is not None:
-            api_arguments.text(name, value, "a text or None")
+            api_arguments.check_text(name, value, "a text or None")
     if folder is not None:
-        api_arguments.place("folder", folder, "a folder")
+        api_arguments.check_path("folder", folder, "a folder")
 
     from softmark.interpreter.api import notebook_progress
     from softmark.interpreter.api.shown_studies import ShownComparison
@@ -220,14 +220,14 @@ def robustness(
 
     from softmark.interpreter.api import api_arguments
 
-    only, jobs = api_arguments.models(models), api_arguments.count("jobs", jobs)
-    timeout = api_arguments.positive("timeout", timeout, "seconds")
-    memory = api_arguments.positive("memory", memory, "GiB")
-    resume, fresh = api_arguments.once(resume, fresh)
+    only, jobs = api_arguments.check_models(models), api_arguments.check_count("jobs", jobs)
+    timeout = api_arguments.check_positive("timeout", timeout, "seconds")
+    memory = api_arguments.check_positive("memory", memory, "GiB")
+    resume, fresh = api_arguments.check_resume_and_fresh(resume, fresh)
     if study is not None:
-        api_arguments.text("study", study, "the name of a study or None")
+        api_arguments.check_text("study", study, "the name of a study or None")
     if folder is not None:
-        api_arguments.place("folder", folder, "a folder")
+        api_arguments.check_path("folder", folder, "a folder")
 
     from softmark.interpreter.api import notebook_progress
     from softmark.interpreter.api.shown_studies import ShownRobustness

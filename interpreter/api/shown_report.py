@@ -58,7 +58,7 @@ class RunReport(Report):
         from softmark.interpreter.api import api_arguments
         from softmark.interpreter.report.files.report_files import write
 
-        return write(self, api_arguments.place("folder", folder, "a folder"))
+        return write(self, api_arguments.check_path("folder", folder, "a folder"))
 
 
 def own_fields(found: Any) -> dict[str, Any]:

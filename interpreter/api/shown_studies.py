@@ -74,6 +74,6 @@ def _write_files(folder: str | Path, texts: dict[str, str]) -> list[Path]:
     from softmark.interpreter.api import api_arguments
     from softmark.interpreter.results.atomic_files import replace
 
-    place = api_arguments.place("folder", folder, "a folder")
+    place = api_arguments.check_path("folder", folder, "a folder")
     place.mkdir(parents=True, exist_ok=True)
     return [replace(place / name, text) for name, text in texts.items()]

@@ -62,12 +62,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         pausing.pause_collection()
         os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", IDLE)
     arguments = list(sys.argv[1:] if argv is None else argv)
-    status = _guarded(arguments)
+    status = _run_guarded(arguments)
     exit_signals.restore_handlers()
     return status
 
 
-def _guarded(arguments: list[str]) -> int:
+def _run_guarded(arguments: list[str]) -> int:
     """Return the exit status, whatever exception occurs."""
     try:
         status = _dispatch(arguments)
@@ -98,7 +98,7 @@ def _guarded(arguments: list[str]) -> int:
 
 def _plugin_error_message(error: Exception) -> str | None:
     """Return a message if the exception comes from plugin code outside any model or metric; else None."""
-    plugins = sys.modules.get("softmark.interpreter.language.plugin_words")
+    plugins = sys.modules.get("softmark.interpreter.language.loaded_plugin")
     said = plugins.find_faulty_plugin(error) if plugins else None
     return f"{said}\n`dsl conformance` checks all of a plugin." if said else None
 
@@ -160,12 +160,12 @@ def _help(arguments: list[str], name: str | None) -> int:
     """Print the overview; for an unknown command an error with the closest name."""
     wanted = not arguments or arguments[0] in ("-h", "--help", "help")
     if name is not None and not wanted:
-        from softmark.grammar.diagnostic import visible
+        from softmark.grammar.diagnostic import make_visible
         from softmark.grammar.name_suggestions import nearest
 
         close = nearest(name, COMMANDS)
         hint = f"did you mean `dsl {close}`?" if close else "`dsl --help` lists the commands"
-        print(visible(f"error: `{name}` is not a command of dsl; {hint}"), file=sys.stderr)
+        print(make_visible(f"error: `{name}` is not a command of dsl; {hint}"), file=sys.stderr)
         return 2
     if not wanted:
         print(

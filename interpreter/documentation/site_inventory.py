@@ -9,7 +9,7 @@ INVENTORY = "objects.inv"
 HEAD = 4  # lines before what is compressed
 
 
-def places(folder: Path) -> dict[str, str]:
+def anchors_by_name(folder: Path) -> dict[str, str]:
     """Return file and anchor of every name: pages first, then words, messages and scenes.
 
     If a name has several kinds, such as `surface (probe)`, the bare name leads to the first one.

@@ -42,13 +42,13 @@ def ranges_of(stress: Mapping[str, Any], constructors: Mapping[str, str], second
 
 
 def _range(own: list[ValidityEdge], quantity: WalkedQuantity) -> Json:
-    from softmark.interpreter.report.robustness.robustness_view import beyond, reach
+    from softmark.interpreter.report.robustness.robustness_view import status_beyond, valid_range
     from softmark.interpreter.report.robustness.validity_range_text import nowhere_right
     from softmark.interpreter.study.robustness.robustness_record import ChoiceEdge
 
-    said = {e.direction: words for e in own if (words := beyond(e, quantity.unit)) is not None}
+    said = {e.direction: words for e in own if (words := status_beyond(e, quantity.unit)) is not None}
     chosen = any(isinstance(e, ChoiceEdge) for e in own)
-    right = reach(own, quantity.unit)
+    right = valid_range(own, quantity.unit)
     found = {"quantity": quantity.name, "choice": chosen, "right": right, "beyond": said}
     return found if right or chosen else {**found, "nowhere": nowhere_right(own)}
 

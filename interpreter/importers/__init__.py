@@ -6,7 +6,7 @@
     abaqus_materials materials of decks as laws of the language
     abaqus_loads     supports and loads of decks, accumulated over the steps
     deck_amplitudes  variation of loads over a step
-    deck_sets        named sets that nothing in the deck refers to
+    unreferenced_deck_sets   named sets that nothing in the deck refers to
     cell_faces       sides of cells, from facets or from sets of nodes
     xml_numbers      numbers in XML files
     imported_mesh    mesh file next to the scene, with named parts

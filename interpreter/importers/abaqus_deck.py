@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softmark.interpreter.importers import abaqus_materials, deck_sets
+from softmark.interpreter.importers import abaqus_materials, unreferenced_deck_sets
 from softmark.interpreter.importers.abaqus_loads import AccumulatedLoads
 from softmark.interpreter.importers.deck_amplitudes import Amplitudes, StepTimes, read_amplitude
 from softmark.interpreter.importers.imported_deck import (
@@ -231,7 +231,7 @@ class _Reader:
         found.parts = list(self._parts(body))
         found.strain = "finite" if self.finite or any(_is_rubber(p.law) for p in found.parts) else "small"
         if found.strain == "finite":
-            found.parts = [abaqus_materials.in_finite_strain(part) for part in found.parts]
+            found.parts = [abaqus_materials.with_finite_strain_law(part) for part in found.parts]
         found.left += [NotImported(own.what, own.why, own.line) for own in mesh.ignored]
         found.left += [NotImported(f"the part `{name[:60]}`", "no instance of it exists") for name in mesh.unplaced]
         self._explain(found)
@@ -330,15 +330,15 @@ class _Reader:
         found, mesh = body.deck, body.mesh
         for name, definition, own in mesh.names("elements"):
             if id(definition) not in body.used and not definition.internal:
-                deck_sets.add_cell_set(found, name, body.places(own))
+                unreferenced_deck_sets.add_cell_set(found, name, body.places(own))
         for name, definition, own in mesh.names("nodes"):
             if id(definition) not in body.used and not definition.internal:
                 nodes = body.node_places[own]
-                deck_sets.add_node_set(found, name, nodes[nodes >= 0])
+                unreferenced_deck_sets.add_node_set(found, name, nodes[nodes >= 0])
         for name, surface, rows in mesh.surface_names():
             if id(surface) not in body.used and "INTERNAL" not in surface.card.options:
                 sides = [(body.places(own), side, who) for own, side, who in rows]
-                deck_sets.add_face_set(found, name, body.sides(sides, surface.card))
+                unreferenced_deck_sets.add_face_set(found, name, body.sides(sides, surface.card))
         made_of = {card.options.get("MATERIAL", "").upper() for card in self.sections}
         for name, told in self.materials.items():
             if name not in made_of:

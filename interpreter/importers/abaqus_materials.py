@@ -174,7 +174,7 @@ def _with_bulk(form: str, degree: int, C: list[float], bulk: float) -> ImportedL
     return "its volumetric energy ((J^2 - 1)/2 - ln J)/D is not supported"
 
 
-def in_finite_strain(part: MaterialPart) -> MaterialPart:
+def with_finite_strain_law(part: MaterialPart) -> MaterialPart:
     """Return the part with the finite-strain law of *ELASTIC, which relates Green strain and second Piola-Kirchhoff
     stress.
     """

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softmark.interpreter.importers import deck_sets
+from softmark.interpreter.importers import unreferenced_deck_sets
 from softmark.interpreter.importers.abaqus_loads import group_equal_forces, group_equal_supports
 from softmark.interpreter.importers.deck_units import DeclaredUnits
 from softmark.interpreter.importers.imported_deck import (
@@ -27,7 +27,7 @@ from softmark.interpreter.importers.imported_deck import (
     NotImported,
 )
 from softmark.interpreter.importers.xml_numbers import NumberParser, child_text
-from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, parsed
+from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, parse_xml
 from softmark.safe_files import read_regular
 
 KINDS = {
@@ -83,7 +83,7 @@ class _Reader:
         self.ended: list[EndedLoad] = []
         self.below: list[str] = []  # loads that are smaller at the imported time than before
         self.words = NumberParser(path.name)
-        self.top = parsed(path.name, read_regular(path), "febio_spec")
+        self.top = parse_xml(path.name, read_regular(path), "febio_spec")
         self.left: list[NotImported] = []
         self.place: dict[int, int] = {}
         self.asked: set[str] = set()  # sets that loads or supports refer to
@@ -305,15 +305,19 @@ class _Reader:
             name = own.get("name", "")
             if own.tag == "ElementSet":
                 numbers = self.words.wholes(own.text).tolist() or [self.words.whole(e.get("id")) for e in own]
-                deck_sets.add_cell_set(
+                unreferenced_deck_sets.add_cell_set(
                     found, name, np.array(sorted({place[n] for n in numbers if n in place}), dtype=np.int64)
                 )
             elif own.tag == "NodeSet" and name not in self.asked:
                 nodes = self._nodes(name)
-                deck_sets.add_node_set(found, name, np.zeros(0, dtype=np.int64) if nodes is None else nodes[nodes >= 0])
+                unreferenced_deck_sets.add_node_set(
+                    found, name, np.zeros(0, dtype=np.int64) if nodes is None else nodes[nodes >= 0]
+                )
             elif own.tag == "Surface" and f"@surface:{name}" not in self.asked:
                 faces = self._faces(name, found)
-                deck_sets.add_face_set(found, name, np.zeros((0, 2), dtype=np.int64) if faces is None else faces)
+                unreferenced_deck_sets.add_face_set(
+                    found, name, np.zeros((0, 2), dtype=np.int64) if faces is None else faces
+                )
             elif own.tag not in ("Nodes", "Elements", "NodeSet", "Surface"):
                 self._leave(f"`{own.tag[:40]}` `{name[:60]}` of the mesh", "not supported")
         for own in self._section("MeshData"):

@@ -26,7 +26,7 @@ from softmark.interpreter.importers.imported_deck import (
     NotImported,
 )
 from softmark.interpreter.importers.xml_numbers import NumberParser
-from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, parsed, within
+from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, parse_xml, resolve_within_folder
 from softmark.safe_files import read_regular
 
 KINDS = {"TETRAHEDRON": ("tet4", 4), "HEXAHEDRON": ("hex8", 8)}
@@ -37,12 +37,12 @@ LIMIT = 1_000_000  # numbers of a list
 def read(path: Path) -> Deck:
     """Read a model and its loads. Raises Unreadable, NotImportable."""
     words = NumberParser(path.name)
-    found, place = _model(parsed(path.name, read_regular(path), "physicalModel"), path.name, words)
+    found, place = _model(parse_xml(path.name, read_regular(path), "physicalModel"), path.name, words)
     beside = path.with_suffix(".lml")
     if beside.exists():
-        beside = within(path.name, path.parent, beside.name)
+        beside = resolve_within_folder(path.name, path.parent, beside.name)
         own = NumberParser(beside.name)
-        _loads(parsed(beside.name, read_regular(beside), "loads"), own, found, place)
+        _loads(parse_xml(beside.name, read_regular(beside), "loads"), own, found, place)
     else:
         found.left.append(NotImported("supports and loads", f"the file {beside.name} is missing in its folder"))
     return found
@@ -144,7 +144,7 @@ def _loads(top: ElementT, words: NumberParser, found: Deck, place: dict[int, int
     for number, load in enumerate(top.iterfind("load"), start=1):
         kind = load.get("type", "")
         what = f"load {number} of {words.name}, {kind[:40]}"
-        nodes = _applied(load, words, place, found, what)
+        nodes = _import_load(load, words, place, found, what)
         vector = _vector(load, words)
         value = _value(load, words)
         if kind not in ("Translation", "Force") or vector is None or value is None:
@@ -164,7 +164,7 @@ def _loads(top: ElementT, words: NumberParser, found: Deck, place: dict[int, int
     found.taken.append("translations and forces have the value of their last event")
 
 
-def _applied(load: ElementT, words: NumberParser, place: dict[int, int], found: Deck, what: str) -> Ints:
+def _import_load(load: ElementT, words: NumberParser, place: dict[int, int], found: Deck, what: str) -> Ints:
     own = load.find("appliedTo")
     numbers: set[int] = set()
     for word in filter(None, ("" if own is None else own.text or "").replace(" ", "").split(",")):

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from softmark.grammar.diagnostic import Source, visible
+from softmark.grammar.diagnostic import Source, make_visible
 from softmark.grammar.parser import parse
 from softmark.grammar.printer import format_source
 from softmark.interpreter.importers import imported_mesh
@@ -145,7 +145,7 @@ def _notes(deck: Deck, left: Sequence[NotImported]) -> Iterator[str]:
 
 def _comment(text: str) -> Iterator[str]:
     line = "#"
-    for word in visible(text).split():
+    for word in make_visible(text).split():
         if len(line) + 1 + len(word) > WIDE and line != "#":
             yield line
             line = "#    "
@@ -357,7 +357,7 @@ def _vector(values: Sequence[float]) -> str:
 
 
 def _quoted(text: str) -> str:
-    return '"' + visible(text).replace("\\", "\\\\").replace('"', '\\"')[:390] + '"'
+    return '"' + make_visible(text).replace("\\", "\\\\").replace('"', '\\"')[:390] + '"'
 
 
 __all__ = ["MissingUnit", "MissingValue", "SuppliedValues", "WrittenScene", "write_scene"]

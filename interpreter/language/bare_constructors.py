@@ -19,7 +19,7 @@ def find_bare_constructor(
     is
     misspelt.
     """
-    words, symbol = _words(scope, field.kind), scope.table.symbols.get(module.prefix + node.text)
+    words, symbol = _constructors_by_name(scope, field.kind), scope.table.symbols.get(module.prefix + node.text)
     if symbol is not None:
         kind = symbol.node.kind if isinstance(symbol.node, tree.Declare) else "parameter"
         if node.text not in words or kind == field.kind:
@@ -39,7 +39,7 @@ def find_bare_constructor(
                      did_you_mean(close))  # fmt: skip
 
 
-def _words(scope: Scope, kind: str) -> dict[str, Constructor]:
+def _constructors_by_name(scope: Scope, kind: str) -> dict[str, Constructor]:
     """Return the bare constructors of one kind, by name."""
     known = (scope.table.vocabulary.constructor(kind, name) for name in scope.table.vocabulary[kind])
     return {c.name: c for c in known if c is not None and not c.fields}

@@ -132,7 +132,7 @@ class Binder:
                 continue
             adjacent = b.span.start == a.span.end + 1 and b.text.isdigit()
             if adjacent and field.dimension not in (None, units.NONE):
-                raise self.place.fail("E113", tree.between(a.span, b.span), "the decimal sign is a point",
+                raise self.place.fail("E113", tree.span_between(a.span, b.span), "the decimal sign is a point",
                                       "a comma separates arguments",
                                 write(f"{a.text}.{self._text_of(b)}"))  # fmt: skip
 

@@ -52,7 +52,9 @@ def format_condition(node: tree.Expression, evaluator: Evaluator, named: Named =
     names = [n for n, _ in tree.walk(node) if isinstance(n, tree.Name) and n.text not in PREDEFINED]
     regions = {name.text: found.said for name in names if isinstance(found := named(name), Condition)}
     values = {name.text: repr(evaluator.lookup(name)) for name in names if name.text not in regions}
-    return "; ".join((source_layout.flat(node), *(f"{name} = {value}" for name, value in (values | regions).items())))
+    return "; ".join(
+        (source_layout.format_on_one_line(node), *(f"{name} = {value}" for name, value in (values | regions).items()))
+    )
 
 
 def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
@@ -76,13 +78,15 @@ def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
             raise evaluator.place.fail("E218", node.span, "the powers of lengths in this comparison are too high",
                                        units.dimension_name(da), f"compare powers up to {HIGHEST}")  # fmt: skip
         steps.append(Condition.comparison(operator, a, b, da[0]))
-    return _all(steps)
+    return _join_conditions(steps)
 
 
-def _all(steps: list[Condition]) -> Condition:
+def _join_conditions(steps: list[Condition]) -> Condition:
     """Return the conjunction of conditions as a balanced tree: a comparison may have any number of parts."""
     half = len(steps) // 2
-    return Condition.junction("and", _all(steps[:half]), _all(steps[half:])) if half else steps[0]
+    return (
+        Condition.junction("and", _join_conditions(steps[:half]), _join_conditions(steps[half:])) if half else steps[0]
+    )
 
 
 def _term(node: tree.Expression, evaluator: Evaluator) -> tuple[Term, Dimension]:

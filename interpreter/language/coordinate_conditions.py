@@ -25,7 +25,7 @@ class Enclosure:
 
     def __add__(self, other: Enclosure | float) -> Enclosure:
         o = _range(other)
-        return _bounded(self.low + o.low, self.high + o.high)
+        return _smallest_interval(self.low + o.low, self.high + o.high)
 
     def __neg__(self) -> Enclosure:
         return Enclosure(-self.high, -self.low)
@@ -36,17 +36,17 @@ class Enclosure:
     def __mul__(self, other: Enclosure | float) -> Enclosure:
         o = _range(other)
         products = [a * b for a in (self.low, self.high) for b in (o.low, o.high)]
-        return _bounded(*products)
+        return _smallest_interval(*products)
 
     def __truediv__(self, other: Enclosure | float) -> Enclosure:
         o = _range(other)
         if o.low <= 0 <= o.high:
             return EVERYTHING
-        return self * _bounded(1 / o.high, 1 / o.low)
+        return self * _smallest_interval(1 / o.high, 1 / o.low)
 
     def __pow__(self, n: float) -> Enclosure:
         through_zero = (0.0,) if n % 2 == 0 and self.low < 0 < self.high else ()
-        return _bounded(_integer_power(self.low, n), _integer_power(self.high, n), *through_zero)
+        return _smallest_interval(_integer_power(self.low, n), _integer_power(self.high, n), *through_zero)
 
     def root(self) -> Enclosure:
         """Return the square root; negative values count as zero."""
@@ -61,7 +61,7 @@ class Enclosure:
 EVERYTHING = Enclosure(-math.inf, math.inf)
 
 
-def _bounded(*values: float) -> Enclosure:
+def _smallest_interval(*values: float) -> Enclosure:
     """Return the smallest interval of some values, or the whole line if one is not a number."""
     return EVERYTHING if any(map(math.isnan, values)) else Enclosure(min(values), max(values))
 
@@ -98,7 +98,7 @@ class Term:
 
     def negated(self) -> Term:
         """Return minus this term."""
-        return Term(lambda p: -self.at(p), self.varies, -self.value, _scaled(self.plane, -1.0), self.axes)
+        return Term(lambda p: -self.at(p), self.varies, -self.value, _scale_plane(self.plane, -1.0), self.axes)
 
     def combine(self, operator: str, other: Term) -> Term:
         """Combine this term with another by + - * / or ^."""
@@ -110,15 +110,15 @@ class Term:
         """Return the coefficients of the result if it stays linear: sums, products and quotients with a constant."""
         match operator:
             case "+":
-                return _summed(self.plane, other.plane)
+                return _add_planes(self.plane, other.plane)
             case "-":
-                return _summed(self.plane, _scaled(other.plane, -1.0))
+                return _add_planes(self.plane, _scale_plane(other.plane, -1.0))
             case "*" if not other.varies:
-                return _scaled(self.plane, other.value)
+                return _scale_plane(self.plane, other.value)
             case "*" if not self.varies:
-                return _scaled(other.plane, self.value)
+                return _scale_plane(other.plane, self.value)
             case "/" if not other.varies:
-                return _scaled(self.plane, 1.0 / other.value)
+                return _scale_plane(self.plane, 1.0 / other.value)
         return None
 
     def function(self, name: str) -> Term:
@@ -130,11 +130,11 @@ class Term:
 Plane = tuple[float, float, float, float]  # coefficients of a x + b y + c z + d
 
 
-def _scaled(plane: Plane | None, factor: float) -> Plane | None:
+def _scale_plane(plane: Plane | None, factor: float) -> Plane | None:
     return None if plane is None else (plane[0] * factor, plane[1] * factor, plane[2] * factor, plane[3] * factor)
 
 
-def _summed(one: Plane | None, other: Plane | None) -> Plane | None:
+def _add_planes(one: Plane | None, other: Plane | None) -> Plane | None:
     if one is None or other is None:
         return None
     return (one[0] + other[0], one[1] + other[1], one[2] + other[2], one[3] + other[3])

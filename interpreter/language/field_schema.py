@@ -15,7 +15,7 @@ from importlib import import_module
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from softmark.interpreter.language import units
-from softmark.interpreter.language.plugin_words import Plugin
+from softmark.interpreter.language.loaded_plugin import Plugin
 from softmark.interpreter.language.renamed_words import ALIASES
 from softmark.interpreter.language.units import Dimension
 from softmark.ranges import Range

@@ -165,7 +165,7 @@ class _Evaluation:
         if ends[0] > ends[1]:
             own = place.source.text
             turned = f"{own[high.span.start : high.span.end]} .. {own[low.span.start : low.span.end]}"
-            raise place.fail("E214", tree.between(low.span, high.span),
+            raise place.fail("E214", tree.span_between(low.span, high.span),
                              "the range is empty: its lower end is above its upper end",
                              "the larger one first", Remedy("write `in LOW .. HIGH`", Fix(turned)))  # fmt: skip
         return field_schema.Interval(ends[0], ends[1], False, False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from softmark.grammar import tree
-from softmark.grammar.diagnostic import Diagnostic, Source, did_you_mean, encodable
+from softmark.grammar.diagnostic import Diagnostic, Source, did_you_mean, make_encodable
 from softmark.grammar.name_suggestions import nearest
 from softmark.grammar.parser import parse_expression
 from softmark.interpreter.language import field_schema
@@ -41,7 +41,7 @@ def read_overrides(texts: Sequence[str], diagnostics: list[Diagnostic]) -> list[
 
 def read_override(text: str, diagnostics: list[Diagnostic], option: str = "-p") -> Override | None:
     """Parse `NAME=VALUE` as an override; return None, with the error in the list, if it cannot be parsed."""
-    text = encodable(text)
+    text = make_encodable(text)
     shown = Source(f"{option} {text}", text)
     place = Place(shown, diagnostics)
     name, equals, value = text.partition("=")

@@ -39,7 +39,7 @@ def read_profile(node: tree.Expression, evaluator: Evaluator, fields: Fields, of
     """
     reader = Reader(evaluator, fields)
     root, dimension = reader.node(node)
-    said = "; ".join((source_layout.flat(node), *reader.values.values()))
+    said = "; ".join((source_layout.format_on_one_line(node), *reader.values.values()))
     return Profile(root, said, of.name, dimension, of.interval, Location(evaluator.place.source, node.span))
 
 

@@ -56,7 +56,7 @@ def read_sweep_target(
 def read_sweep_targets(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[SweepTarget, ...]:
     """Parse the parameters that a robustness study varies. Raises EvaluationError after checking all of them."""
     if not isinstance(node, tree.List) or node.unit is not None:
-        help = write(f"[{source_layout.flat(node)}]") if isinstance(node, tree.Name) else field.meaning
+        help = write(f"[{source_layout.format_on_one_line(node)}]") if isinstance(node, tree.Name) else field.meaning
         raise place.fail("E207", node.span, f"expected {field.expected}, found no list of names", "not a list", help)
     if not node.items:
         raise place.fail("E512", node.span, "the study varies nothing", "an empty list",
@@ -77,7 +77,7 @@ def _one_target(binder: Binder, field: Field, item: tree.Expression, place: Plac
 def read_variants(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[Variant, ...]:
     """Parse the values of a sweep, each with the unit behind the bracket. Raises EvaluationError."""
     if not isinstance(node, tree.List):
-        help = f"write `[{source_layout.flat(node)}, ...]`"
+        help = f"write `[{source_layout.format_on_one_line(node)}, ...]`"
         raise place.fail("E207", node.span, f"expected {field.expected}, found no list", "not a list", help)
     if not node.items:
         raise place.fail("E510", node.span, "the sweep has no values", "an empty list", "write `[10, 5, 2.5] mm`")
@@ -97,7 +97,7 @@ def _variant(binder: Binder, item: tree.Expression, unit: tree.Unit | None, plac
     whole = item
     if unit is not None and _is_plain(binder, item, place):
         whole = with_unit(item, unit)
-    return Variant(source_layout.flat(whole), whole, Location(place.source, item.span))
+    return Variant(source_layout.format_on_one_line(whole), whole, Location(place.source, item.span))
 
 
 def _is_plain(binder: Binder, item: tree.Expression, place: Place) -> bool:

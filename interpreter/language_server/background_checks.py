@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING
 
 from lsprotocol import types
 
-from softmark.interpreter.language.plugin_words import find_faulty_plugin
+from softmark.interpreter.language.loaded_plugin import find_faulty_plugin
 from softmark.interpreter.language_server.published_diagnostics import START, diagnostics
-from softmark.interpreter.language_server.request_refused import report
+from softmark.interpreter.language_server.request_error import report
 from softmark.interpreter.language_server.text_document import Document
 
 if TYPE_CHECKING:

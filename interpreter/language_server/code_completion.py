@@ -17,12 +17,12 @@ from softmark.interpreter.language_server.unit_completion import follows_number,
 def complete(document: Document, params: types.CompletionParams) -> types.CompletionList:
     """Return the completions at a position, the likeliest first; they replace the word that is already there."""
     here = find_cursor_context(document, document.offset(params.position))
-    found = _fitting(here) if here is not None else ()
+    found = _fitting_items(here) if here is not None else ()
     items = [] if here is None else [_item(here, offer, place) for place, offer in enumerate(dict.fromkeys(found))]
     return types.CompletionList(is_incomplete=False, items=items)
 
 
-def _fitting(here: CursorContext) -> Iterator[CompletionOffer]:
+def _fitting_items(here: CursorContext) -> Iterator[CompletionOffer]:
     if here.text is not None:
         return complete_file_names(here)
     return units_at(here) if follows_number(here) else offers(here)

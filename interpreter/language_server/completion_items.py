@@ -41,11 +41,11 @@ def offers(here: CursorContext) -> Iterator[CompletionOffer]:
     if not here.before:
         yield from _kinds(here.document.vocabulary)
     elif frame is None:
-        yield from _outside(here)
+        yield from _declaration_items(here)
     elif frame.function and frame.constructor is not None:
         yield from _argument(here, frame)
     else:
-        yield from _within(here, frame)
+        yield from _bracket_items(here, frame)
 
 
 # ------------------------------------------------------------------ outside of brackets
@@ -64,14 +64,14 @@ def _kinds(vocabulary: Vocabulary) -> Iterator[CompletionOffer]:
         yield CompletionOffer(word, Kind.Keyword, "", RESERVED[word])
 
 
-def _outside(here: CursorContext) -> Iterator[CompletionOffer]:
+def _declaration_items(here: CursorContext) -> Iterator[CompletionOffer]:
     """Yield completions in a declaration outside brackets."""
     last = here.before[-1]
     if here.declares and len(here.before) == 3:
         yield from constructor_offers(here, here.kind)
         yield from names(here, here.kind)
     elif here.kind == "expect" and (len(here.before) == 1 or last.kind in OPERATORS):
-        yield from _measured(here)
+        yield from _metric_items(here)
         if "." not in here.word:
             yield from numbers(here, None)
     elif here.kind == "param" and (last.kind == "EQUAL" or last.kind in OPERATORS):
@@ -80,7 +80,7 @@ def _outside(here: CursorContext) -> Iterator[CompletionOffer]:
         yield CompletionOffer("as", Kind.Keyword, "", RESERVED["as"])
 
 
-def _measured(here: CursorContext) -> Iterator[CompletionOffer]:
+def _metric_items(here: CursorContext) -> Iterator[CompletionOffer]:
     """Yield `model.metric` of the model already written, or of all models."""
     known = find_declared_names(here.document)
     owners = [n for n, kind in known.items() if kind in OWNERS and "." not in n]
@@ -107,10 +107,10 @@ def _argument(here: CursorContext, frame: OpenBracket) -> Iterator[CompletionOff
         if frame.given:
             return
     if frame.field is not None and _due(frame):
-        yield from values(here, frame.field)
+        yield from field_value_items(here, frame.field)
 
 
-def _within(here: CursorContext, frame: OpenBracket) -> Iterator[CompletionOffer]:
+def _bracket_items(here: CursorContext, frame: OpenBracket) -> Iterator[CompletionOffer]:
     """Yield completions in a group, a list or the brackets of a function such as `sin`."""
     if not _due(frame):
         return
@@ -118,9 +118,9 @@ def _within(here: CursorContext, frame: OpenBracket) -> Iterator[CompletionOffer
     if frame.function or call is None or call.constructor is None:
         yield from numbers(here, None)
         if here.kind == "expect":
-            yield from _measured(here)
+            yield from _metric_items(here)
     elif call.field is not None:
-        yield from values(here, call.field)
+        yield from field_value_items(here, call.field)
 
 
 def _due(frame: OpenBracket) -> bool:
@@ -131,7 +131,7 @@ def _due(frame: OpenBracket) -> bool:
 # ------------------------------------------------------------------ values by the form of a field
 
 
-def values(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
+def field_value_items(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
     """Yield completions for the value of a field."""
     yield from VALUES.get(field.form, _number)(here, field)
 

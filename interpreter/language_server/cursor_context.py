@@ -148,8 +148,8 @@ def _frame(here: CursorContext, index: int, outer: list[OpenBracket], later: lis
     function = tokens[index - 1].text if called else ""
     arguments = _arguments(tokens[index + 1 :])
     *earlier, current = arguments
-    name, value = _named(current)
-    named = [_named(argument)[0] for argument in (*earlier, *later)]
+    name, value = _split_argument(current)
+    named = [_split_argument(argument)[0] for argument in (*earlier, *later)]
     constructor = _constructor(here, function, outer) if function else None
     return OpenBracket(
         tokens[index], function, constructor, len(earlier), name, value, frozenset(n for n in named if n)
@@ -182,7 +182,7 @@ def _later(here: CursorContext) -> list[tuple[Token, ...]]:
     return _arguments(tuple(found))[1:]
 
 
-def _named(argument: tuple[Token, ...]) -> tuple[str, tuple[Token, ...]]:
+def _split_argument(argument: tuple[Token, ...]) -> tuple[str, tuple[Token, ...]]:
     """Return the name of an argument, empty if none, and its value."""
     if len(argument) > 1 and argument[0].kind == "NAME" and argument[1].kind == "EQUAL":
         return argument[0].text, argument[2:]

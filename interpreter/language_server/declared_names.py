@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from softmark.grammar import tree
-from softmark.grammar.statement_splitting import opens
+from softmark.grammar.statement_splitting import starts_declaration
 from softmark.interpreter.language import units
 from softmark.interpreter.language.expression_evaluation import Quantity, Value, VectorValue
 from softmark.interpreter.language.units import Dimension
@@ -27,7 +27,7 @@ def find_declared_names(document: Document) -> dict[str, str]:
 def _written(document: Document) -> Iterator[tuple[str, str]]:
     tokens = document.tokens
     for index, token in enumerate(tokens):
-        if token.kind in ("NAME", "PARAM") and opens(tokens, index) and index + 1 < len(tokens):
+        if token.kind in ("NAME", "PARAM") and starts_declaration(tokens, index) and index + 1 < len(tokens):
             yield tokens[index + 1].text, "param" if token.kind == "PARAM" else token.text
 
 

@@ -6,7 +6,7 @@ from lsprotocol import types
 
 from softmark.grammar.printer import CannotFormat, format_source
 from softmark.interpreter.language.scene_sources import LARGEST
-from softmark.interpreter.language_server.request_refused import RequestRefused
+from softmark.interpreter.language_server.request_error import RequestRefused
 from softmark.interpreter.language_server.text_document import Document
 
 

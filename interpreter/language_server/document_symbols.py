@@ -25,7 +25,7 @@ KINDS = {  # icon of each kind in editors
 
 def symbols(document: Document, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
     """Return every declaration with its kind and constructor, in the order of the text."""
-    return [_symbol(document, node) for node in document.tree.declarations if _named(node)]
+    return [_symbol(document, node) for node in document.tree.declarations if _outline_name(node)]
 
 
 def find_workspace_symbols(opened: OpenDocuments, params: types.WorkspaceSymbolParams) -> list[types.WorkspaceSymbol]:
@@ -34,7 +34,7 @@ def find_workspace_symbols(opened: OpenDocuments, params: types.WorkspaceSymbolP
         types.WorkspaceSymbol(types.Location(uri, document.range(name[1])), name[0], _picture(node))
         for uri, document in opened.documents.items()
         for node in document.tree.declarations
-        if (name := _named(node)) and params.query.lower() in name[0].lower()
+        if (name := _outline_name(node)) and params.query.lower() in name[0].lower()
     ]
 
 
@@ -47,11 +47,11 @@ def folds(document: Document, params: types.FoldingRangeParams) -> list[types.Fo
 
 
 def _symbol(document: Document, node: tree.Declaration) -> types.DocumentSymbol:
-    name, at = _named(node) or ("", node.span)
+    name, at = _outline_name(node) or ("", node.span)
     return types.DocumentSymbol(name, _picture(node), document.range(node.span), document.range(at), _detail(node))
 
 
-def _named(node: tree.Declaration) -> tuple[str, tree.Span] | None:
+def _outline_name(node: tree.Declaration) -> tuple[str, tree.Span] | None:
     """Return the name of a declaration in an outline and its place; None for the version and the title."""
     match node:
         case tree.Use():
@@ -59,9 +59,9 @@ def _named(node: tree.Declaration) -> tuple[str, tree.Span] | None:
         case tree.Param() | tree.Declare():
             return node.name, node.name_span
         case tree.Expect():
-            from softmark.grammar.source_layout import flat
+            from softmark.grammar.source_layout import format_on_one_line
 
-            return flat(node.condition), node.condition.span
+            return format_on_one_line(node.condition), node.condition.span
     return None
 
 

@@ -17,7 +17,7 @@ from lsprotocol import types
 from pygls.uris import to_fs_path
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.language.plugin_words import format_exception
+from softmark.interpreter.language.loaded_plugin import format_exception
 from softmark.interpreter.validation.constructor_registry import CATALOGUE, vocabulary_with
 
 if TYPE_CHECKING:

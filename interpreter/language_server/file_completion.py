@@ -22,7 +22,7 @@ def complete_file_names(here: CursorContext) -> Iterator[CompletionOffer]:
     if here.kind == "use" and len(here.before) == 1:
         yield from _scenes(here)
     elif frame is not None and frame.field is not None and frame.field.form in ("file", "files"):
-        yield from _below(here.document.folder, here.text or "", "")
+        yield from _matching_files(here.document.folder, here.text or "", "")
         yield from _data_sets()
 
 
@@ -31,10 +31,10 @@ def _scenes(here: CursorContext) -> Iterator[CompletionOffer]:
         name = file.relative_to(ROOT)
         if name.parts[0] != "templates":
             yield CompletionOffer(f"std/{name.as_posix()}", Kind.File, "standard library")
-    yield from _below(here.document.folder, here.text or "", SUFFIX)
+    yield from _matching_files(here.document.folder, here.text or "", SUFFIX)
 
 
-def _below(folder: Path, begun: str, suffix: str) -> Iterator[CompletionOffer]:
+def _matching_files(folder: Path, begun: str, suffix: str) -> Iterator[CompletionOffer]:
     """Yield files and folders in the folder of a begun name."""
     inner = begun.rpartition("/")[0]
     try:

@@ -85,7 +85,9 @@ def _name(here: CursorContext, name: str, following: str) -> str:
         return f"`{field.name}` of `{made.name}`: {hover_markdown.prose(field.doc + field_facts(field))}"
     if following == "LPAR":
         return _hover_of_call(here, name)
-    return _of_field(here, name) or _declared(here.document, name) or hover_markdown.prose(word_page(name) or "")
+    return (
+        _of_field(here, name) or _declaration_text(here.document, name) or hover_markdown.prose(word_page(name) or "")
+    )
 
 
 def _hover_of_call(here: CursorContext, name: str) -> str:
@@ -125,7 +127,7 @@ def _page(here: CursorContext, name: str) -> str:
     return f"{hover_markdown.prose(title)}\n\n```text\n{rest.strip()}\n```"
 
 
-def _declared(document: Document, name: str) -> str:
+def _declaration_text(document: Document, name: str) -> str:
     """Return the text of a parameter with its value, or of a declaration; for `rod.eta`, of model and metric."""
     scene = document.known
     if (parameter := scene.parameters.get(name)) is not None:

@@ -42,13 +42,13 @@ def _values(document: Document, nodes: list[tree.Declaration]) -> Iterator[types
         return
     evaluator = scope.evaluator(table.modules[0])
     for node in nodes:
-        for expression in _valued(node, table.vocabulary):
+        for expression in _numeric_expressions(node, table.vocabulary):
             if said := _in_si(expression, evaluator):
                 at = document.position(expression.span.end)
                 yield types.InlayHint(at, f"= {said}", padding_left=True, tooltip="in SI units")
 
 
-def _valued(node: tree.Declaration, vocabulary: Vocabulary) -> Iterator[tree.Expression]:
+def _numeric_expressions(node: tree.Declaration, vocabulary: Vocabulary) -> Iterator[tree.Expression]:
     """Yield the expressions of a declaration that have numeric values."""
     if isinstance(node, tree.Param):
         yield node.value

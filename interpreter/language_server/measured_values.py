@@ -117,7 +117,7 @@ class LastReport:
             return f"{value:.{DIGITS}g} in SI units"
         first = next((n.operands[0] for n, _ in tree.walk(node.condition) if isinstance(n, tree.Compare)), None)
         if isinstance(first, tree.Name) and len(first.parts) == 2:
-            return _shown(value, unit, self._models.get(first.parts[0]), first.parts[1])
+            return _format_result(value, unit, self._models.get(first.parts[0]), first.parts[1])
         return _amount(value, unit)
 
     # ------------------------------------------------------------------ metrics
@@ -146,7 +146,7 @@ class LastReport:
             if value is None:
                 yield owner, f"no value: {found.get('reason') or result.get('message') or 'no reason was given'}"
             else:
-                said = _shown(value, found.get("unit") or "1", self._models.get(owner), name)
+                said = _format_result(value, found.get("unit") or "1", self._models.get(owner), name)
                 yield owner, f"{said}{_remarks_on_metric(found)}"
 
     @cached_property
@@ -160,7 +160,7 @@ class LastReport:
         }  # fmt: skip
 
 
-def _shown(value: float, unit: str, model: ModelResult | None, metric: str) -> str:
+def _format_result(value: float, unit: str, model: ModelResult | None, metric: str) -> str:
     """Format a value with the error that its model states: `3.32 mm ± 0.25`."""
     said = model.stated.get(metric) if model else None
     if said is None or said.value is None:

@@ -152,13 +152,13 @@ def _segments(name: tree.Name) -> Iterator[tuple[str, Span]]:
 def find_mentioned_names(node: tree.Declaration, vocabulary: Vocabulary) -> Iterator[tree.Name]:
     """Yield the names in the expressions of a declaration that may be declared ones, in the order of the text."""
     if isinstance(node, tree.Declare):
-        yield from _within(node.value, vocabulary, Field("", "", "value", "", True, None, kind=node.kind))
+        yield from _names_in_expression(node.value, vocabulary, Field("", "", "value", "", True, None, kind=node.kind))
         return
     for expression in tree.expressions(node):
-        yield from _within(expression, vocabulary, None)
+        yield from _names_in_expression(expression, vocabulary, None)
 
 
-def _within(node: tree.Expression, vocabulary: Vocabulary, due: Field | None) -> Iterator[tree.Name]:
+def _names_in_expression(node: tree.Expression, vocabulary: Vocabulary, due: Field | None) -> Iterator[tree.Name]:
     """Yield the names in an expression, which may be the value of a field."""
     if due is not None and (due.form in WORDS or due.kind == "element"):
         return
@@ -170,7 +170,7 @@ def _within(node: tree.Expression, vocabulary: Vocabulary, due: Field | None) ->
         case _:
             for child in tree.children(node):
                 if not isinstance(child, tree.Argument):
-                    yield from _within(child, vocabulary, due)
+                    yield from _names_in_expression(child, vocabulary, due)
 
 
 def _of_call(node: tree.Call, vocabulary: Vocabulary, due: Field | None) -> Iterator[tree.Name]:
@@ -178,7 +178,7 @@ def _of_call(node: tree.Call, vocabulary: Vocabulary, due: Field | None) -> Iter
         yield owner
     fields = fields_of(node, vocabulary, due.kind if due else "")
     for place, argument in enumerate(node.arguments):
-        yield from _within(argument.value, vocabulary, field_of(fields, argument, place))
+        yield from _names_in_expression(argument.value, vocabulary, field_of(fields, argument, place))
 
 
 def fields_of(node: tree.Call, vocabulary: Vocabulary, kind: str) -> tuple[Field, ...]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from lsprotocol import types
 
-from softmark.grammar.diagnostic import Diagnostic, Second, encodable
+from softmark.grammar.diagnostic import Diagnostic, Second, make_encodable
 from softmark.interpreter.help import codes as known_codes
 from softmark.interpreter.language_server.text_document import Document
 from softmark.scenes import ROOT
@@ -32,14 +32,14 @@ def diagnostic(document: Document, found: Diagnostic) -> types.Diagnostic:
         also.insert(0, Second(found.source, found.span, found.label or found.message))
     return types.Diagnostic(
         document.range(found.span) if here and found.span else START,
-        encodable("\n".join(remarks)),
+        make_encodable("\n".join(remarks)),
         SEVERITY[found.severity],
         found.code,
         _description(found.code),
         "softmark",
         tags=[types.DiagnosticTag.Unnecessary] if found.code in UNUSED else None,
         related_information=[_related(document, second) for second in also] or None,
-        data={"label": encodable(found.label)} if found.label else None,
+        data={"label": make_encodable(found.label)} if found.label else None,
     )
 
 
@@ -65,7 +65,9 @@ def _related(document: Document, second: Second) -> types.DiagnosticRelatedInfor
     else:
         uri = _file_of(document, second.source.name).absolute().as_uri()
         at = Document(second.source.text, document.folder).range(second.span)
-    return types.DiagnosticRelatedInformation(types.Location(uri, at), encodable(second.label or second.source.name))
+    return types.DiagnosticRelatedInformation(
+        types.Location(uri, at), make_encodable(second.label or second.source.name)
+    )
 
 
 def _file_of(document: Document, name: str) -> Path:

@@ -22,7 +22,7 @@ def actions(document: Document, params: types.CodeActionParams) -> list[types.Co
         found = []
     quick = [_action(document, uri, *fix) for fix in found]
     everything = any(_is_requested(types.CodeActionKind.SourceFixAll, one) for one in only)
-    return [*quick, *(_all(document, uri) if everything else ())]
+    return [*quick, *(_fix_all_actions(document, uri) if everything else ())]
 
 
 def _fixes(document: Document) -> Iterator[tuple[Diagnostic, types.Range, types.Diagnostic]]:
@@ -43,7 +43,7 @@ def _action(
     )  # fmt: skip
 
 
-def _all(document: Document, uri: str) -> Iterator[types.CodeAction]:
+def _fix_all_actions(document: Document, uri: str) -> Iterator[types.CodeAction]:
     """Yield one action that applies all fixes that do not overlap, if there are any."""
     edits: list[types.TextEdit] = []
     for found, at, _ in _fixes(document):

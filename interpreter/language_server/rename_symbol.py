@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from lsprotocol import types
 
 from softmark.grammar.diagnostic import Source
-from softmark.grammar.parse_table import reserved
+from softmark.grammar.parse_table import reserved_words
 from softmark.interpreter.language.expression_evaluation import PREDEFINED
 from softmark.interpreter.language.field_schema import article
 from softmark.interpreter.language_server.go_to_definition import find_all_uses
 from softmark.interpreter.language_server.name_index import Occurrence, Target, name_at
 from softmark.interpreter.language_server.open_documents import OpenDocuments
-from softmark.interpreter.language_server.request_refused import RequestRefused
+from softmark.interpreter.language_server.request_error import RequestRefused
 from softmark.interpreter.language_server.text_document import Document
 from softmark.interpreter.validation.constructor_registry import compile_source
 from softmark.scenes import ROOT
@@ -62,7 +62,7 @@ def _find_objections(document: Document, target: Target, new: str) -> Iterator[s
     """Yield the objections to a new name."""
     if not NAME.fullmatch(new):
         yield f"`{new}` is not a name: use the letters A to Z, a to z, digits and `_`"
-    if new in reserved():
+    if new in reserved_words():
         yield f"`{new}` is a reserved word"
     if new in PREDEFINED:
         yield f"`{new}` is a predefined name and cannot be declared"

@@ -35,18 +35,18 @@ Role = tuple[Kind, int]  # a kind, and modifiers as bits
 
 def colours(document: Document, params: types.SemanticTokensParams) -> types.SemanticTokens:
     """Return the semantic tokens of the whole text."""
-    return types.SemanticTokens(_encoded(document, _words(document)))
+    return types.SemanticTokens(_encoded(document, _word_roles(document)))
 
 
 def colours_between(document: Document, params: types.SemanticTokensRangeParams) -> types.SemanticTokens:
     """Return the semantic tokens of the lines of a range."""
     first, last = params.range.start.line + 1, params.range.end.line + 1
-    return types.SemanticTokens(_encoded(document, [w for w in _words(document) if first <= w[0].line <= last]))
+    return types.SemanticTokens(_encoded(document, [w for w in _word_roles(document) if first <= w[0].line <= last]))
 
 
-def _words(document: Document) -> list[tuple[Span, Role]]:
+def _word_roles(document: Document) -> list[tuple[Span, Role]]:
     """Return the words with their roles, in the order of the text; none extends beyond its line."""
-    meant = {**dict(reversed(list(_written(document)))), **dict(_named(document))}
+    meant = {**dict(reversed(list(_declaration_roles(document)))), **dict(_name_roles(document))}
     found = [pair for token in document.tokens for pair in _of_token(token, meant)]
     found += [(comment.span, (Kind.Comment, 0)) for comment in document.tree.comments]
     return sorted((pair for pair in found if pair[0].line == pair[0].end_line), key=lambda pair: pair[0].start)
@@ -62,7 +62,7 @@ def _of_token(token: Token, meant: dict[int, tuple[Span, Role]]) -> Iterator[tup
         yield token.span, (kind, 0)
 
 
-def _written(document: Document) -> Iterator[tuple[int, tuple[Span, Role]]]:
+def _declaration_roles(document: Document) -> Iterator[tuple[int, tuple[Span, Role]]]:
     """Yield roles of words in parsed declarations, by their offsets; the first role of an offset counts."""
     for node in document.tree.declarations:
         if isinstance(node, tree.Declare):
@@ -72,7 +72,7 @@ def _written(document: Document) -> Iterator[tuple[int, tuple[Span, Role]]]:
                 yield from _of_part(part)
 
 
-def _named(document: Document) -> Iterator[tuple[int, tuple[Span, Role]]]:
+def _name_roles(document: Document) -> Iterator[tuple[int, tuple[Span, Role]]]:
     """Yield the names of the scene, by their offsets."""
     table = document.table
     for one in occurrences(table, table.modules[0]) if table.modules else ():

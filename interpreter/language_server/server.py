@@ -3,7 +3,7 @@
 To answer a further request: write a module with a function `f(document, params)` that returns the method's result in
 `lsprotocol.types`, and a line in FEATURES. If the parameters name no text document, or the feature is `wide`, the
 function gets all open documents (`open_documents.py`) instead. An exception is reported on standard error and the
-answer is None, except for a refusal with a reason (`request_refused.py`), which the editor shows.
+answer is None, except for a refusal with a reason (`request_error.py`), which the editor shows.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from softmark import __version__
 from softmark.interpreter.language_server import quick_fixes, semantic_tokens
 from softmark.interpreter.language_server.message_reader import MALFORMED, Message, read_messages
 from softmark.interpreter.language_server.open_documents import OpenDocuments
-from softmark.interpreter.language_server.request_refused import RequestRefused, report, silence_refusals
+from softmark.interpreter.language_server.request_error import RequestRefused, report, silence_refusals
 from softmark.interpreter.language_server.text_document import Document
 from softmark.scenes import ROOT
 

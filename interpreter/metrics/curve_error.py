@@ -73,7 +73,7 @@ class CurveError(CurveMetric):
         details = {
             "covered_share": over.covered, f"from_{along}": float(over.x[0]), f"to_{along}": float(over.x[-1]),
             f"rms_{own}": curve_geometry.rms(over.x, over.d), f"largest_{own}": float(np.abs(over.d[at])),
-            f"largest_at_{along}": float(over.x[at]), "r_squared": _explained(over),
+            f"largest_at_{along}": float(over.x[at]), "r_squared": _explained_variance(over),
             "inside_share": over.inside,
         }  # fmt: skip
         return Measurement(value, details, uncertainty=uncertainty, curve=seen.curve)
@@ -168,7 +168,7 @@ def _area(o: Overlay, initial: float) -> tuple[float, float | None]:
     return curve_geometry.integrate_absolute(o.x, o.d) / size, curve_geometry.integrate(o.x, o.u) / size
 
 
-def _unexplained(o: Overlay, initial: float) -> tuple[float, float | None]:
+def _unexplained_variance(o: Overlay, initial: float) -> tuple[float, float | None]:
     """Return 1 - R^2 and its uncertainty."""
     size = _variance(o)
     return curve_geometry.integrate_square(o.x, o.d) / size, curve_geometry.integrate_square(o.x, o.u) / size
@@ -182,10 +182,10 @@ def _variance(o: Overlay) -> float:
     return size
 
 
-def _explained(o: Overlay) -> float | None:
+def _explained_variance(o: Overlay) -> float | None:
     """Return R^2; None for a constant reference."""
     try:
-        return 1.0 - _unexplained(o, 0.0)[0]
+        return 1.0 - _unexplained_variance(o, 0.0)[0]
     except Undefined:
         return None
 
@@ -198,4 +198,4 @@ def _slope(o: Overlay, initial: float) -> tuple[float, float | None]:
     ) / size
 
 
-_STATISTICS = {"rms": _rms, "max": _max, "area": _area, "unexplained": _unexplained, "slope": _slope}
+_STATISTICS = {"rms": _rms, "max": _max, "area": _area, "unexplained": _unexplained_variance, "slope": _slope}

@@ -104,8 +104,8 @@ def _energy(E: Floats, w: Floats, case: Case, X: Floats) -> float:
     each = [_moduli(material, X) for material in materials]
     mu, lam = each[0]
     if case.parts:
-        from softmark.interpreter.problem.group_conditions import point_membership
         from softmark.interpreter.problem.material_layers import material_numbers
+        from softmark.interpreter.problem.mesh_group_conditions import point_membership
 
         at = material_numbers(case, X, point_membership(case, X)), np.arange(len(X))
         mu, lam = np.array([own[0] for own in each])[at], np.array([own[1] for own in each])[at]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.language.compiled_scene import Declared, Scene
-from softmark.interpreter.language.plugin_words import find_faulty_plugin
+from softmark.interpreter.language.loaded_plugin import find_faulty_plugin
 from softmark.interpreter.metrics.curve_geometry import MetricCurve
 from softmark.interpreter.metrics.curve_metrics import CurveMetric
 from softmark.interpreter.metrics.measurement import Measurement, MetricInput, MetricNumber, ReferenceData

@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.language.plugin_words import find_faulty_plugin
+from softmark.interpreter.language.loaded_plugin import find_faulty_plugin
 from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
 from softmark.interpreter.models.beam_frame.frame_declaration import Frame6Dof
 from softmark.interpreter.models.external.external_declaration import Outside

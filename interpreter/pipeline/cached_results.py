@@ -104,12 +104,12 @@ def record_doubts(work: StateRun, names: Iterable[str]) -> None:
     model
     that stated its error before such a warning states it again.
     """
-    from softmark.interpreter.verification.accuracy_warnings import doubts_of
+    from softmark.interpreter.verification.accuracy_warnings import accuracy_warning_codes
 
     work.about = ("", "")
     for name in list(names):
         result, before = work.models[name], work.doubts.get(name)
-        work.doubts[name] = found = tuple(doubts_of(work.scene, work.scene.declared[name], work.warnings))
+        work.doubts[name] = found = tuple(accuracy_warning_codes(work.scene, work.scene.declared[name], work.warnings))
         kept = work.known.models.get(name)
         if kept is not None and result.stated and kept.doubts[work.number] != found:
             raise OutdatedResults

@@ -14,19 +14,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.language.compiled_scene import SceneError
-from softmark.interpreter.language.plugin_words import find_faulty_plugin
+from softmark.interpreter.language.loaded_plugin import find_faulty_plugin
 from softmark.interpreter.models.model_preparation import prepared_model
 from softmark.interpreter.models.postprocessing.mesh_stress import add_stress
 from softmark.interpreter.models.postprocessing.reaction_and_work import forces_and_energies
 from softmark.interpreter.models.shared import interaction_setup
-from softmark.interpreter.models.shared.material_regions import cell_constants, facts
+from softmark.interpreter.models.shared.material_regions import cell_constants, material_report
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
 from softmark.interpreter.pipeline import cached_results, probe_sampling
 from softmark.interpreter.pipeline.run_state import StateRun
 from softmark.interpreter.problem.body_case import Case, Fault
 from softmark.interpreter.problem.probe_points import is_finite_probe
 from softmark.interpreter.problem.solution import View
-from softmark.interpreter.problem.surface_selection.load_resultants import doubts, resultants
+from softmark.interpreter.problem.surface_selection.load_resultants import load_mismatch_warnings, resultants
 from softmark.interpreter.results.reaction_results import ContactResult, EquilibriumForces
 from softmark.interpreter.results.run_report import ModelResult, Timing
 from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT, format_state
@@ -75,7 +75,7 @@ def solve_model(work: StateRun, name: str) -> None:
     case = interaction_setup.with_moved_rigid_bodies(case, solution.mesh)
     solution = add_stress(work.scene, declared, case, verify_solution(work.scene, declared, case, prepared, solution))
     history = solution.history
-    known = facts(case, prepared.mesh) | _mesh_facts(case, prepared) | _filled_surface_facts(case, prepared)
+    known = material_report(case, prepared.mesh) | _mesh_facts(case, prepared) | _filled_surface_facts(case, prepared)
     solution = replace(solution, facts=solution.facts | known)
     basis, most = ("", False) if solution.spent is None else (solution.spent.basis, solution.spent.most)
 
@@ -96,7 +96,7 @@ def solve_model(work: StateRun, name: str) -> None:
             reason, seen = "the displacements are not finite numbers", {}
             solution = Solution("failed", reason, solution.facts, notes=solution.notes)
     rest = forces_and_energies(declared, case, prepared, solution)
-    work.warn(doubts(case, declared, loads := resultants(case, prepared)), here=solution.notes)
+    work.warn(load_mismatch_warnings(case, declared, loads := resultants(case, prepared)), here=solution.notes)
     message = solution.message if solution.displacement is None else None
     work.views[name] = View(
         name,
@@ -212,7 +212,7 @@ def _filled_surface_facts(case: Case, prepared: Prepared) -> dict[str, Any]:
         return {}
     from softmark.interpreter.models.shared import filled_mesh_notes
 
-    return filled_mesh_notes.facts(case.shape, prepared.mesh)
+    return filled_mesh_notes.filled_mesh_report(case.shape, prepared.mesh)
 
 
 def _solve_timed(work: StateRun, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared, SceneError
-from softmark.interpreter.language.plugin_words import find_faulty_plugin
+from softmark.interpreter.language.loaded_plugin import find_faulty_plugin
 from softmark.interpreter.metrics.curve_geometry import Curve
 from softmark.interpreter.models.model_preparation import from_a_model, measurement
 from softmark.interpreter.pipeline import probe_sampling
@@ -20,7 +20,7 @@ from softmark.interpreter.pipeline.run_state import StateRun
 from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.problem.probe_points import facts_of, is_finite_probe, scan_surface, zero_below_error
 from softmark.interpreter.problem.solution import View
-from softmark.interpreter.problem.theory_problems import (
+from softmark.interpreter.problem.theory_dispatch import (
     at_rest_of,
     doubt_of_theory,
     facts_of_theory,

@@ -148,8 +148,8 @@ def _report(works: Sequence[StateRun], partial: bool) -> Report:
         ReportWarning(d.code, d.message + where, d.span.line if d.span and d.source is scene.source else None, d.help)
         for d, where in _collect_warnings(works).items()
     )
-    models: dict[str, ModelResult] = _over_states([work.models for work in works], states)
-    references: dict[str, ReferenceResult] = _over_states([work.references for work in works], states)
+    models: dict[str, ModelResult] = _combine_states([work.models for work in works], states)
+    references: dict[str, ReferenceResult] = _combine_states([work.references for work in works], states)
     known: dict[str, ModelResult | ReferenceResult] = {**models, **references}
     expectations = () if partial else tuple(judge(scene, known, e, states) for e in scene.expectations)
     described, machine = describe_scene(scene), describe_environment(works[0].started)
@@ -168,15 +168,15 @@ def _collect_warnings(works: Sequence[StateRun]) -> dict[Diagnostic, str]:
     }
 
 
-def _over_states(known: Sequence[dict[str, Any]], states: Sequence[float]) -> dict[str, Any]:
+def _combine_states(known: Sequence[dict[str, Any]], states: Sequence[float]) -> dict[str, Any]:
     """Return results by name, combined over the states."""
     if not states:
         return dict(known[0])
     whole = {name: join_states([own[name] for own in known], states) for name in known[-1]}
-    return {name: replace(result, shape=_in_states(result, states)) for name, result in whole.items()}
+    return {name: replace(result, shape=_surface_with_state_frames(result, states)) for name, result in whole.items()}
 
 
-def _in_states(result: ModelResult | ReferenceResult, states: Sequence[float]) -> DrawnSurface | None:
+def _surface_with_state_frames(result: ModelResult | ReferenceResult, states: Sequence[float]) -> DrawnSurface | None:
     """Return the surface in the last state with those of all states as frames, if all have one."""
     seen = [own.shape for own in result.each if own.shape is not None]
     if len(seen) < max(2, len(states)) or len({s.position.shape for s in seen}) > 1:

@@ -8,7 +8,7 @@ from datetime import datetime
 from functools import cache
 from typing import Any
 
-from softmark.grammar.diagnostic import Source, encodable
+from softmark.grammar.diagnostic import Source, make_encodable
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.expression_evaluation import Quantity
@@ -25,7 +25,7 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
         parameters[name] = {"value": value, "unit": units.si_unit(p.value.dimension), "text": p.text}
     return {
         "title": scene.title,
-        "file": encodable(scene.path or source.name),
+        "file": make_encodable(scene.path or source.name),
         "standard": standard_name(scene.path),
         "sha256": hashlib.sha256(source.text.encode()).hexdigest(),
         "parameters": parameters,
@@ -42,7 +42,7 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
 def _plugins(scene: Scene) -> dict[str, Any]:
     """Return the plugins of the vocabulary; empty if there are none."""
     named = scene.table.vocabulary.plugins if scene.table else ()
-    told = [{"name": p.name, "file": encodable(p.file), "sha256": p.sha256} for p in named]
+    told = [{"name": p.name, "file": make_encodable(p.file), "sha256": p.sha256} for p in named]
     return {"plugins": told} if told else {}
 
 

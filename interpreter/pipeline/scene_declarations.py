@@ -18,7 +18,9 @@ def names_of(scene: Scene) -> DeclaredNames:
     own = {name: declared for name, declared in scene.declared.items() if "." not in name}
     pulls = (d.thing.direction for d in own.values() if isinstance(d.thing, Gravity))
     down = next(pulls, DeclaredNames.down)
-    return DeclaredNames({name: _named(scene, declared) for name, declared in own.items()}, _expected(scene), down)
+    return DeclaredNames(
+        {name: _named(scene, declared) for name, declared in own.items()}, _expected_metrics(scene), down
+    )
 
 
 def _named(scene: Scene, declared: Declared) -> DeclaredName:
@@ -54,7 +56,7 @@ def _poisson(scene: Scene, material: object) -> float | None:
     return next((float(d.thing.poisson) for d in known if isinstance(d.thing.poisson, float | int)), None)
 
 
-def _expected(scene: Scene) -> tuple[str, ...]:
+def _expected_metrics(scene: Scene) -> tuple[str, ...]:
     """Return the metrics of models that expectations name."""
     nodes = (e.node for e in scene.expectations if e.location.source is scene.source)
     names = (name.parts for node in nodes for name in find_metrics(node))

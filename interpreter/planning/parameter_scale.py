@@ -20,7 +20,7 @@ INCOMPRESSIBLE = 0.5
 
 
 @dataclass(frozen=True)
-class Ladder:
+class ParameterScale:
     """Scale in one direction. If its limit is `abrupt`, the interval before the last rung is not bisected."""
 
     direction: Direction
@@ -49,7 +49,7 @@ def round_to_six_digits(value: float) -> float:
 # ------------------------------------------------------------------ multiplied
 
 
-def logarithmic_ladder(nominal: float, limit: float, direction: Direction) -> Ladder | None:
+def logarithmic_ladder(nominal: float, limit: float, direction: Direction) -> ParameterScale | None:
     """Return a logarithmic scale from a number to a limit of its sign, with at least three rungs, or None."""
     span = abs(math.log10(limit / nominal))
     if span < 1e-6:
@@ -57,7 +57,9 @@ def logarithmic_ladder(nominal: float, limit: float, direction: Direction) -> La
     count = max(3, math.ceil(span - 1e-9))
     whole = [float(i) for i in range(1, count)] if span >= 3 else [span * i / count for i in range(1, count)]
     sign = 1.0 if abs(limit) > abs(nominal) else -1.0
-    return Ladder(direction, (*whole, span), math.log10(RATIO), partial(_logarithmic_value, nominal, limit, sign, span))
+    return ParameterScale(
+        direction, (*whole, span), math.log10(RATIO), partial(_logarithmic_value, nominal, limit, sign, span)
+    )
 
 
 def _logarithmic_value(nominal: float, limit: float, sign: float, span: float, t: float) -> float:
@@ -68,7 +70,7 @@ def _logarithmic_value(nominal: float, limit: float, sign: float, span: float, t
 # ------------------------------------------------------------------ the gap to one half
 
 
-def poisson_ladder(nominal: float, limit: float = INCOMPRESSIBLE) -> Ladder | None:
+def poisson_ladder(nominal: float, limit: float = INCOMPRESSIBLE) -> ParameterScale | None:
     """Return a scale of Poisson's ratio by decades of 0.5 - nu, up to 0.5 itself if the limit allows it."""
     gap, least = INCOMPRESSIBLE - nominal, INCOMPRESSIBLE - limit
     floor = max(least, SMALLEST_GAP)
@@ -81,7 +83,7 @@ def poisson_ladder(nominal: float, limit: float = INCOMPRESSIBLE) -> Ladder | No
     if exact:
         rungs.append(span + 1)
     value = partial(_poisson_value, gap, limit, exact, span)
-    return Ladder("up", tuple(rungs), math.log10(RATIO), value, abrupt=exact)
+    return ParameterScale("up", tuple(rungs), math.log10(RATIO), value, abrupt=exact)
 
 
 def _poisson_value(gap: float, limit: float, exact: bool, span: float, t: float) -> float:
@@ -94,13 +96,15 @@ def _poisson_value(gap: float, limit: float, exact: bool, span: float, t: float)
 # ------------------------------------------------------------------ towards an end
 
 
-def linear_ladder(nominal: float, limit: float, direction: Direction, stops: tuple[float, ...] = ()) -> Ladder | None:
+def linear_ladder(
+    nominal: float, limit: float, direction: Direction, stops: tuple[float, ...] = ()
+) -> ParameterScale | None:
     """Return a linear scale from a number to the end of a range, or one through given values."""
     if limit == nominal:
         return None
     inner = [s for s in stops if min(nominal, limit) < s < max(nominal, limit)]
     parts = [(s - nominal) / (limit - nominal) for s in inner] if stops else [0.25, 0.5, 0.75]
-    return Ladder(direction, (*sorted(parts), 1.0), 0.02, partial(_linear_value, nominal, limit))
+    return ParameterScale(direction, (*sorted(parts), 1.0), 0.02, partial(_linear_value, nominal, limit))
 
 
 def _linear_value(nominal: float, limit: float, t: float) -> float:
@@ -108,10 +112,10 @@ def _linear_value(nominal: float, limit: float, t: float) -> float:
     return limit if t >= 1 else round_to_six_digits(nominal + t * (limit - nominal)) if t > 0 else nominal
 
 
-def decades_from_zero(limit: float, direction: Direction) -> Ladder:
+def decades_from_zero(limit: float, direction: Direction) -> ParameterScale:
     """Return a scale from zero to the end of a range by decades of that end."""
     rungs = tuple(float(i) for i in range(1, DECADES + 2))
-    return Ladder(direction, rungs, math.log10(RATIO), partial(_decade_value, limit))
+    return ParameterScale(direction, rungs, math.log10(RATIO), partial(_decade_value, limit))
 
 
 def _decade_value(limit: float, t: float) -> float:
@@ -122,7 +126,7 @@ def _decade_value(limit: float, t: float) -> float:
 # ------------------------------------------------------------------ whole numbers
 
 
-def doubling_ladder(nominal: int, limit: int, direction: Direction) -> Ladder | None:
+def doubling_ladder(nominal: int, limit: int, direction: Direction) -> ParameterScale | None:
     """Return a scale of a whole number by doubling, or halving, to its limit."""
     if limit == nominal:
         return None
@@ -131,7 +135,7 @@ def doubling_ladder(nominal: int, limit: int, direction: Direction) -> Ladder | 
     value = partial(_doubled_value, nominal, limit, 1.0 if limit > nominal else -1.0, span)
     kept = dict.fromkeys(value(t) for t in rungs)
     whole = tuple(t for t in rungs if kept.pop(value(t), 0) is None and value(t) not in (nominal, limit))
-    return Ladder(direction, (*whole, span), math.log2(RATIO), value)
+    return ParameterScale(direction, (*whole, span), math.log2(RATIO), value)
 
 
 def _doubled_value(nominal: int, limit: int, sign: float, span: float, t: float) -> float:

@@ -10,7 +10,7 @@ from dataclasses import field
 from itertools import pairwise
 from typing import Literal
 
-from softmark.interpreter.planning.parameter_scale import Ladder
+from softmark.interpreter.planning.parameter_scale import ParameterScale
 from softmark.interpreter.results.state_results import SOLVED
 from softmark.records import dataclass
 
@@ -50,7 +50,7 @@ class Edge:
 
 
 @dataclass(frozen=True)
-class Verdicts:
+class WalkSummary:
     """Numbers of judged and unjudged points of a walk, and the nearest correct position t."""
 
     here: str  # the class of the scene as it is
@@ -63,7 +63,7 @@ class Verdicts:
 class Walk:
     """State of one walk; `seen` are the results by position, with that of the unchanged scene at 0."""
 
-    ladder: Ladder
+    ladder: ParameterScale
     until: Until
     seen: dict[float, PointClass] = field(default_factory=dict)
 
@@ -135,10 +135,10 @@ class Walk:
         blind = next((t for t in ts if self.seen[t].word == "unjudged" and t > (farthest or -1.0)), None)
         return Edge(farthest, wrong, word, max(answered, default=None), silence, blind, ts[-1])
 
-    def verdicts(self) -> Verdicts:
+    def verdicts(self) -> WalkSummary:
         """Return how many points were judged so far: a point without a true value is neither right nor wrong."""
         last = self.edge().last_right
         right = [t for t, s in self.seen.items() if s.word == "right" and last is not None and t <= last]
         blind = [t for t, s in self.seen.items() if s.word == "unjudged"]
         before = sum(t < last for t in blind) if last is not None else 0
-        return Verdicts(self.seen[0.0].word, min(right, default=None), len(self.seen) - len(blind), before)
+        return WalkSummary(self.seen[0.0].word, min(right, default=None), len(self.seen) - len(blind), before)

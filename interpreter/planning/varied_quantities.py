@@ -15,7 +15,7 @@ from softmark.interpreter.language.expression_evaluation import VectorValue
 from softmark.interpreter.language.field_schema import Field, Interval
 from softmark.interpreter.language.units import Dimension
 from softmark.interpreter.planning import parameter_scale
-from softmark.interpreter.planning.parameter_scale import Ladder
+from softmark.interpreter.planning.parameter_scale import ParameterScale
 from softmark.interpreter.results.json_records import JsonRecord
 from softmark.records import dataclass
 from softmark.solvers.elements.plane import PLANE
@@ -66,7 +66,7 @@ class WalkedQuantity(JsonRecord):
     limits: tuple[float, float] | None = None
     options: tuple[str, ...] = ()
     vector: tuple[float, ...] = ()
-    ladders: tuple[Ladder, ...] = ()
+    ladders: tuple[ParameterScale, ...] = ()
 
     @property
     def unit(self) -> str:
@@ -79,9 +79,9 @@ class WalkedQuantity(JsonRecord):
             return value
         unit = "" if self.dimension == units.NONE else units.si_unit(self.dimension)
         if self.vector:
-            parts = ", ".join(_plain(parameter_scale.round_to_six_digits(c * value)) for c in self.vector)
+            parts = ", ".join(_shortest_number(parameter_scale.round_to_six_digits(c * value)) for c in self.vector)
             return f"({parts}) {unit}".strip()
-        number = str(int(value)) if self.kind == "integer" else _plain(value)
+        number = str(int(value)) if self.kind == "integer" else _shortest_number(value)
         return f"{number} {unit}".strip()
 
     def override(self, value: Value) -> str:
@@ -106,7 +106,7 @@ class WalkedQuantity(JsonRecord):
         )  # fmt: skip
 
 
-def _plain(value: float) -> str:
+def _shortest_number(value: float) -> str:
     """Return the shortest text that reads back as this number, without a sign before zero."""
     return repr(float(value) + 0.0).removesuffix(".0")
 
@@ -117,7 +117,7 @@ def _plain(value: float) -> str:
 def quantity_of(scene: Scene, name: str) -> WalkedQuantity:
     """Return the quantity that a target names. Raises Unwalkable, and KeyError for an unknown name."""
     if name in scene.parameters:
-        return _of_parameter(scene, scene.parameters[name])
+        return _parameter_quantity(scene, scene.parameters[name])
     owner, _, attribute = name.rpartition(".")
     declared = scene.declared[owner]
     field = declared.constructor.field(attribute)
@@ -125,13 +125,13 @@ def quantity_of(scene: Scene, name: str) -> WalkedQuantity:
         raise KeyError(name)
     value = declared.value(attribute)
     if field.form in ("choice", "flag") or (field.form == "value" and field.kind == "element"):
-        return _of_choice(scene, name, field, value)
+        return _choice_quantity(scene, name, field, value)
     if value is None:
         raise Unwalkable(f"`{name}` has no value in the scene", "give the field a value: walks start from there")
     if field.form == "integer":
-        return _whole(name, int(value), field.interval)
+        return _integer_quantity(name, int(value), field.interval)
     if field.form == "vector":
-        return _of_vector(name, value, field.dimension or units.NONE)
+        return _vector_quantity(name, value, field.dimension or units.NONE)
     if field.form != "quantity":
         words = f"`{name}` is {field.expected}, and not a quantity"
         raise Unwalkable(words, "walk a number, a vector, a choice, or a parameter that the scene uses there")
@@ -162,7 +162,7 @@ def _has(declared: Declared, attribute: str) -> bool:
 # ------------------------------------------------------------------ by form
 
 
-def _of_choice(scene: Scene, name: str, field: Field, value: Any) -> WalkedQuantity:
+def _choice_quantity(scene: Scene, name: str, field: Field, value: Any) -> WalkedQuantity:
     """Return a quantity with a fixed set of choices."""
     alike = (
         word for word in scene.vocabulary.words() if (word in PLANE) == (value in PLANE)
@@ -172,11 +172,13 @@ def _of_choice(scene: Scene, name: str, field: Field, value: Any) -> WalkedQuant
     return WalkedQuantity(name, "choice", own, own, options=tuple(options))
 
 
-def _of_vector(name: str, value: tuple[float, ...], dimension: Dimension) -> WalkedQuantity:
+def _vector_quantity(name: str, value: tuple[float, ...], dimension: Dimension) -> WalkedQuantity:
     """Return a quantity that scales a vector."""
     if not any(value):
         raise Unwalkable(f"`{name}` is zero, and no multiple of it is another", "give it a size to start from")
-    return _laddered(name, "factor", 1.0, units.format_vector(value, dimension), dimension, SPAN, vector=tuple(value))
+    return _quantity_with_scales(
+        name, "factor", 1.0, units.format_vector(value, dimension), dimension, SPAN, vector=tuple(value)
+    )
 
 
 def _number(
@@ -190,12 +192,12 @@ def _number(
     if interval is not None:
         low = max(low, interval.low) if not interval.low_open or low < interval.low else low
         high = min(high, interval.high) if not interval.high_open or high > interval.high else high
-    return _laddered(
+    return _quantity_with_scales(
         name, "factor", value, units.format_value(value, dimension), dimension, (low / value, high / value)
     )
 
 
-def _laddered(
+def _quantity_with_scales(
     name: str, kind: Kind, value: float, text: str, dimension: Dimension, span: tuple[float, float],
     vector: tuple[float, ...] = (),
 ) -> WalkedQuantity:  # fmt: skip
@@ -206,11 +208,11 @@ def _laddered(
                     ladders=tuple(w for w in ways if w is not None))  # fmt: skip
 
 
-def _multiplied(value: float, limit: float, direction: parameter_scale.Direction) -> Ladder | None:
+def _multiplied(value: float, limit: float, direction: parameter_scale.Direction) -> ParameterScale | None:
     return parameter_scale.logarithmic_ladder(value, limit, direction) if limit * value > 0 else None
 
 
-def _whole(name: str, value: int, interval: Interval | None) -> WalkedQuantity:
+def _integer_quantity(name: str, value: int, interval: Interval | None) -> WalkedQuantity:
     """Return a quantity of whole numbers."""
     if value < 1:
         raise Unwalkable(f"`{name}` is {value}, and no multiple of it is another", "start from one or more")
@@ -237,25 +239,25 @@ def _poisson_quantity(name: str, value: float, interval: Interval | None) -> Wal
 # ------------------------------------------------------------------ parameters
 
 
-def _of_parameter(scene: Scene, parameter: Parameter) -> WalkedQuantity:
+def _parameter_quantity(scene: Scene, parameter: Parameter) -> WalkedQuantity:
     """Return the quantity of a parameter of the scene."""
     value, name, interval = parameter.value, parameter.name, parameter.interval
     if isinstance(value, VectorValue):
-        return _of_vector(name, value.values, value.dimension)
+        return _vector_quantity(name, value.values, value.dimension)
     if not isinstance(value, Number):
         raise Unwalkable(f"`{name}` is no number", "walk a number, a vector or a choice")
     if value.dimension == units.NONE and _is_poisson(scene, name, value.value):
         return _poisson_quantity(name, value.value, interval)
     if value.dimension == units.NONE and value.value == int(value.value) and _must_be_whole(scene, name, value.value):
-        return _whole(name, int(value.value), interval)
+        return _integer_quantity(name, int(value.value), interval)
     if interval is None:
         return _number(name, value.value, value.dimension, SPAN, None)
-    return _in_range(name, value.value, value.dimension, interval)
+    return _number_quantity(name, value.value, value.dimension, interval)
 
 
-def _in_range(name: str, value: float, dimension: Dimension, interval: Interval) -> WalkedQuantity:
+def _number_quantity(name: str, value: float, dimension: Dimension, interval: Interval) -> WalkedQuantity:
     """Return a quantity with ladders to both ends of a range: logarithmic if possible, linear otherwise."""
-    ways: list[Ladder | None] = []
+    ways: list[ParameterScale | None] = []
     ends: tuple[tuple[parameter_scale.Direction, float], ...] = (("up", interval.high), ("down", interval.low))
     for direction, end in ends:
         if end == value:
@@ -275,7 +277,7 @@ def _compile_with_value(scene: Scene, name: str, value: float) -> tuple[Scene, l
     """Compile the scene with another value of a parameter; return it and its errors."""
     from softmark.interpreter.language.compiler import recompile
 
-    override = parameter_overrides.read_override(f"{name}={_plain(value)}", [])
+    override = parameter_overrides.read_override(f"{name}={_shortest_number(value)}", [])
     return recompile(scene, [override] if override else [])
 
 

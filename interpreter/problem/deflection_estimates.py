@@ -21,10 +21,12 @@ def bending_angle(case: Case) -> float | None:
     EI: float = case.material.young * min(shape.section.moments)
     per_length = case.material.density * shape.section.area
     along = shape.axis
-    distributed = _across([per_length * g for g in case.gravity], along)
-    turned = _across([sum(m[i] for m in (_moment(d, shape) for d in case.loads)) for i in range(3)], along)
+    distributed = _perpendicular_length([per_length * g for g in case.gravity], along)
+    turned = _perpendicular_length(
+        [sum(m[i] for m in (_moment(d, shape) for d in case.loads)) for i in range(3)], along
+    )
     ends = [_force(d.thing.action, shape) for d in case.loads]
-    end = _across([sum(f[i] for f in ends) for i in range(3)], along)
+    end = _perpendicular_length([sum(f[i] for f in ends) for i in range(3)], along)
     length: float = shape.length
     return (distributed * length**3 / 6 + end * length**2 / 2 + turned * length) / EI
 
@@ -45,7 +47,7 @@ def _moment(load: Any, shape: Prism) -> tuple[float, ...]:
     return action.moment if isinstance(action, MomentLoad) else (0.0, 0.0, 0.0)
 
 
-def _across(vector: list[float], axis: tuple[float, ...]) -> float:
+def _perpendicular_length(vector: list[float], axis: tuple[float, ...]) -> float:
     """Return the length of the part of a vector that is perpendicular to the axis."""
     along = sum(v * a for v, a in zip(vector, axis, strict=True))
     return float(sum((v - along * a) ** 2 for v, a in zip(vector, axis, strict=True)) ** 0.5)

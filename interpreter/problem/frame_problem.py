@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.tendon_theory import section_stiffness
+from softmark.interpreter.problem.tendon_theory_setup import section_stiffness
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, MomentLoad, PointLoad
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Hinged

@@ -37,7 +37,7 @@ def material_numbers(case: Case, X: Any, members: Callable[[str], Any]) -> Any:
     """
     import numpy as np
 
-    from softmark.interpreter.problem.group_conditions import split_by_groups
+    from softmark.interpreter.problem.mesh_group_conditions import split_by_groups
 
     found = np.zeros(len(X), dtype=np.int64)
     bounds = case.shape.bounds or (X.min(axis=0), X.max(axis=0))

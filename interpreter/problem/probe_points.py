@@ -32,7 +32,7 @@ from softmark.solvers.mesh.shapes import MeshFile
 from softmark.solvers.mesh.surface_bodies import SurfaceBody
 
 if TYPE_CHECKING:
-    from softmark.interpreter.problem.group_conditions import Members
+    from softmark.interpreter.problem.mesh_group_conditions import Members
     from softmark.references.measured_data import Measured
     from softmark.solvers.mesh.mesh import Mesh
 
@@ -191,11 +191,11 @@ def _split(case: Case, place: ProbePoints, extent: float) -> Floats:
 
 def _on_surface(case: Case, shape: geometry.Shape, where: Condition) -> Members:
     """Return the membership of surface triangles of a file in a named group, as a function. Raises Fault."""
-    from softmark.interpreter.problem import group_conditions
+    from softmark.interpreter.problem import mesh_group_conditions
 
     mesh = shape.named()
-    group_conditions.check((r for r in case.groups if r.thing.name in where.groups), mesh)
-    facets, each = group_conditions.facet_membership(mesh), len(mesh.element.facet.triangles)
+    mesh_group_conditions.check((r for r in case.groups if r.thing.name in where.groups), mesh)
+    facets, each = mesh_group_conditions.facet_membership(mesh), len(mesh.element.facet.triangles)
     return lambda name: np.repeat(facets(name), each)
 
 
@@ -222,7 +222,7 @@ def _part(probe: Declared, X: Floats) -> Floats:
 def _selected_mask(probe: Declared, X: Floats) -> NDArray[np.bool_]:
     """Return whether the probe's condition selects each point (n,). Raises Fault if it selects none."""
     if probe.thing.where.groups:
-        from softmark.interpreter.problem.group_conditions import group_of_points_fault
+        from softmark.interpreter.problem.mesh_group_conditions import group_of_points_fault
 
         raise group_of_points_fault(probe)
     extent = float(np.linalg.norm(np.ptp(X, axis=0)))
@@ -277,16 +277,16 @@ def _selected(probe: Declared, case: Case, mesh: Mesh, each: Sequence[Condition]
 
     `each` are the conditions of the selection, each with its own tetrahedra.
     """
-    from softmark.interpreter.problem import group_conditions
+    from softmark.interpreter.problem import mesh_group_conditions
     from softmark.interpreter.problem.surface_selection.selected_pieces import select_pieces
     from softmark.solvers.mesh.simplex_clipping import Pieces
 
     whole, named = Pieces(mesh.points[mesh.cells], np.arange(len(mesh.cells))), {g for own in each for g in own.groups}
-    group_conditions.check((r for r in case.groups if r.thing.name in named), mesh)
+    mesh_group_conditions.check((r for r in case.groups if r.thing.name in named), mesh)
     found = [
         select_pieces(own, whole.chosen(np.arange(len(mesh.cells))[which]), mesh.extent)
         for where in each
-        for own, which in group_conditions.split_by_groups(where, group_conditions.cell_membership(mesh))
+        for own, which in mesh_group_conditions.split_by_groups(where, mesh_group_conditions.cell_membership(mesh))
     ]
     corners, sizes = (np.concatenate([getattr(part, name) for part in found]) for name in ("corners", "sizes"))
     if not sizes.sum() > 0.0:

@@ -17,7 +17,7 @@ parts: set[str] = set()  # temporary files in use, removed if a signal ends the 
 
 def replace(path: Path, content: str | bytes) -> Path:
     """Write a file in place of an existing file, link or pipe of that name. Raises OSError."""
-    with replacing(path) as part:
+    with replace_atomically(path) as part:
         part.write_bytes(_encoded(content))
     return path
 
@@ -31,7 +31,7 @@ def write_named(path: Path, content: str | bytes) -> Path:
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
+def replace_atomically(path: Path) -> Iterator[Path]:
     """Yield a temporary path with the same ending, which replaces the file when the block ends. Raises OSError."""
     handle, temporary = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
     os.close(handle)

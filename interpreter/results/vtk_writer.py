@@ -21,7 +21,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.results.atomic_files import folder_within, replace, replacing
+from softmark.interpreter.results.atomic_files import folder_within, replace, replace_atomically
 from softmark.interpreter.results.run_report import DrawnSurface, ModelResult, ReferenceResult, Report
 from softmark.solvers.elements import element_of
 
@@ -195,6 +195,6 @@ def _write(
     of_cells: Mapping[str, Floats] | None = None,
 ) -> Path:  # fmt: skip
     known = {name: [values] for name, values in (of_cells or {}).items()}
-    with replacing(path) as part:
+    with replace_atomically(path) as part:
         meshio.Mesh(X, list(cells), point_data=data, cell_data=known).write(part)
     return path

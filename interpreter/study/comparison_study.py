@@ -134,7 +134,7 @@ def compare(subjects: Sequence[SceneSubject], request: ComparisonRequest) -> Com
             outcomes = _accuracy(tasks, request, done)
             if request.accurate is not None and request.repeats:
                 request.accurate(_comparison(subjects, configurations, outcomes, {}, request, started).found)
-            costs = _timing(configurations, outcomes, request, journal)
+            costs = _time_configurations(configurations, outcomes, request, journal)
         except KeyboardInterrupt as stop:
             raise Interrupted(done.words()) from stop
     request.say("analyse", "")
@@ -190,7 +190,7 @@ class _Done:
 def _accuracy(tasks: Mapping[str, PointTask], request: ComparisonRequest, done: _Done) -> dict[str, PointOutcome]:
     """Return outcomes by key, from the journal or computed now."""
     journal = done.journal
-    sound = ({**e["outcome"], "key": k} for k, e in journal.of_kind(ACCURACY).items() if k in tasks and _sound(e))
+    sound = ({**e["outcome"], "key": k} for k, e in journal.of_kind(ACCURACY).items() if k in tasks and _is_complete(e))
     outcomes = {o.key: o for o in map(PointOutcome.from_json, sound) if not o.again(request.timeout)}
     labels = {key: f"{task.scene}: {task.model}" for key, task in tasks.items()}
     waiting = [task for key, task in tasks.items() if key not in outcomes]
@@ -201,7 +201,7 @@ def _accuracy(tasks: Mapping[str, PointTask], request: ComparisonRequest, done: 
     return outcomes
 
 
-def _sound(entry: Json) -> bool:
+def _is_complete(entry: Json) -> bool:
     """Return whether an entry of the journal is complete; a damaged one is computed or timed again."""
     if json_validation.find_misfit(entry, json_validation.ENTRIES[entry["kind"]]) is not None:
         return False
@@ -232,7 +232,7 @@ def _computed(
 # ------------------------------------------------------------------ timing
 
 
-def _timing(
+def _time_configurations(
     configurations: Sequence[Configuration],
     outcomes: Mapping[str, PointOutcome],
     request: ComparisonRequest,
@@ -244,7 +244,9 @@ def _timing(
     from softmark.interpreter.study.timing.timing_rounds import time_jobs
 
     jobs = [_job(c, request) for c in configurations if _solved(c, outcomes)]
-    done = [entry["record"] for (kind, _, _), entry in journal.entries.items() if kind == TIMING and _sound(entry)]
+    done = [
+        entry["record"] for (kind, _, _), entry in journal.entries.items() if kind == TIMING and _is_complete(entry)
+    ]
 
     def keep(record: Json) -> None:
         journal.append(TIMING, str(record["key"]), record=to_plain_json(record))

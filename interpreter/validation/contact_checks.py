@@ -12,7 +12,7 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene, is_rig
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import is_force_driven
-from softmark.interpreter.problem.plane_of_contact import missed_plane_error
+from softmark.interpreter.problem.out_of_plane_contact import missed_plane_error
 from softmark.interpreter.problem.symmetry_planes import led_fault
 from softmark.interpreter.validation.initial_overlap import check_initial_overlap
 from softmark.interpreter.vocabulary.contact_words import Between

@@ -102,11 +102,13 @@ def groups(scene: Scene) -> Iterator[Diagnostic]:
 
 def _groups(case: Case, shape: Shape) -> Iterator[Diagnostic]:
     """Yield errors of the groups of one case."""
-    from softmark.interpreter.problem import group_conditions  # reads the mesh; only imported for scenes with groups
+    from softmark.interpreter.problem import (
+        mesh_group_conditions,  # reads the mesh; only imported for scenes with groups
+    )
     from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
 
     try:
-        group_conditions.check(case.groups, shape.named())
+        mesh_group_conditions.check(case.groups, shape.named())
     except Fault as wrong:
         yield wrong.diagnostic
     except UnreadableMesh:

@@ -34,7 +34,7 @@ from softmark.grammar.name_suggestions import nearest
 from softmark.grammar.tree import Span
 from softmark.interpreter.language.expression_evaluation import PREDEFINED
 from softmark.interpreter.language.field_schema import Vocabulary, _fields, article
-from softmark.interpreter.language.plugin_words import FILES, Plugin, format_exception
+from softmark.interpreter.language.loaded_plugin import FILES, Plugin, format_exception
 from softmark.records import dataclass
 from softmark.resource_limits import process_lock
 from softmark.safe_files import open_regular
@@ -92,7 +92,7 @@ class NoPlugin(Exception):
         self.diagnostic = Diagnostic("E731", message, None, None, help=help)
 
 
-def installed() -> dict[str, str]:
+def installed_plugins() -> dict[str, str]:
     """Return the installed plugins and the module of each; none is loaded."""
     from importlib.metadata import entry_points
 
@@ -186,7 +186,7 @@ def _locate_installed(name: str) -> tuple[Path, str]:
     """Return file and module of an installed plugin without running it; its parent packages do run. Raises NoPlugin."""
     from importlib.util import find_spec
 
-    known = installed()
+    known = installed_plugins()
     if name not in known:
         close = nearest(name, list(known))
         hint = f"did you mean `{close}`?" if close else "`dsl list plugins` lists the installed ones"

@@ -71,14 +71,14 @@ def data_kind_of(reference: Declared) -> Known:
 def check_comparisons(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors of metrics without any value, and of probes and supports that need tracked points."""
     for declared in (*scene.of_kind("probe").values(), *scene.of_kind("support").values()):
-        yield from _tracked(scene, declared)
+        yield from _check_tracked_points(scene, declared)
     for metric in scene.of_kind("metric").values():
         refusal = _probe(scene, metric) or _time(scene, metric) or _reference(scene, metric) or _tensor(scene, metric)
         if refusal is not None:
             yield diagnostic("E509", metric.at(refusal.field), refusal.message, refusal.label, refusal.help)
 
 
-def _tracked(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
+def _check_tracked_points(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
     """Check that probes of markers and supports that follow them have a reference of tracked points."""
     of = declared.thing.tracked
     if of is None or data_kind_of(scene.declared[of]) == "points":

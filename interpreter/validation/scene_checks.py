@@ -18,10 +18,10 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.message_limit import shorten
 from softmark.interpreter.language.parameter_overrides import Override
 from softmark.interpreter.metrics.metric_base import ForceMetric
-from softmark.interpreter.models.shared.perturbed_start import doubts as disturbed
+from softmark.interpreter.models.shared.perturbed_start import check_perturbed_start as disturbed
 from softmark.interpreter.problem.body_case import Case, Fault, body_of, case_for, case_of, describe_extent
 from softmark.interpreter.problem.symmetry_planes import plane_fault, point_doubt, pull_fault, start_fault
-from softmark.interpreter.problem.theory_problems import problem_of
+from softmark.interpreter.problem.theory_dispatch import problem_of
 from softmark.interpreter.validation import file_and_selection_checks as given
 from softmark.interpreter.validation import plane_body_checks, state_checks, used_scene_checks, value_warnings
 from softmark.interpreter.validation.amplitude_resolution import check_amplitude_resolution
@@ -129,7 +129,7 @@ def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
                     yield doubt
 
 
-def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_points_inside(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check that probes and point forces lie inside their body."""
     for declared in (*scene.of_kind("probe").values(), *scene.of_kind("load").values()):
         points = _points(scene, declared)
@@ -203,7 +203,7 @@ def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
             yield declared, case
 
 
-def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_supports(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     cases = [case for _, case in _cases(scene, "model") if not isinstance(case.analysis, Dynamic)]
     loose = {case.body.name: case for case in cases if not (case.named_supports or case.beds or case.contacts)}
     for case in loose.values():
@@ -213,7 +213,7 @@ def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         yield diagnostic("E306", case.body.at(), problem, "no support", remedy)
 
 
-def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_undeformed_bodies(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check for bodies that are solved although nothing deforms them and no frequency is requested."""
     if any(_has_error(contact, found) for contact in scene.of_kind("contact").values()):
         return  # their effect is not known
@@ -349,7 +349,7 @@ def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
                 yield diagnostic("E505", at, problem, "different bodies", remedy)
 
 
-def _published(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_published_columns(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check that a published column has one value for each model, of the metric's dimension."""
     for column in scene.of_kind("published").values():
         thing, unit = column.thing, scene.declared[column.thing.metric].thing.unit
@@ -456,7 +456,7 @@ def _regions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             yield from ask(scene)
 
 
-def _graded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_varying_materials(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check materials that vary in space; the module is only imported for scenes with one."""
     if any(not case_of(scene, body).uniform for body in scene.of_kind("body")):
         from softmark.interpreter.problem import heterogeneity_limits
@@ -465,7 +465,7 @@ def _graded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             yield from ask(scene)
 
 
-def _directed(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_directions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check materials with directions; the module is only imported for scenes with one."""
     if any(getattr(declared.thing, "directed", False) for declared in scene.of_kind("material").values()):
         from softmark.interpreter.problem import anisotropy_limits
@@ -473,7 +473,7 @@ def _directed(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         yield from anisotropy_limits.materials(scene)
 
 
-def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_unused_declarations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Report declarations that nothing uses, if the scene has no other errors."""
     if not any(d.severity == "error" for d in found):
         yield from value_warnings.find_idle_models(scene)
@@ -482,12 +482,30 @@ def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (
-    _one_analysis, _shapes, _contacts, _plane, _symmetric, _selections, _places, _meshes, _lints,
+    _one_analysis, _shapes, _contacts, _plane, _symmetric, _selections, _check_points_inside, _meshes, _lints,
 )  # fmt: skip
 WHOLE: tuple[Check, ...] = (
-    _touched, _bodies, _regions, _directed, _graded, _given, _held, _loaded, _paths, _models, _references, _refined,
-    _metrics, _fluid, _comparisons, _curves, _amplitudes, _published, _expectations, _use,
-)  # fmt: skip
+    _touched,
+    _bodies,
+    _regions,
+    _check_directions,
+    _check_varying_materials,
+    _given,
+    _check_supports,
+    _check_undeformed_bodies,
+    _paths,
+    _models,
+    _references,
+    _refined,
+    _metrics,
+    _fluid,
+    _comparisons,
+    _curves,
+    _amplitudes,
+    _check_published_columns,
+    _expectations,
+    _check_unused_declarations,
+)
 
 
 def apply_overrides(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:

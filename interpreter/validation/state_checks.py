@@ -95,7 +95,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
     if _has_times(scene):
         yield from _times(scene, states)
         yield from (_without(d, "amplitude", "depends on the state", True) for d in driven)
-    yield from (wrong for r in tables if (wrong := _whole(r) or _as_many(r, len(states))) is not None)
+    yield from (wrong for r in tables if (wrong := _check_column_numbers(r) or _as_many(r, len(states))) is not None)
     if len(states) > 1:
         yield from (_single_state_error(r) for r in scene.of_kind("reference").values() if _measured_once(r))
         yield from (_fitted(m) for m in scene.asked("model").values() if _is_fitted(m))
@@ -201,7 +201,7 @@ def _without(declared: Declared, field: str, does: str, moving: bool) -> Diagnos
                       "no states", help)  # fmt: skip
 
 
-def _whole(reference: Declared) -> Diagnostic | None:
+def _check_column_numbers(reference: Declared) -> Diagnostic | None:
     """Return the error for invalid column numbers, or for a single number next to the list."""
     if "state" in reference.fields:
         return diagnostic("E312", reference.at("state"), f"`{reference.name}` has both a `state` and `states`",

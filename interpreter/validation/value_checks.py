@@ -29,7 +29,9 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
     doubts: list[tuple[str, Diagnostic]] = []
     for reference in scene.of_kind("reference").values():
         if isinstance(reference.thing, GivenValues):
-            told = [*_check_uncertainties(reference), *_as_many(scene, reference)] or [*_check_band(reference)]
+            told = [*_check_uncertainties(reference), *_check_value_count(scene, reference)] or [
+                *_check_band(reference)
+            ]
             refused = [d for d in told if d.severity == "error"]
             wrong |= {reference.name} if refused else set()
             doubts += [(reference.name, d) for d in told if d.severity != "error"]
@@ -131,7 +133,7 @@ def _check_band(reference: Declared) -> Iterator[Diagnostic]:
             return
 
 
-def _as_many(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
+def _check_value_count(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
     """Check that there is one value, or one for each state."""
     count, states = len(reference.thing.values.values), len(states_of(scene))
     if count in (1, states) or any(a.value("states") is not None and not states for a in _analyses(scene)):

@@ -119,7 +119,7 @@ def _dashpots(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic("W370", bed.at("damping"), problem, "for a dynamic analysis", help)
 
 
-def _predetermined(scene: Scene) -> Iterator[Diagnostic]:
+def _warn_of_predetermined_results(scene: Scene) -> Iterator[Diagnostic]:
     """Warn about expectations whose result is known before anything is computed."""
     for expectation in scene.expectations:
         # a name with a dot is a metric of a model, be the model in error or not, or a parameter of a used scene
@@ -189,6 +189,13 @@ def find_unused_names(scene: Scene) -> Iterator[Diagnostic]:
 
 
 LINTS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (
-    _densities, _stiffnesses, _convexities, _gravities, _dashpots, _registered, _amplitudes, _predetermined,
+    _densities,
+    _stiffnesses,
+    _convexities,
+    _gravities,
+    _dashpots,
+    _registered,
+    _amplitudes,
+    _warn_of_predetermined_results,
     _check_half_models,
-)  # fmt: skip
+)

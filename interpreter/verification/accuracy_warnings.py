@@ -50,7 +50,7 @@ def is_doubt(code: str) -> bool:
     return code in DOUBTS
 
 
-def doubts_of(scene: Scene, declared: Declared, warnings: Sequence[Diagnostic]) -> list[str]:
+def accuracy_warning_codes(scene: Scene, declared: Declared, warnings: Sequence[Diagnostic]) -> list[str]:
     """Return the codes of accuracy warnings, without those about another model."""
     others = [d.location for n, d in scene.of_kind("model").items() if n != declared.name]
 

@@ -30,8 +30,8 @@ def split_by_material(case: Case, mesh: DeformedMesh) -> list[tuple[Case, Any]]:
 
 def _common_material(case: Case, mesh: DeformedMesh) -> Any:
     """Return the material number common to all points of a cell (m,), -1 if they differ."""
-    from softmark.interpreter.problem.group_conditions import cell_membership
     from softmark.interpreter.problem.material_layers import material_numbers
+    from softmark.interpreter.problem.mesh_group_conditions import cell_membership
 
     corners = mesh.points[mesh.cells]
     middle = corners.mean(axis=1, keepdims=True)

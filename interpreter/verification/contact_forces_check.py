@@ -19,7 +19,7 @@ from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
 from softmark.interpreter.models.shared.rigid_contact_setup import barrier_of, inner_steps
 from softmark.interpreter.verification.load_forces_check import select_facets
 from softmark.interpreter.verification.support_reactions_check import held_components, rigid_motion
-from softmark.interpreter.verification.unverified_models import NoIndependentFormula
+from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.contact.signed_distance.distance_function import depth_of_centroid as depth_of_middle
 from softmark.solvers.elements.boundary_facets import FACETS
@@ -128,7 +128,7 @@ def _missed_penetration(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats)
     whole = replace(touch, declared=replace(touch.declared, thing=replace(touch.thing, where=EVERYWHERE)))
     still = np.flatnonzero(np.asarray(held_components(replace(case, supports=case.named_supports), mesh)).any(axis=1))
     nodes = np.setdiff1d(_facets(case, whole, mesh), np.concatenate([asked, still]))
-    x = _in_plane(case, mesh.points + u)[nodes]
+    x = _plane_components(case, mesh.points + u)[nodes]
     return max(0.0, -float(_evaluate_distance(_current_distance(touch), x)[0].min(initial=0.0)))
 
 
@@ -141,7 +141,7 @@ def _is_engulfed(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> boo
     if gap is None or gap.centroid is None:
         return False
     look, inside = _current_distance(touch), _inside_body(case, mesh, u)
-    middle = _in_plane(case, move_points(np.array([gap.centroid]), *rigid_motion(touch)))
+    middle = _plane_components(case, move_points(np.array([gap.centroid]), *rigid_motion(touch)))
     if _evaluate_distance(look, middle)[0][0] < 0.0:
         return inside(middle[0])
     low, high = _rigid_bounds(touch)
@@ -176,7 +176,7 @@ def _rigid_bounds(touch: Touch) -> tuple[Floats, Floats]:
 def _contact_facts(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> dict[str, Any]:
     """Return the facts of one contact."""
     facets, look = _facets(case, touch, mesh), _current_distance(touch)
-    x = _in_plane(case, mesh.points + u)
+    x = _plane_components(case, mesh.points + u)
     nodes = np.setdiff1d(np.unique(facets), _fixed_nodes(case, mesh))
     gaps = np.full(len(x), np.inf)
     gaps[nodes] = _evaluate_distance(look, x[nodes])[0]
@@ -204,20 +204,20 @@ def contact_forces(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> t
     joined = mesh.joined.get(touch.name)
     if joined is not None:
         of, N, A = _with_added_points((of, N, A), joined)
-    x = _in_plane(case, np.einsum("pa,pai->pi", N, (mesh.points + u)[of]))
+    x = _plane_components(case, np.einsum("pa,pai->pi", N, (mesh.points + u)[of]))
     g, n = _evaluate_distance(_current_distance(touch), x)
     if joined is not None:
         size = float(np.linalg.norm(np.ptp(mesh.points[facets], axis=1), axis=1).max())
         g, n = _gaps_to_planes(joined, touch, x, g, n, barrier.distance + CLOSE * size)
     p, slope = rigid_contact_forces.pressure(g, barrier.distance, barrier.stiffness, barrier.bend)
     p = np.where(A > 0.0, p, 0.0)
-    push = _in_plane(case, (A * p)[:, None] * n)
+    push = _plane_components(case, (A * p)[:, None] * n)
     if touch.thing.friction:
         from softmark.interpreter.verification.friction_forces_check import friction_tractions
 
         spring = barrier.stiffness / barrier.distance
         push += A[:, None] * friction_tractions(
-            touch, mesh, (of, N), x, _in_plane(case, n), p, spring, bool(case.planar)
+            touch, mesh, (of, N), x, _plane_components(case, n), p, spring, bool(case.planar)
         )
         slope = slope + spring
     found = np.zeros_like(u)
@@ -262,7 +262,7 @@ def _points(case: Case, touch: Touch, mesh: DeformedMesh, facets: Ints) -> tuple
         nodes = np.setdiff1d(np.flatnonzero(area > 0.0), still)
         return nodes[:, None], np.ones((len(nodes), 1)), area[nodes]
     xi = FACETS[kind].lattice(steps)
-    N, split = solid_forces.shape_functions(kind, xi), rigid_contact_forces.lattice(FACETS[kind].square, steps)
+    N, split = solid_forces.shape_functions(kind, xi), rigid_contact_forces.facet_lattice(FACETS[kind].square, steps)
     X = np.einsum("la,fai->fli", N, mesh.points[facets]).reshape(-1, 3)
     each = (len(xi) * np.arange(len(facets))[:, None, None] + split).reshape(-1, 3)
     free = (np.abs(N) > ROUND) @ ~np.isin(facets, still).T
@@ -276,7 +276,7 @@ def _fixed_nodes(case: Case, mesh: DeformedMesh) -> Ints:
     return found
 
 
-def _in_plane(case: Case, x: Floats) -> Floats:
+def _plane_components(case: Case, x: Floats) -> Floats:
     """Return the components in the plane of a plane body."""
     return x * (1.0, 1.0, 0.0) if case.planar else x
 
@@ -314,7 +314,7 @@ def _current_distance(touch: Touch) -> rigid_contact_forces.Distance:
 
     Raises NoIndependentFormula.
     """
-    return rigid_contact_forces.moved(_distance(touch.rigid.thing.shape), *rigid_motion(touch))
+    return rigid_contact_forces.moved_distance(_distance(touch.rigid.thing.shape), *rigid_motion(touch))
 
 
 def _distance(shape: Shape) -> rigid_contact_forces.Distance:
@@ -356,7 +356,7 @@ def _cone(shape: Any) -> rigid_contact_forces.Distance:
 
 
 def _around(shape: Any, corners: Any, rounding: float = 0.0) -> rigid_contact_forces.Distance:
-    return rigid_contact_forces.revolved(
+    return rigid_contact_forces.revolved_distance(
         rigid_contact_forces.polygon(corners, rounding, mirrored=True), shape.origin, shape.axis
     )
 
@@ -367,13 +367,13 @@ def _extruded(shape: Any) -> rigid_contact_forces.Distance:
 
 
 def _enclosed(shape: Any) -> rigid_contact_forces.Distance:
-    return rigid_contact_forces.enclosed(*shape.surface(0.0))
+    return rigid_contact_forces.closed_surface_distance(*shape.surface(0.0))
 
 
 DISTANCES: Mapping[type, Callable[[Any], rigid_contact_forces.Distance]] = {
     HalfSpace: _half_space,
     Sphere: lambda shape: rigid_contact_forces.ball(shape.origin, shape.radius),
-    SphericalShell: lambda shape: rigid_contact_forces.hollow(shape.origin, shape.radius, shape.inner),
+    SphericalShell: lambda shape: rigid_contact_forces.hollow_ball_distance(shape.origin, shape.radius, shape.inner),
     Box: _box,
     RoundedBox: _box,
     Cylinder: _cylinder,

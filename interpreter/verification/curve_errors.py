@@ -92,10 +92,13 @@ def static_curve_errors(
     if isinstance(known[-1][0].case.analysis, Dynamic):
         return {}
     asked = {n: m.thing for n, m in scene.of_kind("metric").items() if isinstance(m.thing, CurveMetric)}
-    return {n: _of_states(scene, thing, known, measured.get(thing.measured_from or "")) for n, thing in asked.items()}
+    return {
+        n: _error_from_states(scene, thing, known, measured.get(thing.measured_from or ""))
+        for n, thing in asked.items()
+    }
 
 
-def _of_states(
+def _error_from_states(
     scene: Scene, thing: CurveMetric, known: Sequence[tuple[View, Mapping[str, StatedError]]], data: Any
 ) -> StatedError:
     """Return the stated error of a curve, from the errors of its states and of the chords between them."""

@@ -39,7 +39,7 @@ from softmark.interpreter.results.run_report import ModelResult, ProbeResult
 from softmark.interpreter.results.state_results import SOLVED
 from softmark.interpreter.validation.amplitude_resolution import is_resolved_by_step
 from softmark.interpreter.verification import grid_convergence, rounding_error
-from softmark.interpreter.verification.accuracy_warnings import DOUBTS, doubts_of, is_doubt
+from softmark.interpreter.verification.accuracy_warnings import DOUBTS, accuracy_warning_codes, is_doubt
 from softmark.interpreter.verification.by_model import verifier_of
 from softmark.interpreter.verification.by_model.verifier import Verifier
 from softmark.interpreter.verification.estimation_budget import BudgetExceeded
@@ -58,7 +58,7 @@ __all__ = [
     "ErrorEstimate",
     "NoErrorEstimate",
     "ProbeResultUnderTest",
-    "doubts_of",
+    "accuracy_warning_codes",
     "estimate_errors",
     "is_doubt",
 ]
@@ -161,7 +161,7 @@ class ErrorEstimate(SolutionUnderTest):
     def _must_have_limit(self, seen: ProbeResultUnderTest) -> None:
         """Raise NoErrorEstimate for singular results: pressure at sharp edges, and effects of point and line forces."""
         if self.case.contacts:
-            from softmark.interpreter.verification.contact_accuracy_limits import singular_pressure
+            from softmark.interpreter.verification.contact_singularities import singular_pressure
 
             if place := singular_pressure(seen.metric, self.case, seen.at_rest, seen.X):
                 raise NoErrorEstimate(
@@ -335,7 +335,7 @@ def estimate_errors(
     estimates = {} if estimates is None else estimates
     earlier = estimates.get(declared.name)
     whole = ErrorEstimate(scene, declared, view.case, prepared, result, measured, result.mesh, asked, earlier)
-    doubts, found = doubts_of(scene, declared, warnings), {}
+    doubts, found = accuracy_warning_codes(scene, declared, warnings), {}
     void = next((f"{code}: {DOUBTS[code]}" for code in VOID if code in doubts), None)
     for name, seen in _requested_results(scene, result, view, measured, views, asked).items():
         said = _estimate_safely(whole, seen) if void is None else StatedError(reason=void)

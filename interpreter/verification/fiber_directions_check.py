@@ -14,7 +14,7 @@ from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.cell_materials_check import split_by_material
 from softmark.interpreter.verification.heterogeneous_constants_check import constant_values
-from softmark.interpreter.verification.unverified_models import NoIndependentFormula
+from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.interpreter.vocabulary.fiber_words import Helix
 from softmark.solvers.independent_forces import fiber_axes_by_differences
 from softmark.solvers.independent_forces.heterogeneous_forces import HeterogeneousMixedBody
@@ -98,7 +98,7 @@ def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules:
     return fiber_axes_by_differences.AnisotropicBody(points, cells, kind, u, TERM, stiff, False, case.depth, rules, at)
 
 
-def pressed_of(
+def mixed_body_of(
     case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any = None
 ) -> MixedBody:
     """Return some cells with mixed pressures. Raises NoIndependentFormula."""

@@ -217,10 +217,10 @@ class _LazyValue:
 def solution_of_state(static: PreparedSolid, case: Case, state: Floats) -> Solution:
     """Return the solution of a solid in a given state: displacements anywhere, stress and nodal forces."""
     from softmark.interpreter.models.postprocessing.reaction_and_work import forces_and_energies
-    from softmark.interpreter.models.shared.deformed_mesh import Deformed
+    from softmark.interpreter.models.shared.deformed_mesh import DeformedBody
 
     pressures = static.unknowns.pressed(static.solid, static.pieces, state)
-    mesh = Deformed(static.mesh, static.unknowns.moved(state).reshape(-1, 3), pressures=pressures)
+    mesh = DeformedBody(static.mesh, static.unknowns.moved(state).reshape(-1, 3), pressures=pressures)
     field = displacement_field(static.model, case, mesh)
     found = Solution("converged", None, {}, field, stress=field.stress, carried=cache(lambda: static.carried_in(state)))
     return replace(

@@ -27,7 +27,7 @@ from softmark.interpreter.verification import material_stability, reaction_balan
 from softmark.interpreter.verification.by_model import verifier_of
 from softmark.interpreter.verification.by_model.solid_forces_check import LEFT
 from softmark.interpreter.verification.by_model.verifier import VerifiedSolution, Verifier
-from softmark.interpreter.verification.unverified_models import NoIndependentFormula
+from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.solvers.elements import CELLS
 from softmark.solvers.independent_forces import solid_forces

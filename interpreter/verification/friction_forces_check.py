@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.verification.support_reactions_check import rigid_motion
-from softmark.interpreter.verification.unverified_models import NoIndependentFormula
+from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.solvers.independent_forces import rigid_friction_forces
 
 if TYPE_CHECKING:

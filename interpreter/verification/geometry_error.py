@@ -23,8 +23,8 @@ def facet_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnd
     shape = whole.case.shape
     if not isinstance(shape, SurfaceBody):
         return {}
-    from softmark.interpreter.models.shared.filled_mesh_notes import facts
+    from softmark.interpreter.models.shared.filled_mesh_notes import filled_mesh_report
 
-    known = facts(shape, whole.prepared.mesh).get("filled", {})
+    known = filled_mesh_report(shape, whole.prepared.mesh).get("filled", {})
     share = abs(known["facets_m3"]) / known["surface_m3"] if known else 0.0
     return {"facets": lambda seen: STIFFER * share * seen.size} if share > 1e-9 else {}

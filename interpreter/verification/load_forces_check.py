@@ -17,10 +17,10 @@ from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.models.shared.material_regions import mass_points
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.group_conditions import facet_membership, split_by_groups
+from softmark.interpreter.problem.mesh_group_conditions import facet_membership, split_by_groups
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import settled_borders, split_by_sides
 from softmark.interpreter.verification.cell_materials_check import split_by_material
-from softmark.interpreter.verification.unverified_models import NoIndependentFormula
+from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.interpreter.vocabulary.load_words import (
     BodyForce,
     LineForce,

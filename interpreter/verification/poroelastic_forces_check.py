@@ -9,9 +9,9 @@ import numpy as np
 
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.group_conditions import facet_membership, split_by_groups
+from softmark.interpreter.problem.mesh_group_conditions import facet_membership, split_by_groups
 from softmark.interpreter.verification.cell_materials_check import INWARD
-from softmark.interpreter.verification.unverified_models import NoIndependentFormula
+from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.solvers.independent_forces.poroelastic_equations import PoroelasticBody
 from softmark.solvers.independent_forces.solid_forces import EPS, Floats
 

@@ -50,7 +50,7 @@ def stress_warnings(scene: Scene, view: View, prepared: Prepared) -> tuple[Diagn
 
 def _sharp_edge_warnings(scene: Scene, view: View) -> Iterator[Diagnostic]:
     """Yield warnings about contact pressures at sharp edges and tips."""
-    from softmark.interpreter.verification.contact_accuracy_limits import singular_pressure
+    from softmark.interpreter.verification.contact_singularities import singular_pressure
 
     for metric in scene.of_kind("metric").values():
         seen = view.probes.get(metric.thing.looked_at or "")

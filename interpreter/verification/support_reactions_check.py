@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case, Touch
-from softmark.interpreter.problem.group_conditions import (
+from softmark.interpreter.problem.mesh_group_conditions import (
     cell_membership,
     facet_membership,
     node_membership,

@@ -12,7 +12,7 @@ import numpy as np
 
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.verification.unverified_models import NoIndependentFormula
+from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.solvers.independent_forces import hereditary_integral, solid_forces
 from softmark.solvers.independent_forces.hereditary_integral import (
     DisplacementHistory,

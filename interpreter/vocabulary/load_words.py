@@ -116,7 +116,7 @@ class Load:
 
     def part(self, share: float) -> Self:
         """Return the load scaled to a fraction of its full size."""
-        less: Self = scaled(self, self.strength, share)
+        less: Self = scale_field(self, self.strength, share)
         return less
 
     def in_state(self, number: int, value: float) -> Self:
@@ -152,7 +152,7 @@ class HasMaterial:
         return made
 
 
-def scaled(thing: Any, field: str, share: float) -> Any:
+def scale_field(thing: Any, field: str, share: float) -> Any:
     """Return a copy with one field, a number or a vector, multiplied by `share`."""
     full = getattr(thing, field)
     less = share * full if isinstance(full, float) else tuple(share * v for v in full)

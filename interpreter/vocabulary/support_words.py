@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
-from softmark.interpreter.vocabulary.load_words import in_state_of_value, scaled
+from softmark.interpreter.vocabulary.load_words import in_state_of_value, scale_field
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ class ByVector(Support):
 
     def part(self, share: float) -> Self:
         """Return the support with its displacement scaled to a fraction."""
-        moved: Self = scaled(self, "by", share)
+        moved: Self = scale_field(self, "by", share)
         return moved
 
 
@@ -220,7 +220,7 @@ class Turned(Holding):
 
     def part(self, share: float) -> Self:
         """Return the support with its angle scaled to a fraction."""
-        turned: Self = scaled(self, "angle", share)
+        turned: Self = scale_field(self, "angle", share)
         return turned
 
 
@@ -361,5 +361,5 @@ class PorePressure(Drain):
 
     def part(self, share: float) -> Self:
         """Return the support with its pressure scaled to a fraction."""
-        less: Self = scaled(self, "value", share)
+        less: Self = scale_field(self, "value", share)
         return less

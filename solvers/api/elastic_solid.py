@@ -101,7 +101,7 @@ class Solid:
 
     def nodes(self, where: Where) -> Ints:
         """Return the numbers of the selected nodes (k,). Raises ValueError if none is selected."""
-        found = np.flatnonzero(_selected(where, self.points))
+        found = np.flatnonzero(_select_points(where, self.points))
         if not len(found):
             raise ValueError(f"no node is selected; {self._spans}")
         return found
@@ -112,7 +112,7 @@ class Solid:
         Facets are selected whole: choose the mesh so that its lines lie where the selection ends.
         """
         facets = self.mesh.facets
-        found: Ints = facets[_selected(where, self.points)[facets].all(axis=1)]
+        found: Ints = facets[_select_points(where, self.points)[facets].all(axis=1)]
         if not len(found):
             raise ValueError(f"no facet of the boundary is selected; {self._spans}")
         return found
@@ -159,7 +159,7 @@ class Solid:
         return self.strain == "small" or bool(np.all(np.linalg.det(self.elastic.F(x)) > 0.0))
 
 
-def _selected(where: Where, points: Floats) -> NDArray[np.bool_]:
+def _select_points(where: Where, points: Floats) -> NDArray[np.bool_]:
     found = np.asarray(where(points))
     if found.shape != (len(points),) or found.dtype != np.bool_:
         raise ValueError(

@@ -21,7 +21,7 @@ def traction(solid: Solid, stress: Vector, facets: Ints) -> DeadForces:
     """Return a force per undeformed area (3,), Pa, on facets (f, k) of `Solid.facets`; it keeps its direction."""
     areas = _areas(solid, facets)
     t = _vector(stress, "a traction")
-    return _spread(solid, facets, np.linalg.norm(areas, axis=-1)[..., None] * t)
+    return _nodal_forces(solid, facets, np.linalg.norm(areas, axis=-1)[..., None] * t)
 
 
 def pressure(solid: Solid, size: float, facets: Ints) -> DeadForces | FollowerPressure:
@@ -33,7 +33,7 @@ def pressure(solid: Solid, size: float, facets: Ints) -> DeadForces | FollowerPr
         raise ValueError(f"a pressure must be finite, not {size}")
     areas = _areas(solid, facets)
     if solid.strain == "small":
-        return _spread(solid, facets, -size * areas)
+        return _nodal_forces(solid, facets, -size * areas)
     return FollowerPressure(solid.points, facets, size)
 
 
@@ -56,7 +56,7 @@ def _areas(solid: Solid, facets: Ints) -> Floats:
     return found
 
 
-def _spread(solid: Solid, facets: Ints, forces: Floats) -> DeadForces:
+def _nodal_forces(solid: Solid, facets: Ints, forces: Floats) -> DeadForces:
     """Return nodal forces of forces at the integration points of facets (f, q, 3), N."""
     facet = solid.mesh.element.facet
     f = np.zeros_like(solid.points)

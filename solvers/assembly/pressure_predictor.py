@@ -97,7 +97,7 @@ class MixedPoints(Elastic):
 
 
 @dataclass(frozen=True)
-class ZeroPressureEnergy(Energy):
+class EnergyWithoutPressure(Energy):
     """Corotational tetrahedra whose tangent has zero pressure, tr(S - I) = 0 in every cell."""
 
     tets: CorotationalTets
@@ -140,7 +140,7 @@ def _zero_pressure_energy(energy: Energy) -> Energy:
     if isinstance(energy, EnergySum):
         return replace(energy, parts=tuple(_zero_pressure_energy(part) for part in energy.parts))
     if isinstance(energy, CorotationalTets):
-        return ZeroPressureEnergy(energy)
+        return EnergyWithoutPressure(energy)
     if isinstance(energy, MeanDilatation):
         return energy.slack()
     if isinstance(energy, MixedPoints):

@@ -2,8 +2,8 @@
 
 Facets of eight nodes need a point in the middle. A uniform pressure pulls at their corners, which nodes with only
 compressive forces cannot provide: they lose contact, and the body is softer by 1 to 1.5 % on any mesh (for the sphere
-in tests/shared/indented.py). With the middle point nodal forces may have either sign, as those of quadratic elements
-do.
+in tests/shared/indented_cylinder.py). With the middle point nodal forces may have either sign, as those of quadratic
+elements do.
 
 Rigid bodies that are sharper than the facets they touch enter between nodes: a finer lattice limits their depth to
 less than the distance of its points.

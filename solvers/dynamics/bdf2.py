@@ -12,7 +12,7 @@ from softmark.solvers.dynamics.load_amplitudes import constant_step_load
 from softmark.solvers.dynamics.trapezoidal_rule import mean_stage
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.implicit_step import DynamicSystem
+    from softmark.solvers.dynamics.dynamic_system import DynamicSystem
 
 
 @dataclass(frozen=True)

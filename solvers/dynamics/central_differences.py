@@ -8,7 +8,7 @@ from softmark.records import dataclass
 from softmark.solvers.dynamics.integrator import Motion, StepFailed, StepStart, StepTooLong
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.implicit_step import DynamicSystem
+    from softmark.solvers.dynamics.dynamic_system import DynamicSystem
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ class DynamicForces:
         mass = problem.mass
         self.lumped: Floats | None = mass if isinstance(mass, np.ndarray) else None
         self.M = sparse.diags(mass).tocsr() if isinstance(mass, np.ndarray) else mass.tocsr()
-        self.M_free = _sorted(self.M[self.free][:, self.free])
+        self.M_free = _canonical_matrix(self.M[self.free][:, self.free])
         self.pattern, self._mass_slots = _with_mass(assembly.pattern, self)
         self.impact = self._impact(amplitudes[plain:], problem.meets) if self.contacts or problem.meets else None
         self._repeats = problem.remembering is None and problem.turning is None  # forces depend on the state alone
@@ -222,7 +222,7 @@ def _entry_numbers(size: int, M: Pattern | sparse.csr_matrix) -> Ints:
     return numbers
 
 
-def _sorted(M: sparse.csr_matrix) -> sparse.csr_matrix:
+def _canonical_matrix(M: sparse.csr_matrix) -> sparse.csr_matrix:
     """Return the matrix in canonical order, without explicit zeros."""
     M = M.tocsr()
     M.sum_duplicates()

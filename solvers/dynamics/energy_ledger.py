@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.implicit_step import DynamicSystem
+from softmark.solvers.dynamics.dynamic_system import DynamicSystem
 from softmark.solvers.dynamics.integrator import Motion
 from softmark.solvers.energies.energy import Floats
 

@@ -9,7 +9,7 @@ from softmark.solvers.dynamics.integrator import Motion, StepStart
 from softmark.solvers.dynamics.newmark import newmark_stage
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.implicit_step import DynamicSystem
+    from softmark.solvers.dynamics.dynamic_system import DynamicSystem
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from softmark.solvers.dynamics.integrator import Motion, Stage, StepStart
 from softmark.solvers.dynamics.load_amplitudes import constant_step_load
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.implicit_step import DynamicSystem
+    from softmark.solvers.dynamics.dynamic_system import DynamicSystem
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from softmark.solvers.linear.factorisations import Singular
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.dynamic_contact import ContactsAtTime
-    from softmark.solvers.dynamics.implicit_step import DynamicSystem
+    from softmark.solvers.dynamics.dynamic_system import DynamicSystem
 
 EPS = float(np.finfo(np.float64).eps)
 MUCH = 0.25  # of the imbalance: a whole step that leaves less is kept without asking for the potential

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.solvers.dynamics.implicit_step import DynamicSystem
+    from softmark.solvers.dynamics.dynamic_system import DynamicSystem
     from softmark.solvers.dynamics.load_amplitudes import StepLoad
 
     Floats = NDArray[np.float64]

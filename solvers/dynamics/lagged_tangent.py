@@ -20,7 +20,7 @@ from softmark.solvers.dynamics.integrator import Motion, Stage
 from softmark.solvers.energies.energy import Energy, Floats, LaggedTangentEnergy
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.implicit_step import DynamicSystem
+    from softmark.solvers.dynamics.dynamic_system import DynamicSystem
 
 ORDER = 5  # highest order of extrapolation
 MOST = 14  # iterations
@@ -209,7 +209,7 @@ class BackwardDifferences:
     def add(self, x: Floats, time: float) -> None:
         """Add the next accepted state. A step of another length restarts the table with the last state."""
         step = time - self.time
-        if not _equal(step, self.step):
+        if not _are_equal_steps(step, self.step):
             self.count = min(self.count, 1)
         self.table, self._old = self._old, self.table
         self.table[0] = x
@@ -224,14 +224,14 @@ class BackwardDifferences:
         Newton's formula: the sum of the differences up to an order. The next difference is the error of that order at
         the last state.
         """
-        if self.count < 3 or not _equal(step, self.step):
+        if self.count < 3 or not _are_equal_steps(step, self.step):
             return None
         missed = np.einsum("kn,kn->k", self.table[1 : self.count], self.table[1 : self.count])
         x: Floats = self.table[: int(np.argmin(missed)) + 1].sum(axis=0)
         return x
 
 
-def _equal(step: float, other: float) -> bool:
+def _are_equal_steps(step: float, other: float) -> bool:
     """Return whether two step lengths are equal up to rounding of times."""
     return abs(step - other) <= 1e-6 * step
 

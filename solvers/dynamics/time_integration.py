@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.solvers.dynamics.dynamic_problem import Dynamics
+from softmark.solvers.dynamics.dynamic_system import DynamicSystem
 from softmark.solvers.dynamics.energy_balance import EnergyAccount
 from softmark.solvers.dynamics.energy_ledger import NAMES, EnergyEntry, is_finite, next_entry, open_entry
 from softmark.solvers.dynamics.implicit_newton import StepOutcome
-from softmark.solvers.dynamics.implicit_step import DynamicSystem
 from softmark.solvers.dynamics.integrator import BarrierTooSoft, Motion, StepFailed, StepStart
 from softmark.solvers.dynamics.trajectory import ContactHistory, Diverged, Event, MotionNotConverged, Trajectory
 

@@ -83,7 +83,7 @@ def estimate_step_error(problem: Dynamics, points: Floats, duration: float, step
     times = np.minimum(step * np.arange(steps + 1), duration)
     drag = problem.damping.alpha + problem.damping.beta * w**2
     with np.errstate(over="ignore", invalid="ignore"):
-        exact = _exact(w, drag, pushes, amplitudes, speed, times)
+        exact = _exact_modal_motion(w, drag, pushes, amplitudes, speed, times)
         own = recurrence(_Modal(w, problem.damping.alpha, drag, pushes, amplitudes), speed, times)
     if not (np.all(np.isfinite(exact)) and np.all(np.isfinite(own))):
         return None
@@ -195,7 +195,7 @@ class _Modal:
         return found
 
 
-def _exact(
+def _exact_modal_motion(
     w: Floats, drag: Floats, pushes: Floats, amplitudes: list[Amplitude], speed: Floats, times: Floats
 ) -> Floats:
     """Return modal displacements (t, k), exact for loads that are linear in each part of a step."""

@@ -113,7 +113,7 @@ class MixedSolid(Energy):
         return total if np.isfinite(total) else np.inf
 
     def _constraint(self, x: Floats) -> Floats:
-        F, up = _magnified(self._shape, self.displacements(x))
+        F, up = _magnified_gradient(self._shape, self.displacements(x))
         return self.constraint.value(F).reshape(self.w.shape) / up
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
@@ -152,7 +152,7 @@ class MixedSolid(Energy):
         return spare
 
 
-def _magnified(shape: Elastic, u: Floats) -> tuple[Floats, float]:
+def _magnified_gradient(shape: Elastic, u: Floats) -> tuple[Floats, float]:
     """Return F (m q, 3, 3) with very small displacements magnified, and the magnification factor."""
     up = shape.magnification(u)
     return shape.F(u if up == 1.0 else u * u.dtype.type(up)), up
@@ -234,7 +234,7 @@ class MeanDilatation(Energy):
 
     def value(self, x: Floats) -> float:
         """Return the strain energy, J."""
-        F, up = _magnified(self._shape, x)
+        F, up = _magnified_gradient(self._shape, x)
         g = self._means(F) / up
         total = self._shape.value(x) + 0.5 * float((self.bulk * self._volumes) @ g**2)
         return total if np.isfinite(total) else np.inf
@@ -242,7 +242,7 @@ class MeanDilatation(Energy):
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Add the nodal elastic forces, N."""
         self._shape.add_gradient(x, g, scale)
-        F, up = _magnified(self._shape, x)
+        F, up = _magnified_gradient(self._shape, x)
         p = self.bulk * self._means(F) / up
         stress = self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3) * p[:, None, None, None]
         self._shape.add_stresses(stress, g, scale)

@@ -40,7 +40,7 @@ def ball(centre: Floats, radius: float) -> Distance:
     return look
 
 
-def hollow(centre: Floats, radius: float, inner: float) -> Distance:
+def hollow_ball_distance(centre: Floats, radius: float, inner: float) -> Distance:
     """Return the distance to a spherical shell; a point in the hollow is nearest to its wall."""
     outer = ball(centre, radius)
 
@@ -101,7 +101,7 @@ def polygon(corners: Floats, rounding: float = 0.0, mirrored: bool = False) -> S
     return look
 
 
-def revolved(section: Section, origin: Floats, axis: Floats) -> Distance:
+def revolved_distance(section: Section, origin: Floats, axis: Floats) -> Distance:
     """Return the distance to the body of revolution of a half-section of (r, z), z from `origin` along the axis."""
     e = np.asarray(axis, dtype=np.float64) / np.sqrt(np.sum(np.square(axis)))
 
@@ -134,7 +134,7 @@ def prism(section: Section, order: tuple[int, int, int], low: float, high: float
     return look
 
 
-def enclosed(points: Floats, triangles: Ints) -> Distance:
+def closed_surface_distance(points: Floats, triangles: Ints) -> Distance:
     """Return the distance to the volume inside a closed surface, testing every triangle. Raises ValueError if too many.
 
     The nearest point of a triangle is on its plane if it is inside all three sides, and else on one of these.
@@ -201,7 +201,7 @@ def solid_angle(x: Floats, X: Floats, on: float = 0.0) -> Floats:
 # ------------------------------------------------------------------ where it is
 
 
-def moved(distance: Distance, shift: Floats, rotation: Floats, through: Floats) -> Distance:
+def moved_distance(distance: Distance, shift: Floats, rotation: Floats, through: Floats) -> Distance:
     """Return the distance to a body rotated about a point by a vector, rad, and then shifted, m.
 
     Points are transformed to the body's frame by the unit quaternion (cos(angle / 2), sin(angle / 2) axis).
@@ -257,7 +257,7 @@ def nodal_areas(points: Floats, triangles: Ints, depth: float) -> Floats:
     return found
 
 
-def lattice(square: bool, steps: int) -> Ints:
+def facet_lattice(square: bool, steps: int) -> Ints:
     """Return triangles (t, 3) between the points of a facet divided into `steps` along its sides, the second faster."""
     rows = [[(i, j) for j in range(steps + 1 if square else steps + 1 - i)] for i in range(steps + 1)]
     number = {place: k for k, place in enumerate(place for row in rows for place in row)}

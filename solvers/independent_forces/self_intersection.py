@@ -54,12 +54,12 @@ def _intersecting_pairs(X: Floats, faces: Ints, pairs: Ints) -> Ints:
 
 def _do_segments_cross(a: Floats, b: Floats) -> Any:
     """Return whether segments (p, 2, 2) cross: the ends of each lie on both sides of the other."""
-    one = _side(a[:, 0], a[:, 1], b[:, 0]) * _side(a[:, 0], a[:, 1], b[:, 1])
-    other = _side(b[:, 0], b[:, 1], a[:, 0]) * _side(b[:, 0], b[:, 1], a[:, 1])
+    one = _side_of_plane(a[:, 0], a[:, 1], b[:, 0]) * _side_of_plane(a[:, 0], a[:, 1], b[:, 1])
+    other = _side_of_plane(b[:, 0], b[:, 1], a[:, 0]) * _side_of_plane(b[:, 0], b[:, 1], a[:, 1])
     return (one < 0) & (other < 0)
 
 
-def _side(p: Floats, q: Floats, c: Floats) -> Floats:
+def _side_of_plane(p: Floats, q: Floats, c: Floats) -> Floats:
     u, v = q - p, c - p
     return _sign(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1))
 

@@ -304,7 +304,7 @@ def _choose_factor(K: sparse.csr_matrix, symmetric: bool, precision: Precision, 
         return _symmetric_factor(K, precision, modes) or _lu_factor(K, symmetric)
     from softmark.solvers.sparse import pardiso
 
-    return _pardiso_factor(K, symmetric, precision) if pardiso.installed() else _lu_factor(K, symmetric)
+    return _pardiso_factor(K, symmetric, precision) if pardiso.is_installed() else _lu_factor(K, symmetric)
 
 
 def _symmetric_factor(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor | None:
@@ -318,7 +318,11 @@ def _symmetric_factor(K: sparse.csr_matrix, precision: Precision, modes: Modes) 
         return None
     fits = _fits_memory(sketch.bytes(8 if precision == "double" else 4))
     long = (1.0 if precision == "double" else 2.0) * LONG * K.shape[0]
-    if (not fits or sketch.flops > long) and multigrid.installed() and (motions := _computed_modes(modes)) is not None:
+    if (
+        (not fits or sketch.flops > long)
+        and multigrid.is_installed()
+        and (motions := _computed_modes(modes)) is not None
+    ):
         return _multigrid_solver(K, motions, (lambda: _required_cholesky(K, precision, motions)) if fits else None)
     if not fits and _fits_memory(sketch.bytes(4)):
         precision = "single"
@@ -362,7 +366,7 @@ def _require_memory(needed: float, modes: Modes) -> None:
         return
     from softmark.solvers.sparse import multigrid
 
-    if not multigrid.installed():
+    if not multigrid.is_installed():
         why = "install softmark[fast] to use the iterative solver of pyamg"
     else:
         why = "use a coarser mesh" if _computed_modes(modes) is None else "use `linear = multigrid`, or a coarser mesh"
@@ -398,7 +402,7 @@ def _multigrid_solver(
     """Return a multigrid solver with a fallback. Raises NotInstalled."""
     from softmark.solvers.sparse import multigrid
 
-    if not multigrid.installed():
+    if not multigrid.is_installed():
         raise NotInstalled("multigrid", "pyamg")
     return MultigridSolver(multigrid.Multigrid(K, modes), K, multigrid.NAME, otherwise)
 
@@ -409,7 +413,7 @@ def _requested_pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precisi
 
     if not pardiso.is_packaged():
         raise NotInstalled("Pardiso", "pypardiso")
-    if pardiso.installed():
+    if pardiso.is_installed():
         return _pardiso_factor(K, symmetric, precision)
     return _choose_factor(K, symmetric, precision, modes)
 
@@ -475,10 +479,10 @@ def warm_up_in_parallel(entries: int) -> Iterator[None]:
     """Load solvers as `warm`, in parallel with compilation in the block if another process can help."""
     with parallel_compilation.helper_process(BESIDE.format(entries)) if entries >= LARGE else nullcontext():
         yield
-    warm(entries)
+    warm_up(entries)
 
 
-def warm(entries: int) -> None:
+def warm_up(entries: int) -> None:
     """Load the solvers for a system with that many entries, outside any timing."""
     if entries < LARGE:
         K = sparse.diags([-1.0, 2.0, -1.0], [-1, 0, 1], (9, 9), "csr")
@@ -491,10 +495,10 @@ def warm(entries: int) -> None:
         K = sparse.csr_matrix(diagonal - np.diag([1.0, 1.0], 1) - np.diag([1.0, 1.0], -1))
         _cholesky_factor(K, "double", None)
     if entries >= DISSECTED:
-        from softmark.solvers.sparse.ordering import warm as orders
+        from softmark.solvers.sparse.ordering import warm_up as orders
 
         orders()
     if entries >= VERY_LARGE:
         from softmark.solvers.sparse import multigrid
 
-        multigrid.warm()
+        multigrid.warm_up()

@@ -128,7 +128,7 @@ class Systems:
         return known
 
 
-def warm(choice: Linear, kind: Any) -> None:
+def warm_up(choice: Linear, kind: Any) -> None:
     """Load the kernels of a solver choice for matrices of that number type, outside any timing."""
     K = sparse.csr_matrix(np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]], dtype=kind))
     method: Method = "cholesky" if choice.method == "auto" else choice.method

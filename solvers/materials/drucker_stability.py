@@ -38,14 +38,14 @@ def find_instability(law: Any, F: Array, held: VolumePressure | None = None) -> 
 
     States outside the law's domain, which have no stress, are not counted, nor are flattened ones (`FLAT`).
     """
-    return evaluate_by_law(_known, law, F, held)
+    return evaluate_by_law(_stability_by_law, law, F, held)
 
 
-def _known(law: Any, F: Array, held: VolumePressure | None) -> Bools | None:
-    return evaluate_in_blocks(_lost, law, F, held) if hasattr(law, "principal") else None
+def _stability_by_law(law: Any, F: Array, held: VolumePressure | None) -> Bools | None:
+    return evaluate_in_blocks(_is_lost, law, F, held) if hasattr(law, "principal") else None
 
 
-def _lost(law: Any, F: Array, held: VolumePressure | None) -> Bools:
+def _is_lost(law: Any, F: Array, held: VolumePressure | None) -> Bools:
     f = components(F)
     s = stretches(f)
     e = np.log(s)

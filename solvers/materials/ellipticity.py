@@ -48,10 +48,10 @@ def find_ellipticity_loss(law: Any, F: Array, held: VolumePressure | None = None
     For anisotropic laws it returns the losses that were found (acoustic_tensor.py). States outside the domain, which
     have no stress, are not counted.
     """
-    return evaluate_by_law(_lost, law, F, held)
+    return evaluate_by_law(_is_lost, law, F, held)
 
 
-def _lost(law: Any, F: Array, held: VolumePressure | None) -> Bools | None:
+def _is_lost(law: Any, F: Array, held: VolumePressure | None) -> Bools | None:
     if getattr(law, "directed", False):
         from softmark.solvers.materials import acoustic_tensor
 

@@ -168,7 +168,7 @@ class VolumetricLaw(TwoInvariantLaw):
 
 def volumetric_derivatives(constraint: VolumeRatioConstraint, j: Array) -> tuple[Array, Array]:
     """Return the first two derivatives of g^2/2 by J (m,), from j = J - 1."""
-    return _slopes(*constraint.of(j))
+    return _profile_gradients(*constraint.of(j))
 
 
 def add_volumetric_terms(
@@ -176,10 +176,10 @@ def add_volumetric_terms(
 ) -> Any:
     """Return K/2 g^2, J/m^3, from j = J - 1, and add its terms to tau and to its derivative (principal_axes_law.py)."""
     known, J = constraint.of(j), 1.0 + j
-    g, (swell, stiffen) = known[0], _slopes(*known)
+    g, (swell, stiffen) = known[0], _profile_gradients(*known)
     add_volume_derivatives(tau, bent, modulus * swell * J, modulus * (swell + stiffen * J) * J)
     return 0.5 * modulus * g * g
 
 
-def _slopes(g: Array, first: Array, second: Array | None) -> tuple[Array, Array]:
+def _profile_gradients(g: Array, first: Array, second: Array | None) -> tuple[Array, Array]:
     return g * first, first * first if second is None else first * first + g * second

@@ -62,7 +62,7 @@ class Isotropic:
         """Lame constant lam = E nu / ((1 + nu) (1 - 2 nu)), Pa; infinite at nu = 0.5."""
         if self.incompressible:
             return self._beyond_measure
-        lam = _over(self.young * self.poisson, (1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
+        lam = _safe_quotient(self.young * self.poisson, (1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
         return self.volume_share * lam if self.volume_share else 0.0
 
     @property
@@ -70,7 +70,7 @@ class Isotropic:
         """Bulk modulus K = lam + 2 mu / 3 = E / (3 (1 - 2 nu)), Pa; infinite at nu = 0.5."""
         if self.incompressible:
             return self._beyond_measure
-        whole = _over(self.young, 3.0 * (1.0 - 2.0 * self.poisson))
+        whole = _safe_quotient(self.young, 3.0 * (1.0 - 2.0 * self.poisson))
         return self.volume_share * whole if self.volume_share else 0.0
 
     @property
@@ -95,7 +95,7 @@ class Isotropic:
     @property
     def _ratio(self) -> float:
         """Ratio lam / mu, infinite at nu = 0.5."""
-        return math.inf if self.incompressible else _over(2.0 * self.poisson, 1.0 - 2.0 * self.poisson)
+        return math.inf if self.incompressible else _safe_quotient(2.0 * self.poisson, 1.0 - 2.0 * self.poisson)
 
     @property
     def incompressible(self) -> bool:
@@ -155,7 +155,7 @@ def clamp_value(low: float, value: Any, high: float) -> Any:
     return np.clip(value, low, high) if is_array(value) else max(low, min(high, value))
 
 
-def _over(a: Any, b: Any) -> Any:
+def _safe_quotient(a: Any, b: Any) -> Any:
     """Return a / b; infinite at points where b is zero."""
     if not is_array(b):
         return a / b

@@ -143,8 +143,8 @@ def _annihilate(a: Array, v: Array, p: int, q: int, other: int) -> None:
     a[p, p] -= t * apq
     a[q, q] += t * apq
     a[p, q] = 0.0
-    _turn(_entry(a, p, other), _entry(a, q, other), c, s)
-    _turn(v[:, p], v[:, q], c, s)
+    _rotate_rows(_entry(a, p, other), _entry(a, q, other), c, s)
+    _rotate_rows(v[:, p], v[:, q], c, s)
 
 
 def _entry(a: Array, i: int, j: int) -> Array:
@@ -153,7 +153,7 @@ def _entry(a: Array, i: int, j: int) -> Array:
     return entry
 
 
-def _turn(x: Array, y: Array, c: Array, s: Array) -> None:
+def _rotate_rows(x: Array, y: Array, c: Array, s: Array) -> None:
     """Rotate rows in place: (x, y) <- (c x - s y, s x + c y)."""
     old = x.copy()
     x *= c

@@ -115,7 +115,7 @@ def adaptive_rule(
             parts = grid.halved(parts, magnitudes)
         found = grid.integrate(parts)
         totals.enlarge_cells(parts, found)
-    rule = _joined([(whole_cells, totals.done[:1]), (grid, totals.done[1:])], count, degree, totals)
+    rule = _join_rules([(whole_cells, totals.done[:1]), (grid, totals.done[1:])], count, degree, totals)
     much = totals.cells_with_much_hidden()
     return replace(rule, hidden=whole_cells.sampled_again(rule, much)) if len(much) else rule
 
@@ -128,7 +128,9 @@ def _keep_worst(rough: Bools, excess: Floats, room: int) -> Bools:
     return chosen & (worst > 0.0)
 
 
-def _joined(done: list[tuple[_CellFunctions, list[Parts]]], count: int, degree: int, totals: CellTotals) -> FineRule:
+def _join_rules(
+    done: list[tuple[_CellFunctions, list[Parts]]], count: int, degree: int, totals: CellTotals
+) -> FineRule:
     """The points of all parts: by the fine rule in cells with few, else by the coarse where that is of the degree."""
     parts = np.concatenate([own.cell for _, each in done for own in each])
     often, found = np.bincount(parts, minlength=count), []
@@ -160,7 +162,7 @@ def closed_rule(element: type[Element]) -> tuple[Floats, Floats]:
     return points, found
 
 
-def lattice(element: type[Element]) -> Floats:
+def lattice_points(element: type[Element]) -> Floats:
     """LATTICE points (n, 3) that are spread evenly over the reference cell, by multiples of irrational numbers."""
     t = (0.5 + np.arange(1, LATTICE + 1)[:, None] * PLASTIC ** -np.arange(1.0, 4.0)) % 1.0
     if element.corners == 8:
@@ -296,7 +298,7 @@ class _CellFunctions:
         many points do not reach the bounds of the function over the cell.
         """
         hidden = rule.hidden.copy()
-        xi = lattice(self.element)
+        xi = lattice_points(self.element)
         corners = self.linear.places()
         for cell in cells:
             one = Parts(np.array([cell]), corners[None])

@@ -113,12 +113,12 @@ class Combined(SurfaceBody):
 
     def closed(self, size: float | None = None) -> ClosedSurface:
         """Return the surface, with facets for cells of a size (m). Raises UnreadableMesh."""
-        return _closed(self, file_stamp(self), self.fineness(size))
+        return _closed_surface(self, file_stamp(self), self.fineness(size))
 
     def halved(self, size: float) -> tuple[ClosedSurface, ClosedSurface]:
         """Return the surface for cells of a size (m), and with facets of half the size. Raises UnreadableMesh."""
         here, now = self.fineness(size), file_stamp(self)
-        return _closed(self, now, here), _closed(self, now, here, 1)
+        return _closed_surface(self, now, here), _closed_surface(self, now, here, 1)
 
     def missed(self, size: float) -> float:
         """Return the volume that the facets miss, m^3, estimated from halved facets, which miss a fourth of it."""
@@ -128,7 +128,7 @@ class Combined(SurfaceBody):
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
         """Return four-node tetrahedra with edges of about `size` (m), smaller at graded cuts. Raises UnreadableMesh."""
         least = smallest_size(size, graded)
-        return _filled(self, file_stamp(self), self.fineness(least), size, self.near(least), graded)
+        return _tetrahedralize(self, file_stamp(self), self.fineness(least), size, self.near(least), graded)
 
     def surface(self, size: float) -> Surface:
         """Return points (n, 3) in m and triangles (t, 3) of the surface, outward. Raises UnreadableMesh."""
@@ -211,7 +211,7 @@ def _estimate_triangle_count(shape: Shape, facets: float) -> float:
 
 
 @lru_cache(maxsize=16)
-def _closed(shape: Combined, files: Any, facets: float, halved: int = 0) -> ClosedSurface:
+def _closed_surface(shape: Combined, files: Any, facets: float, halved: int = 0) -> ClosedSurface:
     from softmark.solvers.mesh.boolean_operations import combine_surfaces, too_many_triangles_error
 
     if (count := _estimate_triangle_count(shape, facets)) > MANY:
@@ -224,7 +224,7 @@ def _faceted_surface(shape: Shape, facets: float, halved: int) -> Surface:
     from softmark.solvers.mesh.boolean_operations import refine_surface
 
     if isinstance(shape, Combined):
-        surface = _closed(shape, file_stamp(shape), shape.facets or facets, halved)
+        surface = _closed_surface(shape, file_stamp(shape), shape.facets or facets, halved)
         return surface.points, surface.triangles
     if not shape.sides:
         return shape.surface(facets if shape.prebuilt or isinstance(shape, Filled) else shape.diagonal)
@@ -236,9 +236,9 @@ def _faceted_surface(shape: Shape, facets: float, halved: int) -> Surface:
 
 
 @lru_cache(maxsize=8)
-def _filled(
+def _tetrahedralize(
     shape: Combined, files: Any, facets: float, size: float, tolerance: float, graded: tuple[Cut, ...]
 ) -> FilledMesh:
     from softmark.solvers.mesh.tetrahedralization import fill_surface
 
-    return fill_surface(_closed(shape, files, facets), size, tolerance, graded)
+    return fill_surface(_closed_surface(shape, files, facets), size, tolerance, graded)

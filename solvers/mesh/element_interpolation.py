@@ -6,7 +6,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
-from softmark.solvers.mesh.bounding_box_grid import find_boxes_of_points
+from softmark.solvers.mesh.bounding_box_search import find_boxes_of_points
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 from softmark.solvers.mesh.nearest_points import build_point_search
 

@@ -45,7 +45,7 @@ class Extruded(Shape):
     @property
     def fault(self) -> str:
         """Return an error of the polygon."""
-        return polygons.fault(self.corners)
+        return polygons.polygon_fault(self.corners)
 
     @property
     def section(self) -> polygons.Corners:
@@ -58,7 +58,7 @@ class Extruded(Shape):
         from softmark.solvers.mesh.cross_sections import Rectangle
         from softmark.solvers.mesh.frame_shapes import tapered_member
 
-        if (found := polygons.as_trapezoid(self.corners)) is None:
+        if (found := polygons.find_trapezoid(self.corners)) is None:
             return None
         along, across = self._order[found.along], self._order[1 - found.along]
         axis = (float(along == 0), float(along == 1), float(along == 2))

@@ -17,7 +17,7 @@ MOST = 500  # corners: each pair of sides is looked at
 
 
 @lru_cache(maxsize=64)
-def fault(corners: Corners) -> str:
+def polygon_fault(corners: Corners) -> str:
     """Return why corners, m, make no simple polygon; "" if they do."""
     if len(corners) < 3:
         return f"a polygon needs at least three corners, and there are {len(corners)}"
@@ -34,7 +34,7 @@ def fault(corners: Corners) -> str:
         return "all its corners lie on one line"
     sides = list(enumerate(edges(corners), 1))
     for (i, one), (j, other) in combinations(sides, 2):
-        if _touch(one, other, SAME * size):
+        if _sides_touch(one, other, SAME * size):
             return f"its sides from corner {i} and from corner {j} intersect or touch"
     return "it has no area" if abs(signed_area(corners)) <= THIN * size**2 else ""
 
@@ -120,7 +120,7 @@ def is_axis_parallel(corners: Corners) -> bool:
     return all(min(abs(a - c), abs(b - d)) <= slack for (a, b), (c, d) in edges(corners))
 
 
-def _touch(one: tuple[Place, Place], other: tuple[Place, Place], slack: float) -> bool:
+def _sides_touch(one: tuple[Place, Place], other: tuple[Place, Place], slack: float) -> bool:
     """Return whether two sides have a common point that is not a corner of both."""
     shared = set(one) & set(other)
     if shared:
@@ -129,10 +129,10 @@ def _touch(one: tuple[Place, Place], other: tuple[Place, Place], slack: float) -
         return any(distance_to_side(p, side) <= slack for p, side in zip(free, (other, one), strict=False))
     if min(distance_to_side(p, other) for p in one) <= slack or min(distance_to_side(p, one) for p in other) <= slack:
         return True
-    return _sides(one, other) < 0.0 and _sides(other, one) < 0.0
+    return _side_signs(one, other) < 0.0 and _side_signs(other, one) < 0.0
 
 
-def _sides(line: tuple[Place, Place], other: tuple[Place, Place]) -> float:
+def _side_signs(line: tuple[Place, Place], other: tuple[Place, Place]) -> float:
     """Return a negative number if the ends of a segment are on opposite sides of a line."""
     (a, b), (c, d) = line
     p, q = ((c - a) * (y - b) - (d - b) * (x - a) for x, y in other)
@@ -150,7 +150,7 @@ class Trapezoid(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def as_trapezoid(corners: Corners) -> Trapezoid | None:
+def find_trapezoid(corners: Corners) -> Trapezoid | None:
     """Return the corners as a trapezoid, along the longer of two possible directions; None if they are none."""
     if len(corners) != 4:
         return None

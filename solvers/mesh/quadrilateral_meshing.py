@@ -77,8 +77,8 @@ def _split_triangles(points: Floats, cells: Ints) -> PlaneMesh:
 
 def triangulate(corners: Corners, size: float) -> tuple[Floats, Ints]:
     """Return points (n, 2), m, and triangles (t, 3), counter-clockwise, with edges of about `size` (m)."""
-    border, sides = _border(corners, size)
-    points = np.concatenate([border, _lattice(corners, border, sides, size)])
+    border, sides = _border_points(corners, size)
+    points = np.concatenate([border, _inner_lattice_points(corners, border, sides, size)])
     shortest = min(math.dist(*side) for side in edges(corners))
     least = SHORTEST * min(size, shortest)
     for _ in range(ROUNDS):
@@ -92,7 +92,7 @@ def triangulate(corners: Corners, size: float) -> tuple[Floats, Ints]:
     return _smooth(points, sides, corners)
 
 
-def _border(corners: Corners, size: float) -> tuple[Floats, Ints]:
+def _border_points(corners: Corners, size: float) -> tuple[Floats, Ints]:
     """Return points along the sides, and the pairs of them that make up the sides (s, 2)."""
     found: list[Floats] = []
     for a, b in edges(corners):
@@ -104,7 +104,7 @@ def _border(corners: Corners, size: float) -> tuple[Floats, Ints]:
     return points, np.stack([i, np.roll(i, -1)], axis=1)
 
 
-def _lattice(corners: Corners, border: Floats, sides: Ints, size: float) -> Floats:
+def _inner_lattice_points(corners: Corners, border: Floats, sides: Ints, size: float) -> Floats:
     """Return the points of an equilateral lattice that lie inside and not near the border."""
     (left, low), (right, high) = coordinate_range(corners)
     rows = np.arange(low, high, size * math.sqrt(0.75))

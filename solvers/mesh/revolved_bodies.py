@@ -130,7 +130,7 @@ class Revolved(Revolution):
         """Return an error of the polygon, or where it crosses its axis."""
         if any(r < 0.0 for r, _ in self.corners):
             return "its section extends beyond the axis: distances from the axis must not be negative"
-        return polygons.fault(self.corners) or _find_pinch(polygons.orient_counterclockwise(self.corners))
+        return polygons.polygon_fault(self.corners) or _find_pinch(polygons.orient_counterclockwise(self.corners))
 
     @property
     def convex(self) -> bool:

@@ -30,7 +30,7 @@ def triangulate_swept(shape: Swept, around: int = AROUND, along: int = ALONG) ->
     sides = (axis[:, None, :] + rings @ frames).reshape(-1, 3)
     holes = [hole for hole in (section.hole(around) for section in sections) if hole is not None]
     if holes:
-        return _hollow(sides, (axis[:, None, :] + np.array(holes) @ frames).reshape(-1, 3), k, along)
+        return _hollow_tube_triangles(sides, (axis[:, None, :] + np.array(holes) @ frames).reshape(-1, 3), k, along)
     points = np.concatenate([sides, axis[:1], axis[-1:]])
     first, last = len(sides), len(sides) + 1
     i = np.arange(k)
@@ -40,7 +40,7 @@ def triangulate_swept(shape: Swept, around: int = AROUND, along: int = ALONG) ->
     return points, np.concatenate([*rows, *caps]).astype(np.int64)
 
 
-def _hollow(outer: Floats, inner: Floats, k: int, along: int) -> tuple[Floats, Ints]:
+def _hollow_tube_triangles(outer: Floats, inner: Floats, k: int, along: int) -> tuple[Floats, Ints]:
     """Return the outer and inner side of rings of k points, and a ring between them at each end."""
     i = np.arange(k)
     j = (i + 1) % k
@@ -90,7 +90,7 @@ def triangulate_rounded_box(size: Vector3, rounding: float, origin: Vector3) -> 
             face[..., first], face[..., second] = np.meshgrid(ends[first], ends[second], indexing="ij")
             face[..., k] = sign * half[k]
             points.append(face.reshape(-1, 3))  # equally many on every face
-            triangles.append(_lattice(*face.shape[:2], flipped=sign < 0.0) + len(triangles) * len(points[0]))
+            triangles.append(_lattice_triangles(*face.shape[:2], flipped=sign < 0.0) + len(triangles) * len(points[0]))
     X = np.concatenate(points)
     _, kept, numbers = np.unique((X / rounding).round(6), axis=0, return_index=True, return_inverse=True)
     X, within = X[kept], np.clip(X[kept], -core, core)
@@ -99,7 +99,7 @@ def triangulate_rounded_box(size: Vector3, rounding: float, origin: Vector3) -> 
     return round_off + half + np.array(origin), numbers.ravel()[np.concatenate(triangles)].astype(np.int64)
 
 
-def _lattice(n: int, m: int, flipped: bool) -> Ints:
+def _lattice_triangles(n: int, m: int, flipped: bool) -> Ints:
     """Return two triangles for each cell of n x m points."""
     p = np.arange(n * m).reshape(n, m)
     a, b, c, d = p[:-1, :-1].ravel(), p[1:, :-1].ravel(), p[1:, 1:].ravel(), p[:-1, 1:].ravel()

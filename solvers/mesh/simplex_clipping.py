@@ -92,14 +92,14 @@ def _split_simplices(
     a, b = corners[n, i], corners[n, j]
     t = v[n, i] / (v[n, i] - v[n, j])
     if level is not None:
-        t = _crossing(a, b, v[n, i] > 0.0, level)
+        t = _crossing_fraction(a, b, v[n, i] > 0.0, level)
     point = a + t[:, None] * (b - a)
     one, other, v_one, v_other = corners.copy(), corners.copy(), v.copy(), v.copy()
     one[n, j], other[n, i], v_one[n, j], v_other[n, i] = point, point, 0.0, 0.0
     return np.concatenate([one, other]), np.concatenate([v_one, v_other])
 
 
-def _crossing(a: Floats, b: Floats, above: Any, level: Callable[[Floats], Floats]) -> Floats:
+def _crossing_fraction(a: Floats, b: Floats, above: Any, level: Callable[[Floats], Floats]) -> Floats:
     """Return the fraction, 0 to 1 (n,), of the way from a to b (n, 3) at which the level changes sign."""
     low, high = np.zeros(len(a)), np.ones(len(a))
     for _ in range(BISECTIONS):

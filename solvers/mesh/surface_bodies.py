@@ -116,11 +116,11 @@ class Filled(SurfaceBody):
 
     def closed(self, size: float | None = None) -> ClosedSurface:
         """Return the repaired surface, for cells of any size. Raises UnreadableMesh."""
-        return _closed(self.path, self.unit, modification_stamp(self.path))
+        return _closed_surface(self.path, self.unit, modification_stamp(self.path))
 
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
         """Return four-node tetrahedra with edges of about `size` (m), smaller at graded cuts. Raises UnreadableMesh."""
-        return _filled(
+        return _tetrahedralize(
             self.path, self.unit, modification_stamp(self.path), size, self.near(smallest_size(size, graded)), graded
         )
 
@@ -144,7 +144,7 @@ def modification_stamp(path: str) -> Seen:
 
 
 @lru_cache(maxsize=4)
-def _closed(path: str, unit: float, stamp: Seen) -> ClosedSurface:
+def _closed_surface(path: str, unit: float, stamp: Seen) -> ClosedSurface:
     from softmark.solvers.mesh.files.mesh_reader import read_triangles
     from softmark.solvers.mesh.files.watertight_repair import close_surface
 
@@ -152,7 +152,9 @@ def _closed(path: str, unit: float, stamp: Seen) -> ClosedSurface:
 
 
 @lru_cache(maxsize=8)
-def _filled(path: str, unit: float, stamp: Seen, size: float, tolerance: float, graded: tuple[Cut, ...]) -> FilledMesh:
+def _tetrahedralize(
+    path: str, unit: float, stamp: Seen, size: float, tolerance: float, graded: tuple[Cut, ...]
+) -> FilledMesh:
     from softmark.solvers.mesh.tetrahedralization import fill_surface
 
-    return fill_surface(_closed(path, unit, stamp), size, tolerance, graded)
+    return fill_surface(_closed_surface(path, unit, stamp), size, tolerance, graded)

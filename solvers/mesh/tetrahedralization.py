@@ -22,12 +22,12 @@ from zipfile import BadZipFile
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.cell_sizes import build_size_field
 from softmark.solvers.mesh.conforming_planes import Cut, smallest_size
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh, components_of_rows, facets_of_cells, validate
 from softmark.solvers.mesh.files.triangle_proximity import closest_points, edges_of_triangles
 from softmark.solvers.mesh.files.watertight_repair import ClosedSurface, normals
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+from softmark.solvers.mesh.mesh_size_field import build_size_field
 
 MESHER = "pytetwild"
 MISSING, FAILED = "E575", "E576"

@@ -46,9 +46,11 @@ def factorise(
             c = children[q]
             _add(U, update[c], rows[c] - pivots[c], np.int64(0), k, local, index_start[c], L, p, n)
         if signs is None or len(signs) == 0:
-            good = _definite(k, n, p, L, U, update[s], blas, letters, numbers, reals)
+            good = _eliminate_definite(k, n, p, L, U, update[s], blas, letters, numbers, reals)
         else:
-            good = _signed(k, n, p, L, U, update[s], blas, letters, numbers, reals, first[s], signs, values, work)
+            good = _eliminate_signed(
+                k, n, p, L, U, update[s], blas, letters, numbers, reals, first[s], signs, values, work
+            )
         if not good:
             return s + 1
         if n > k:
@@ -59,7 +61,7 @@ def factorise(
 
 
 @part
-def _definite(
+def _eliminate_definite(
     k: int, n: int, p: int, L: Values, U: Values, update: int, blas: Ints, letters: Bytes, numbers: Shorts,
     reals: Values,
 ) -> bool:  # fmt: skip
@@ -87,7 +89,7 @@ def _definite(
 
 
 @part
-def _signed(
+def _eliminate_signed(
     k: int, n: int, p: int, L: Values, U: Values, update: int, blas: Ints, letters: Bytes, numbers: Shorts,
     reals: Values, first: int, signs: Values, values: Values, work: Values,
 ) -> bool:  # fmt: skip

@@ -32,14 +32,14 @@ OPTIONS: dict[str, Any] = {
 }
 
 
-def installed() -> bool:
+def is_installed() -> bool:
     """Return whether the package is installed."""
     return find_spec("pyamg") is not None
 
 
-def warm() -> None:
+def warm_up() -> None:
     """Import the package, if it is installed."""
-    if installed():
+    if is_installed():
         import pyamg  # noqa: F401
 
 

@@ -67,7 +67,7 @@ def _random_numbering(graph: sparse.csr_matrix) -> Ints:
     return np.random.default_rng(0).permutation(graph.shape[0])
 
 
-def warm() -> None:
+def warm_up() -> None:
     """Load the kernels."""
     none = np.zeros(0, dtype=np.int64)
     dissect(np.zeros(2, dtype=np.int64), none, np.zeros((1, 3)), LEAF, np.zeros(1, dtype=np.int64))

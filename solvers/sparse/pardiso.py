@@ -31,7 +31,7 @@ def is_packaged() -> bool:
     return find_spec("pypardiso") is not None
 
 
-def installed() -> bool:
+def is_installed() -> bool:
     """Return whether the package is installed and finds its library."""
     return is_packaged() and not missing_reason()
 

@@ -12,14 +12,14 @@ import numpy as np
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics.static_newton import Newton
 from softmark.solvers.statics.static_problem import CoarseTurn, NotConverged
-from softmark.solvers.statics.winding import COARSE
+from softmark.solvers.statics.winding_number import COARSE
 
 FIRST, LEAST = 0.25, 1.0 / 512.0  # steps of load: to begin with, and where the way is given up
 EACH, EASY = 10, 6  # whole steps at one load at most, and down to which the next step is twice as long
 MEETING = 20  # the same where something may touch: a step leaves a quarter of a pressure that is far too large
 
 
-def step_load(newton: Newton) -> tuple[Floats, int]:
+def solve_in_load_steps(newton: Newton) -> tuple[Floats, int]:
     """Return the equilibrium at full load along the path from rest, and the number of steps. Raises NotConverged."""
     longest = newton.problem.longest
     x, load, step, count = newton.problem.rest, 0.0, min(FIRST, longest), 0

@@ -31,7 +31,7 @@ from softmark.solvers.linear import factorisations
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.linear.linear_solver import Linear, Systems
 from softmark.solvers.statics.arc_length import PathFollower
-from softmark.solvers.statics.load_stepping import left_solution_branch, step_load
+from softmark.solvers.statics.load_stepping import left_solution_branch, solve_in_load_steps
 from softmark.solvers.statics.rigid_motion_predictor import predict_rigid_motion
 from softmark.solvers.statics.static_newton import MEMORY, RIGID, TINY, Newton
 from softmark.solvers.statics.static_problem import (
@@ -164,7 +164,7 @@ def _soft_barrier(problem: Statics, history: list[Iteration], systems: Systems) 
 def _load_steps(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Solve by load stepping."""
     newton = Newton(problem, history, systems, "steps of load")
-    x, steps = step_load(newton)
+    x, steps = solve_in_load_steps(newton)
     return replace(_accept_stable(newton, x), load_steps=steps)
 
 

@@ -40,7 +40,7 @@ def _deviator(values: Floats) -> Floats:
     return norm
 
 
-def _share(left: Floats, size: Floats) -> Floats:
+def _relative_size(left: Floats, size: Floats) -> Floats:
     share: Floats = tensor_norm(left) / np.maximum(size, TINY)
     return share
 
@@ -147,9 +147,9 @@ class Stresses:
         """
         values, left = self._recovered.at(X), self._recovered.left(X)
         if of == "strain":
-            return _share(left[:, 16:], np.maximum(tensor_norm(values[:, 16:]), self.usual[1]))
+            return _relative_size(left[:, 16:], np.maximum(tensor_norm(values[:, 16:]), self.usual[1]))
         if of == "stress":
-            return _share(left[:, :6], np.maximum(tensor_norm(values[:, :6]), self.usual[0]))
+            return _relative_size(left[:, :6], np.maximum(tensor_norm(values[:, :6]), self.usual[0]))
         size = np.maximum(_deviator(values), self.usual[2])
         found: Floats = _deviator(left) / np.maximum(size, ROUNDED * max(self.usual[0], TINY))
         return found

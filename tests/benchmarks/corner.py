@@ -31,7 +31,7 @@ STEP, PARTS, EVERY = 5e-4, 24, 100
 
 def main(steps: int, integrator: str, uncut: bool = True, friction: float = 0.0) -> None:
     """What came of it, in a line or two."""
-    from test_impact import dropped
+    from test_dynamic_contact import dropped
 
     problem, edge = dropped(_law, _elastic, integrator, uncut, friction)
     impact = DynamicContacts(

@@ -20,7 +20,7 @@ import numpy as np
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.implicit_step import DynamicSystem
+from softmark.solvers.dynamics.dynamic_system import DynamicSystem
 from softmark.solvers.dynamics.integrator import Motion, StepFailed
 from softmark.solvers.dynamics.mass_matrices import lumped_mass, mass_points
 from softmark.solvers.energies.corotational_tets import CorotationalTets

@@ -226,7 +226,7 @@ def prefixes(step: int, tokens: bool, part: str) -> int:
 def answered(file: Path, text: str, took: dict[str, list[tuple[float, str]]]) -> int:
     """Ask at the end of a text, and say what is slow or raises; how many that are."""
     from softmark.interpreter.language_server.published_diagnostics import diagnostics
-    from softmark.interpreter.language_server.request_refused import RequestRefused
+    from softmark.interpreter.language_server.request_error import RequestRefused
     from softmark.interpreter.language_server.text_document import Document
 
     document = Document(text, file.parent, file, snippets=True)

@@ -23,7 +23,7 @@ from PIL import Image
 
 from softmark import Report
 from softmark.interpreter.report.charts.viridis import viridis
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.view3d.shapes_section import _drawable
 from softmark.interpreter.report.view3d.still_picture import axes_of
 from softmark.interpreter.report.view3d.view_camera import view_of
@@ -106,7 +106,7 @@ def _colours(shapes: dict[str, DrawnSurface]) -> _Colours:
 
 
 def _shapes(report: Report, shapes: dict[str, DrawnSurface], file: Path) -> Json:
-    axes, colours = axes_of(view_of(Findings(report), shapes.values())), _colours(shapes)
+    axes, colours = axes_of(view_of(ReportSummary(report), shapes.values())), _colours(shapes)
     low, high = _box(shapes, axes[:2].T)
     across, up = np.maximum(high - low, 1e-12)
     grid = (1, len(shapes)) if across < 1.6 * up else (len(shapes), 1)

@@ -2,7 +2,7 @@
 
     .venv/bin/python tests/benchmarks/indentation_block.py [--cells hex20:3.3:6 tet10:3.5:6]
 
-The cube of 40 mm of `tests/shared/indented.py`, small strain, travels of 0.25, 0.5 and 1 mm. Cells are `refine_factor`
+The cube of 40 mm of `tests/shared/indented_cylinder.py`: travels of 0.25, 0.5 and 1 mm. Cells are `refine_factor`
 times as small below the sphere as their size, which they have in the corner across.
 """
 
@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "shared"))
-import indented
+import indented_cylinder
 from indentation_cost import solved
 
 CELLS = [
@@ -34,8 +34,11 @@ def main() -> None:
     print("| element | size, mm | finer | cells | 0.25 mm | 0.5 mm | 1 mm | CPU s |\n" + "| --- " * 8 + "|")
     for one in parser.parse_args().cells:
         element, size, finer = one.split(":")
-        found = solved(indented.QUARTER.format(element=element, size=size, finer=finer))
-        off = [400 * force / right - 100 for force, right in zip(found["forces"], indented.CUBE_SMALL, strict=True)]
+        found = solved(indented_cylinder.QUARTER.format(element=element, size=size, finer=finer))
+        off = [
+            400 * force / right - 100
+            for force, right in zip(found["forces"], indented_cylinder.CUBE_SMALL, strict=True)
+        ]
         numbers = " | ".join(f"{part:+.2f} %" for part in off)
         print(f"| {element} | {size} | {finer} | {found['cells']} | {numbers} | {found['cpu']:.1f} |", flush=True)
 

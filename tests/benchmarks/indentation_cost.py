@@ -2,8 +2,9 @@
 
     python tests/benchmarks/indentation_cost.py [--element tet4 tet10] [--size 3.7] [--repeat 3] [--calculix]
 
-The cube of `tests/shared/indented.py`, 40 mm wide, of about 5 000 tetrahedra, a sphere of 10 mm in radius without
-friction, and even states of travel up to 1 mm. Without contact as many states of an equal force, spread over a patch of
+The cube of `tests/shared/indented_cylinder.py`, 40 mm wide, of about 5 000 tetrahedra, a sphere of 10 mm in radius
+without friction, and even states of travel up to 1 mm. Without contact as many states of an equal force, spread over a
+patch of
 the top, drive the same mesh. Seconds of CPU of the solutions alone: no compiling, no reports, no stated errors. With
 `--calculix` the same mesh by CalculiX, all of its run, and how far both are from the truth.
 """
@@ -18,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "shared"))
-import indented
+import indented_cylinder
 
 from softmark import loads
 from softmark.interpreter.pipeline import model_runs, probe_sampling, run_state
@@ -97,7 +98,7 @@ def main() -> None:
 def row(element: str, options: argparse.Namespace) -> str:
     """Of an element, medians of repetitions that take turns."""
     finite = options.strain == "finite"
-    truth = (indented.CUBE_NEO_HOOKEAN if finite else indented.CUBE_SMALL)[-1]
+    truth = (indented_cylinder.CUBE_NEO_HOOKEAN if finite else indented_cylinder.CUBE_SMALL)[-1]
     states = ", ".join(f"{100 * (i + 1) / options.states:g}" for i in range(options.states))
     known = {"element": element, "size": options.size, "strain": options.strain, "states": states}
     known["law"] = "neo_hookean" if finite else "linear_elastic"

@@ -2,7 +2,7 @@
 
     .venv/bin/python tests/benchmarks/indentation_stated.py [--cells quad4:1 quad8:0.5]
 
-The cylinder of `tests/shared/indented.py`, small strain, travels of 0.25, 0.5 and 1 mm, against its section
+The cylinder of `tests/shared/indented_cylinder.py`, small strain, travels of 0.25, 0.5 and 1 mm, against its section
 (`indentation_section.py`). Of each number what it is off, and in brackets what is stated, % of the truth; `-` where
 nothing is stated. It fails if one is not contained.
 """
@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "shared"))
-import indented
+import indented_cylinder
 
 from softmark import loads
 from softmark.interpreter.pipeline.run_options import CheckedScene, RunOptions
@@ -31,14 +31,14 @@ def main() -> None:
     missed = 0
     for one in parser.parse_args().cells:
         element, size = one.split(":")
-        for i, travel in enumerate(indented.TRAVELS):
-            text = indented.CYLINDER.format(element=element, size=size, travel=1e5 * travel)
+        for i, travel in enumerate(indented_cylinder.TRAVELS):
+            text = indented_cylinder.CYLINDER.format(element=element, size=size, travel=1e5 * travel)
             scene = loads(text)
             found = run_to_report(CheckedScene(scene.scene, scene.warnings), RunOptions(draw=False, stated=())).models[
                 "quads"
             ]
             cells = []
-            for name, (table, known) in indented.TOLD.items():
+            for name, (table, known) in indented_cylinder.TOLD.items():
                 off = found.metrics[name].value - table[i]
                 stated = found.stated[name].value
                 missed += stated is not None and abs(off) > stated + known * table[i]

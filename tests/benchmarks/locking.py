@@ -33,7 +33,7 @@ from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import Linear, Statics, equilibrium
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "shared"))
-from octant import octant
+from hollow_sphere_octant import octant
 
 RATIOS = (0.3, 0.45, 0.49, 0.499, 0.4999, 0.49999, 0.5)
 FORMS = (

@@ -1,4 +1,4 @@
-"""Bodies at random squeezed between rigid ones (tests/shared/squeezing.py), by seeds: what came of each.
+"""Bodies at random squeezed between rigid ones (tests/shared/squeezed_bodies.py), by seeds: what came of each.
 
 Run: .venv/bin/python tests/benchmarks/squeezed.py 0 200 [SECONDS]
 """
@@ -26,7 +26,7 @@ def _late(number: int, frame: FrameType | None) -> None:
 
 def main(first: int, last: int, most: float = 30.0) -> None:
     """A line for each seed: its status, and why there is no answer where there is none, within so many s of CPU."""
-    from squeezing import squeezed, unlike
+    from squeezed_bodies import squeezed, unlike
 
     signal.signal(signal.SIGVTALRM, _late)
     for seed in range(first, last):

@@ -17,7 +17,7 @@ from xml.etree import ElementTree as Xml
 
 import pytest
 
-from softmark.grammar.parse_table import reserved
+from softmark.grammar.parse_table import reserved_words
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.help.word_pages import constructors
 from softmark.interpreter.language_server.syntax_highlighting import (
@@ -41,7 +41,7 @@ SCENES = sorted(ROOT.rglob("*.scene"))
 
 def test_the_words_are_those_of_the_classes() -> None:
     own = words()
-    assert set(own.reserved) == set(reserved())
+    assert set(own.reserved) == set(reserved_words())
     assert set(own.kinds) == set(CATALOGUE)
     assert set(own.constructors) == {name for table in CATALOGUE.values() for name in table}
     assert set(CATALOGUE.words()) < set(own.constants)

@@ -14,7 +14,7 @@ import pytest
 pytest.importorskip("lsprotocol")
 
 from lsprotocol import types
-from marked import marked, whole
+from marked_texts import marked, whole
 
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.language_server import inlay_hints

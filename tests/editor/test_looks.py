@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("lsprotocol")
 
 from lsprotocol import types
-from marked import Marked, after, marked, whole
+from marked_texts import Marked, after, marked, whole
 from pygls.protocol import json_rpc
 
 from softmark.interpreter.language_server import (
@@ -20,7 +20,7 @@ from softmark.interpreter.language_server import (
     quick_fixes,
     semantic_tokens,
 )
-from softmark.interpreter.language_server.request_refused import RequestRefused, silence_refusals
+from softmark.interpreter.language_server.request_error import RequestRefused, silence_refusals
 
 pytestmark = pytest.mark.slow
 

@@ -9,10 +9,10 @@ import pytest
 pytest.importorskip("lsprotocol")
 
 from lsprotocol import types
-from marked import Marked, after, marked
+from marked_texts import Marked, after, marked
 
 from softmark.interpreter.language_server import go_to_definition, rename_symbol
-from softmark.interpreter.language_server.request_refused import RequestRefused
+from softmark.interpreter.language_server.request_error import RequestRefused
 
 pytestmark = pytest.mark.slow
 

@@ -18,12 +18,12 @@ pytest.importorskip("pytest_lsp")
 
 from editor_client import client, opened, said
 from lsprotocol import types
-from marked import whole
+from marked_texts import whole
 from pygls.exceptions import JsonRpcException
 from pytest_lsp import LanguageClient
 
 from softmark.interpreter.language_server import server
-from softmark.interpreter.language_server.request_refused import RequestRefused
+from softmark.interpreter.language_server.request_error import RequestRefused
 from softmark.interpreter.language_server.text_document import Document
 from softmark.scenes import ROOT
 

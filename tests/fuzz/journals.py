@@ -144,7 +144,7 @@ def resume(data: bytes, folder: Path) -> str:
         ComparisonRequest,
         _accuracy,
         _Done,
-        _sound,
+        _is_complete,
     )
     from softmark.interpreter.study.configurations.task_outcome import PointTask
 
@@ -155,13 +155,13 @@ def resume(data: bytes, folder: Path) -> str:
         with Journal.open(folder) as journal:
             outcomes = _accuracy({}, ComparisonRequest(folder), _Done(journal, frozenset()))
             for key, entry in journal.of_kind(ACCURACY).items():
-                if _sound(entry):  # what is not is computed anew, which takes too long here
+                if _is_complete(entry):  # what is not is computed anew, which takes too long here
                     _accuracy(
                         {key: PointTask(key, "s", "a")},
                         ComparisonRequest(folder, resume=True),
                         _Done(journal, frozenset([key])),
                     )
-            records = [e["record"] for (kind, _, _), e in journal.entries.items() if kind == TIMING and _sound(e)]
+            records = [e["record"] for (kind, _, _), e in journal.entries.items() if kind == TIMING and _is_complete(e)]
             timing_quality.summarize_cost(records)
             journal.append("accuracy", "new", outcome={})
             journal.on_disk(ACCURACY)

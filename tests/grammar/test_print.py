@@ -6,14 +6,14 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from daily_selection import WHOLE
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from walk import WHOLE
 
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.input_limits import FOREIGN_KINDS
 from softmark.grammar.lexer import Token, lex
-from softmark.grammar.parse_table import reserved
+from softmark.grammar.parse_table import reserved_words
 from softmark.grammar.parser import parse, parse_expression
 from softmark.grammar.printer import CannotFormat, format_source, print_expression, print_tree
 from softmark.grammar.source_layout import WIDTH
@@ -169,7 +169,7 @@ def test_a_tree_without_a_text_is_refused() -> None:
 # ----------------------------------------------------------------------- any tree at all
 
 names = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,9}", fullmatch=True).filter(
-    lambda word: word not in reserved() and word not in FOREIGN_KINDS
+    lambda word: word not in reserved_words() and word not in FOREIGN_KINDS
 )
 units = st.sampled_from(["kPa", "kg/m^3", "%", "µm", "μm", "s^-1", "N*m", "J/(kg*K)", "°C", "lbf/in^2", "m^0.5"])
 texts = st.text(st.characters(exclude_characters="\n\r\0", exclude_categories=["Cs"]), max_size=20)

@@ -102,9 +102,9 @@ def test_the_grammar_is_small() -> None:
     """What a screen holds, and at most ten reserved words."""
     lines = parse_table.GRAMMAR.read_text("utf-8").split("\n")
     assert len(lines) <= 60
-    assert len(parse_table.reserved()) == 10
+    assert len(parse_table.reserved_words()) == 10
     words = {"scene", "use", "as", "param", "in", "expect", "and", "or", "not", "softmark"}
-    assert set(parse_table.reserved()) == words
+    assert set(parse_table.reserved_words()) == words
 
 
 def test_tokens_without_an_end_are_refused() -> None:

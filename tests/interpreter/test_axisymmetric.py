@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from flat_cells import skfem_element, skfem_mesh
-from loaded import loaded_by
+from loaded_modules import loaded_by
 
 import softmark
 from softmark.interpreter.results.run_report import ModelResult

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from broken import must_be_right, said_of
+from broken_solver_scenes import must_be_right, said_of
 
 import softmark
 import softmark.solvers
@@ -264,7 +264,7 @@ def test_a_wrong_pore_pressure_is_seen(name: str, monkeypatch: pytest.MonkeyPatc
     """The pressure that a support imposes on the fluid: 10 Pa more."""
     text = POROUS.format(open=DRAINED[name])
     must_be_right(text)
-    right = poroelastic_analysis._held
+    right = poroelastic_analysis._pressure_supports
 
     def wrong(*arguments: Any) -> Any:
         found, facets = right(*arguments)
@@ -274,7 +274,7 @@ def test_a_wrong_pore_pressure_is_seen(name: str, monkeypatch: pytest.MonkeyPatc
         }
         return more, facets
 
-    monkeypatch.setattr(poroelastic_analysis, "_held", wrong)
+    monkeypatch.setattr(poroelastic_analysis, "_pressure_supports", wrong)
     assert said_of(text)
 
 

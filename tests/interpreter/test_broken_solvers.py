@@ -17,7 +17,7 @@ from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pytest
-from broken import HEAD, must_be_right, said_of
+from broken_solver_scenes import HEAD, must_be_right, said_of
 from equal_moduli import CONSTANTS
 
 import softmark

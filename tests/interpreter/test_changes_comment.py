@@ -11,7 +11,7 @@ import pytest
 
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.report.comparison.comparison_comment import comment
-from softmark.interpreter.report.page.comment_markdown import LIMIT, MarkdownTable, code, document, plain
+from softmark.interpreter.report.page.comment_markdown import LIMIT, MarkdownTable, code, document, strip_markup
 from softmark.interpreter.study.analysis.comparison_point import Spread
 from softmark.interpreter.study.analysis.result_changes import (
     Changes,
@@ -113,7 +113,7 @@ def test_a_comment_has_room_at_github(rows: int) -> None:
 
 @pytest.mark.parametrize("text", HOSTILE)
 def test_a_text_stays_in_its_cell(text: str) -> None:
-    for told in (plain(text), code(text)):
+    for told in (strip_markup(text), code(text)):
         assert "|" not in told
         assert "\n" not in told
         assert told.isprintable() or "\u200b" in told
@@ -124,7 +124,7 @@ def test_a_text_stays_in_its_cell(text: str) -> None:
 @pytest.mark.slow
 def test_a_reader_of_markdown_finds_each_text_as_it_was() -> None:
     markdown_it = pytest.importorskip("markdown_it")
-    rows = [(plain(text), code(text)) for text in HOSTILE]
+    rows = [(strip_markup(text), code(text)) for text in HOSTILE]
     html = markdown_it.MarkdownIt().enable("table").render(document("head", [MarkdownTable("rows", ("a", "b"), rows)]))
     cells = re.findall(r"<td>(.*?)</td>", html, re.DOTALL)
     assert len(cells) == 2 * len(HOSTILE)

@@ -8,7 +8,7 @@ import sys
 from importlib.util import find_spec
 from typing import Any
 
-import manifolds
+import manifold3d_stand_in
 import pytest
 
 import softmark
@@ -39,8 +39,8 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[float]:
         mesh = Cylinder(0.02, 0.005).mesh("tet4", 0.004)
         return mesh.points, mesh.cells, 1.0
 
-    monkeypatch.setitem(sys.modules, "manifold3d", manifolds)
-    monkeypatch.setattr(manifolds.Manifold, "sound", True)
+    monkeypatch.setitem(sys.modules, "manifold3d", manifold3d_stand_in)
+    monkeypatch.setattr(manifold3d_stand_in.Manifold, "sound", True)
     monkeypatch.setattr(tetrahedralization, "_cache_folder", lambda: None)
     monkeypatch.setattr(tetrahedralization, "MESHER", "numpy")
     monkeypatch.setattr(tetrahedralization, "_run_mesher", mesher)

@@ -15,7 +15,7 @@ from softmark.interpreter.language.condition_syntax import read_condition
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.expression_evaluation import EvaluationError, Evaluator, Place, Quantity
 from softmark.interpreter.language.units import LENGTH
-from softmark.interpreter.problem.axial_selection import coverage, coverages
+from softmark.interpreter.problem.cross_section_coverage import coverage, coverages
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.solvers.mesh.shapes import Box, Cylinder
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 import pytest
-from told import case, problem, refused
+from reference_problems import case, problem, refused
 
 import softmark
 from softmark.interpreter.problem.body_case import case_of
-from softmark.interpreter.problem.theory_problems import at_rest_of, doubt_of_theory, problem_of, solve_theory
+from softmark.interpreter.problem.theory_dispatch import at_rest_of, doubt_of_theory, problem_of, solve_theory
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_terminal import table
 from softmark.interpreter.report.run.tables.table_section import format_force

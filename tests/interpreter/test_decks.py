@@ -137,7 +137,7 @@ def test_a_deck_of_polyfem_has_all_of_the_problem(tmp_path: Path) -> None:
     named = Named(
         {"bar": np.array([0])}, {"wall": np.arange(3)}, PUSHED | WEIGHED, {**FACETS, "wall": np.array([[0, 1, 2]])}
     )
-    assert polyfem_exporter.refuses(problem) == polyfem_exporter.lost(problem, named) == []
+    assert polyfem_exporter.refuses(problem) == polyfem_exporter.unsupported_loads(problem, named) == []
     deck = polyfem_exporter.deck(problem, named)
     assert unspecified(deck) == []
     assert deck["output"] == {"json": "statistics.json", "paraview": {"file_name": "answer.vtu"}}
@@ -163,7 +163,9 @@ def test_what_polyfem_cannot_be_told_is_refused() -> None:
     assert [what for what, _ in polyfem_exporter.refuses(replace(TET, element="hex8"))] == ["hex8"]
     one = {"pull": np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 0], [1e-6, 0, 0]])}
     named = Named({"bar": np.array([0])}, {}, one, {})
-    assert [what for what, _ in polyfem_exporter.lost(replace(TET, forces=one["pull"]), named)] == ["load `pull`"]
+    assert [what for what, _ in polyfem_exporter.unsupported_loads(replace(TET, forces=one["pull"]), named)] == [
+        "load `pull`"
+    ]
 
 
 MOVING = replace(

@@ -18,7 +18,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
-from walk import DAY, WHOLE
+from daily_selection import DAY, WHOLE
 
 from softmark.interpreter.cli import exit_signals
 

@@ -88,7 +88,7 @@ def test_the_page_names_the_unit_of_everything_that_is_asked(to: str, said: list
     asked = {"sink": "m", "push": "N", "held": "N", "most": "Pa", "eta": "1", "way": "s"}
     scene = {"title": "A bar", "standard": None, "file": "my.scene"}
     metrics = {name: {"text": "", "unit": unit} for name, unit in asked.items()}
-    shown = exam_readme.text({"scene": scene, "softmark": "1", "models": {}, "metrics": metrics, "left": []}, to)
+    shown = exam_readme.readme_text({"scene": scene, "softmark": "1", "models": {}, "metrics": metrics, "left": []}, to)
     first = "Requested values, in the unit of exam.json (and of the other files, if different):"
     assert "\n".join([first, *said, ""]) in shown
 

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from answering import PROGRAMS as ANSWERING
-from answering import stand_in
+from program_stand_ins import PROGRAMS as ANSWERING
+from program_stand_ins import stand_in
 
 import softmark
 from softmark.interpreter.models.external.adapters import PROGRAMS, adapter, executables

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.models.external.external_process import LOG, MARK, End, plain, run
+from softmark.interpreter.models.external.external_process import LOG, MARK, End, run, strip_control_characters
 
 GB = 1e9
 
@@ -161,4 +161,4 @@ def test_a_file_has_a_largest_size(tmp_path: Path) -> None:
 
 def test_what_it_says_moves_no_cursor() -> None:
     said = "\x1b[2J\x1b[31mred\x1b[0m\rover\x07 \x1b]0;title\x07end\u202e\x9b1m\x00"
-    assert plain(said) == "red\nover end1m"
+    assert strip_control_characters(said) == "red\nover end1m"

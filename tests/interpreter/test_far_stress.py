@@ -13,7 +13,7 @@ import pytest
 import softmark
 from softmark.interpreter.language.compiled_scene import SceneError
 from softmark.interpreter.problem.body_case import case_of
-from softmark.interpreter.problem.inclusion_theory import core_of, size_effect_note
+from softmark.interpreter.problem.inclusion_theory_setup import round_body_of, size_effect_note
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.report.run.report_terminal import table
 from softmark.references.inclusion import Hookean, RoundCore
@@ -62,7 +62,7 @@ def core(text: str) -> RoundCore:
     """What the theory of a scene is about."""
     scene = softmark.loads(text).scene
     reference = scene.declared["theory"]
-    return core_of(reference, case_of(scene, reference.value("body")))
+    return round_body_of(reference, case_of(scene, reference.value("body")))
 
 
 def refused(text: str) -> tuple[str, str]:

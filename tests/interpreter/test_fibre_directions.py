@@ -96,5 +96,5 @@ def test_directions_that_are_one_line_on_both_sides_are_taken(text: str) -> None
 def test_a_rod_without_expressions_looks_at_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     from softmark.interpreter.models.shared import undefined_fiber_directions
 
-    monkeypatch.setattr(undefined_fiber_directions, "_by_intervals", None)
+    monkeypatch.setattr(undefined_fiber_directions, "_undefined_volume_by_intervals", None)
     assert "W389" not in said("1, 0, 0")[0]

@@ -10,7 +10,7 @@ from typing import Any
 import meshio
 import numpy as np
 import pytest
-from loaded import loaded_by
+from loaded_modules import loaded_by
 from scipy.integrate import quad
 
 import softmark

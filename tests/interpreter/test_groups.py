@@ -8,14 +8,14 @@ from typing import Any
 import meshio
 import numpy as np
 import pytest
-from loaded import loaded_by
+from loaded_modules import loaded_by
 
 import softmark
 from softmark.interpreter.language.coordinate_conditions import Condition, MembersUnknown, Term
 from softmark.interpreter.pipeline.run_options import RunOptions
 from softmark.interpreter.pipeline.run_pipeline import run_scene
 from softmark.interpreter.problem.body_case import case_of
-from softmark.interpreter.problem.group_conditions import split_by_groups
+from softmark.interpreter.problem.mesh_group_conditions import split_by_groups
 from softmark.interpreter.problem.probe_points import ProbePoints, find_probe_points
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.mesh import mesh_groups

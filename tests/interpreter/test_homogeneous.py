@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from loaded import loaded_by
+from loaded_modules import loaded_by
 from scipy.optimize import brentq
 
 import softmark

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from softmark.grammar.diagnostic import all_visible, visible
+from softmark.grammar.diagnostic import make_all_visible, make_visible
 from softmark.interpreter.cli.main import main
 
 HOSTILE = "\x1b[2J\x1b]0;owned\x07\x9b31m\x08\x00bad\u202etxt"
@@ -97,5 +97,5 @@ def test_a_file_whose_name_is_no_text_is_run_and_told(capsys: pytest.CaptureFixt
     ("plain", "plain"), ("a\x1bb", "a\u241bb"), ("a\x9bb", "a\ufffdb"), ("Größe µm 试验", "Größe µm 试验"),
 ])  # fmt: skip
 def test_what_cannot_be_seen_is_a_picture(text: str, shown: str) -> None:
-    assert visible(text) == shown
-    assert all_visible({"a": [text, (text, 1.0)], "b": None}) == {"a": [shown, (shown, 1.0)], "b": None}
+    assert make_visible(text) == shown
+    assert make_all_visible({"a": [text, (text, 1.0)], "b": None}) == {"a": [shown, (shown, 1.0)], "b": None}

@@ -16,7 +16,14 @@ from softmark.interpreter.models.model_builders import build
 from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.models.spring_network.spring_builder import PreparedSprings, prepare
 from softmark.interpreter.models.spring_network.spring_declaration import Calibrated, FromMaterial, MassSpring, Uniform
-from softmark.interpreter.models.spring_network.stiffness_calibration import REACH, Fit, NoFit, doubts, least, scaled
+from softmark.interpreter.models.spring_network.stiffness_calibration import (
+    REACH,
+    Fit,
+    NoFit,
+    check_calibration,
+    minimize_error,
+    scale_case,
+)
 from softmark.interpreter.problem.body_case import Case, case_of
 from softmark.interpreter.results.run_report import Report
 from softmark.interpreter.validation.constructor_registry import compile_source
@@ -203,7 +210,7 @@ def test_a_part_of_a_case() -> None:
     text += "load weight = gravity(9 m/s^2)\nload push = pressure(block, where = z >= 20 mm, magnitude = 30 Pa)"
     text += "\nload at = point_force(block, at = (60, 20, 20) mm, vector = (0, 0, 3) N)"
     case = case_of(softmark.loads(text).scene, "block")
-    part: Case = scaled(case, 1 / 3)
+    part: Case = scale_case(case, 1 / 3)
     assert part.gravity == pytest.approx((0, 0, -3))
     found = {d.name: d.thing for d in (*part.loads, *part.supports)}
     assert found["push"].magnitude == pytest.approx(10)
@@ -216,7 +223,7 @@ def test_a_part_of_a_case() -> None:
 @pytest.mark.parametrize("best", [0.05, 0.8, 1.0, 30.0])
 def test_the_least_of_a_smooth_error(best: float) -> None:
     """|log c - log best| + 0.01 has a kink; found to 1e-3 of the logarithm, which is asked for."""
-    fit = least(lambda c: abs(math.log(c / best)) + 0.01)
+    fit = minimize_error(lambda c: abs(math.log(c / best)) + 0.01)
     assert isinstance(fit, Fit)
     assert fit.factor == pytest.approx(best, rel=2e-3)
     assert fit.value == min(v for _, v in fit.trials if v is not None)
@@ -225,7 +232,7 @@ def test_the_least_of_a_smooth_error(best: float) -> None:
 
 def test_factors_without_an_equilibrium_are_passed_over() -> None:
     """Below 2 there is none; the least of the rest, (log c / 4)^2, lies at 4, well away from the border."""
-    fit = least(lambda c: math.log(c / 4.0) ** 2 if c > 2.0 else None)
+    fit = minimize_error(lambda c: math.log(c / 4.0) ** 2 if c > 2.0 else None)
     assert isinstance(fit, Fit)
     assert fit.factor == pytest.approx(4.0, rel=5e-3)
     assert (1.0, None) in fit.trials
@@ -233,20 +240,20 @@ def test_factors_without_an_equilibrium_are_passed_over() -> None:
 
 def test_a_fit_at_the_edge_of_what_can_be_solved_is_no_fit() -> None:
     """The least that was found lies beside factors without an equilibrium: what is beyond nobody knows."""
-    fit = least(lambda c: math.log(c) ** 2 if c > 2.0 else None)
+    fit = minimize_error(lambda c: math.log(c) ** 2 if c > 2.0 else None)
     assert isinstance(fit, NoFit)
     assert "no equilibrium was found" in fit.reason
 
 
 def test_no_equilibrium_at_all_is_no_fit() -> None:
-    fit = least(lambda c: None)
+    fit = minimize_error(lambda c: None)
     assert isinstance(fit, NoFit)
     assert "no equilibrium" in fit.reason
     assert len(fit.trials) == 1 + REACH / 0.5
 
 
 def test_an_error_that_only_falls_is_no_fit() -> None:
-    fit = least(lambda c: 1.0 / c)
+    fit = minimize_error(lambda c: 1.0 / c)
     assert isinstance(fit, NoFit)
     assert "the end of the range" in fit.reason
 
@@ -327,8 +334,8 @@ def test_a_measurement_is_fitted_at_full_load_only() -> None:
     assert isinstance(built.fit, Fit)
     assert built.fit.factor == pytest.approx(theory.fit.factor, rel=1e-9)
     half = replace(net, thing=replace(net.thing, stiffness=Calibrated("eta", 0.5)))
-    assert [d.code for d in doubts(scene, half, case)] == ["E521"]
-    assert "measured at full load" in doubts(scene, half, case)[0].message
+    assert [d.code for d in check_calibration(scene, half, case)] == ["E521"]
+    assert "measured at full load" in check_calibration(scene, half, case)[0].message
 
 
 @pytest.mark.parametrize(
@@ -348,7 +355,7 @@ metric chosen = {metric}
 model net = mass_spring(stiffness = calibrated(chosen), size = 20 mm, body = beam)"""
     source = Source("my.scene", text)
     scene, _ = compile_source(source, Path())
-    found = doubts(scene, scene.declared["net"], case_of(scene, "beam"))
+    found = check_calibration(scene, scene.declared["net"], case_of(scene, "beam"))
     assert [(d.code, d.label) for d in found] == [(code, label)]
 
 

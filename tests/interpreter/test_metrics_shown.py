@@ -11,7 +11,7 @@ import pytest
 import softmark
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.report.run.report_page import render
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 
 Parsed = Callable[[str], Any]
 BEAM = """
@@ -70,7 +70,7 @@ def test_a_model_against_itself_is_not_another_body() -> None:
 ])  # fmt: skip
 def test_the_headline_is_what_the_scene_expects_of_its_models_first(expect: str, first: str, metric: str) -> None:
     """With both ends: the least error alone says how good the best is, and nothing of the others."""
-    found = Findings(softmark.loads(THEORIES + expect).run())
+    found = ReportSummary(softmark.loads(THEORIES + expect).run())
     said = found.conclusion.split("; ")[1]
     assert said.startswith(f"the closest to `{first}` is ")
     assert f"(`{metric}`), the farthest is `" in said

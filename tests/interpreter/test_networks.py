@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from loaded import loaded_by
+from loaded_modules import loaded_by
 from scipy.integrate import solve_bvp
 from scipy.optimize import brentq
 

@@ -7,10 +7,10 @@ import re
 
 import numpy as np
 import pytest
-from told import case, problem, refused
+from reference_problems import case, problem, refused
 
 import softmark
-from softmark.interpreter.problem.theory_problems import (
+from softmark.interpreter.problem.theory_dispatch import (
     at_rest_of,
     doubt_of_theory,
     facts_of_theory,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from flat_cells import skfem_element, skfem_mesh
-from loaded import loaded_by
+from loaded_modules import loaded_by
 
 import softmark
 from softmark.interpreter.results.run_report import ModelResult
@@ -267,13 +267,13 @@ def test_walks_along_elements_stay_with_those_of_the_body() -> None:
 
 def test_a_page_shows_the_plane() -> None:
     """x to the right, y upward, whatever gravity says; a solid beside it is seen as solids are."""
-    from softmark.interpreter.report.run.report_summary import Findings
+    from softmark.interpreter.report.run.report_summary import ReportSummary
     from softmark.interpreter.report.view3d.still_picture import axes_of
     from softmark.interpreter.report.view3d.view_camera import view_of
 
     report = solved("model own = fem(quad4, strain = small, size = 16 mm)")
     shapes = [m.shape for m in report.models.values() if m.shape is not None]
-    assert axes_of(view_of(Findings(report), shapes)) == pytest.approx(np.eye(3), abs=1e-12)
+    assert axes_of(view_of(ReportSummary(report), shapes)) == pytest.approx(np.eye(3), abs=1e-12)
 
 
 @pytest.mark.slow

@@ -9,8 +9,8 @@ from typing import Any
 import meshio
 import numpy as np
 import pytest
-from flat_files import KINDS, clockwise, outline, plane_cells, write
-from loaded import loaded_by
+from loaded_modules import loaded_by
+from plane_mesh_files import KINDS, clockwise, outline, plane_cells, write
 
 import softmark
 from softmark.interpreter.pipeline.run_options import RunOptions

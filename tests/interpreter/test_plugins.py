@@ -17,7 +17,7 @@ from softmark.interpreter.cli.conformance.law_contracts import law_breaches
 from softmark.interpreter.cli.conformance.plugin_contracts import check_plugin
 from softmark.interpreter.cli.conformance.trial_scenes import Trial, example_call, trial_breaches
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.language.plugin_words import FILES, find_faulty_plugin
+from softmark.interpreter.language.loaded_plugin import FILES, find_faulty_plugin
 from softmark.interpreter.study.configurations.configuration_expansion import subject_of, task_of
 from softmark.interpreter.validation import plugin_loader
 from softmark.interpreter.validation.constructor_registry import CATALOGUE, vocabulary_with
@@ -125,7 +125,7 @@ def test_an_installed_plugin_is_taken_by_its_name(tmp_path: Path, monkeypatch: p
     monkeypatch.syspath_prepend(str(tmp_path))
     point = EntryPoint("swaying", "swaying_package", plugin_loader.GROUP)
     monkeypatch.setattr("importlib.metadata.entry_points", lambda **_: [point])
-    assert plugin_loader.installed() == {"swaying": "swaying_package"}
+    assert plugin_loader.installed_plugins() == {"swaying": "swaying_package"}
     assert codes("swaying") == []
     assert softmark.loads(SCENE, plugins="swaying").scene.vocabulary.plugins[0].asked == "swaying"
     absent = vocabulary_with(["swaing"])[1]

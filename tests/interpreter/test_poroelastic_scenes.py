@@ -8,7 +8,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from loaded import loaded_by
+from loaded_modules import loaded_by
 
 import softmark
 from softmark.interpreter.report.files.report_files import write_vtu

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 import pytest
-from told import problem, refused
+from reference_problems import problem, refused
 
 import softmark
 from softmark.interpreter.problem.body_case import case_of
-from softmark.interpreter.problem.theory_problems import at_rest_of, solve_theory
+from softmark.interpreter.problem.theory_dispatch import at_rest_of, solve_theory
 
 BOX = """
 material soil  = biphasic(linear_elastic(young = 1 MPa, poisson = 0.2, density = 1000 kg/m^3),
@@ -209,7 +209,7 @@ def test_theories_and_fluid_belong_together() -> None:
 def test_large_strain_is_a_doubt() -> None:
     """10 % by its load: small strain says it, and the number beside it is marked."""
     scene = softmark.loads("softmark 1\n" + BOX.replace("(0, 0, -1) kPa", "(0, 0, -111) kPa")).scene
-    from softmark.interpreter.problem.theory_problems import doubt_of_theory
+    from softmark.interpreter.problem.theory_dispatch import doubt_of_theory
 
     declared, case = scene.declared["told"], case_of(scene, "plug")
     assert "9.99 %" in doubt_of_theory(declared, solve_theory(declared, case))

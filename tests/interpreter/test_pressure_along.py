@@ -15,9 +15,9 @@ from softmark.interpreter.metrics.pressure_along import PressureAlong
 from softmark.interpreter.planning.robustness_plan import find_judging_metrics
 from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.problem.rigid_surfaces import sharp_points, sharp_points_in_section, surface_in_space
-from softmark.interpreter.problem.theory_problems import solve_theory
+from softmark.interpreter.problem.theory_dispatch import solve_theory
 from softmark.interpreter.report.run.report_page import render
-from softmark.interpreter.verification.contact_accuracy_limits import singular_pressure
+from softmark.interpreter.verification.contact_singularities import singular_pressure
 from softmark.solvers.mesh.revolved_bodies import Cone
 from softmark.solvers.mesh.rigid_shapes import Punch, RoundedBox
 from softmark.solvers.mesh.shape import Shape

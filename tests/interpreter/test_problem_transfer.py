@@ -10,7 +10,7 @@ import softmark
 from softmark.interpreter.models.external.adapters import PROGRAMS
 from softmark.interpreter.models.external.exporters import FORMATS
 from softmark.interpreter.pipeline.run_options import RunOptions
-from softmark.interpreter.report.exam_export.exam_folder import export
+from softmark.interpreter.report.exam_export.exam_input_files import export
 
 LAW = "neo_hookean_isochoric(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)"
 SCENE = """softmark 1

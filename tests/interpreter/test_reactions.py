@@ -19,7 +19,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
 from softmark.solvers.energies.rod_section import RodSection
 from softmark.solvers.energies.rod_state import RodSpace, chain_elements, rod_at_rest
-from softmark.solvers.statics.residual_resultant import residual_without_rounding
+from softmark.solvers.statics.residual_forces import residual_without_rounding
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 BEAM = """softmark 1

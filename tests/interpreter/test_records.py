@@ -9,12 +9,12 @@ import softmark
 from softmark.interpreter.pipeline.run_environment import describe_scene
 from softmark.interpreter.pipeline.scene_declarations import names_of
 from softmark.interpreter.report.run.model_families import scene_poisson
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.view3d.view_camera import upward
 from softmark.interpreter.results.error_statements import StatedError
 from softmark.interpreter.results.run_report import Report
 from softmark.interpreter.study.configurations.task_outcome import PointOutcome, PointTask, TruthRequest
-from softmark.interpreter.study.robustness.reference_trust import LeanOutcome, reduce_outcome
+from softmark.interpreter.study.robustness.reference_uncertainty import LeanOutcome, reduce_outcome
 from softmark.interpreter.study.robustness.robustness_record import ChoiceEdge, RobustnessPoint, ValidityEdge
 
 TEXT = """
@@ -34,9 +34,9 @@ expect   rod.eta < 50 %
 """
 
 
-def findings(**replaced: str) -> Findings:
+def findings(**replaced: str) -> ReportSummary:
     scene = softmark.loads(TEXT, **replaced).scene
-    return Findings(Report(describe_scene(scene), {}, {}, {}, (), (), names=names_of(scene)))
+    return ReportSummary(Report(describe_scene(scene), {}, {}, {}, (), (), names=names_of(scene)))
 
 
 def test_a_page_knows_the_scene_as_it_was_run() -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from loaded import loaded_by
+from loaded_modules import loaded_by
 
 import softmark
 from softmark.interpreter.cli.main import main

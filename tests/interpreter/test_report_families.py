@@ -14,12 +14,12 @@ from scene_names import names_in
 import softmark
 from softmark.interpreter.language.number_formatting import format_reference_error, is_negligible
 from softmark.interpreter.problem.body_case import case_for
-from softmark.interpreter.report.run.model_families import by_poisson, by_size
+from softmark.interpreter.report.run.model_families import families_by_poisson, families_by_size
 from softmark.interpreter.report.run.report_bodies import bodies
 from softmark.interpreter.report.run.report_page import render
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.report_terminal import WIDE, table
-from softmark.interpreter.report.run.tables.line_probes import initially_shown, looks
+from softmark.interpreter.report.run.tables.line_probes import curve_styles, initially_shown
 from softmark.interpreter.report.view3d.still_picture import axes_of, frame_of
 from softmark.interpreter.report.view3d.view_camera import letters, upward, view_of
 from softmark.interpreter.results.run_report import (
@@ -149,20 +149,20 @@ REFINED = report(
 
 
 def test_families_by_size_and_by_poisson() -> None:
-    findings = Findings(REFINED)
-    sizes = by_size(findings)
+    findings = ReportSummary(REFINED)
+    sizes = families_by_size(findings)
     assert {f: list(m) for f, m in sizes.items()} == {
         "tet4, corotational strain": ["t9", "t7", "t5"],
         "hex8, corotational strain": ["h9", "h7"],
     }
     # the scene's own ratio is that of the body's material
-    ratios = by_poisson(findings)
+    ratios = families_by_poisson(findings)
     assert ratios == {"tet4, corotational strain, 7 mm": {"t7_30": 0.3, "t7": 0.49, "t7_4999": 0.4999}}
 
 
 def test_a_parameter_gives_poissons_ratio() -> None:
     text = SCENE.replace("poisson = 0.49", "poisson = nu")
-    ratios = by_poisson(Findings(replace(REFINED, names=names_in(text, {"nu": 0.45}))))
+    ratios = families_by_poisson(ReportSummary(replace(REFINED, names=names_in(text, {"nu": 0.45}))))
     assert ratios["tet4, corotational strain, 7 mm"]["t7"] == 0.45
 
 
@@ -199,11 +199,11 @@ def test_kinds_share_a_colour_where_colours_run_out() -> None:
         *(model(f"t{i}", TET.format(i), 100 * i, 0.1 * i, 1e-3) for i in range(1, 9)),
         *(model(f"h{i}", HEX.format(i), 100 * i, 0.2 * i, 1e-3) for i in range(1, 9)),
     )
-    known = looks(many)
+    known = curve_styles(many)
     assert {known[f"t{i}"].colour for i in range(1, 9)} == {known["t1"].colour}
     assert known["t1"].colour != known["h1"].colour
     assert len({(k.role, k.colour, k.dash, k.marker) for k in known.values()}) == len(known)
-    assert initially_shown(Findings(many)) == ["t1", "t8", "h1", "h8"]
+    assert initially_shown(ReportSummary(many)) == ["t1", "t8", "h1", "h8"]
 
 
 # ------------------------------------------------------------------ gravity
@@ -214,7 +214,7 @@ def test_kinds_share_a_colour_where_colours_run_out() -> None:
     [("-y", (0, 1, 0)), ("-z", (0, 0, 1)), ("+x", (-1, 0, 0)), ("(0, 0, -1)", (0, 0, 1))],
 )
 def test_gravity_points_down(direction: str, up: tuple[int, int, int]) -> None:
-    findings = Findings(report(text=SCENE.replace("direction = -y", f"direction = {direction}")))
+    findings = ReportSummary(report(text=SCENE.replace("direction = -y", f"direction = {direction}")))
     np.testing.assert_array_equal(upward(findings), up)
     frame = frame_of(upward(findings))
     np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=0)
@@ -225,7 +225,7 @@ def test_gravity_points_down(direction: str, up: tuple[int, int, int]) -> None:
 def test_the_longer_level_direction_runs_from_left_to_right() -> None:
     # along z with y upwards, as on the authors' scan
     X = np.array([[0, 0, 0], [0.02, 0, 0], [0, 0.02, 0], [0, 0, 0.2]], float)
-    view = view_of(Findings(report()), [DrawnSurface(X, np.array([[0, 1, 2], [0, 2, 3]]))])
+    view = view_of(ReportSummary(report()), [DrawnSurface(X, np.array([[0, 1, 2], [0, 2, 3]]))])
     right, above, _ = axes_of(view)
     assert letters(view) == "zxy"
     assert right @ [0, 0, 1] > 0.8
@@ -285,7 +285,7 @@ def box() -> tuple[Any, Any]:
 
 
 def test_every_result_and_metric_is_with_its_body() -> None:
-    found = {b.name: (b.results, [m.name for m in b.metrics]) for b in bodies(Findings(two()))}
+    found = {b.name: (b.results, [m.name for m in b.metrics]) for b in bodies(ReportSummary(two()))}
     assert found == {
         "left": (("a", "theory"), ["eta_l", "frame"]),
         "right": (("b", "lost", "scan"), ["eta_r", "frame"]),
@@ -293,7 +293,7 @@ def test_every_result_and_metric_is_with_its_body() -> None:
 
 
 def test_one_body_has_no_name() -> None:
-    (only,) = bodies(Findings(REFINED))
+    (only,) = bodies(ReportSummary(REFINED))
     assert only.name == ""
     assert only.results == (*REFINED.models, *REFINED.references)
 

@@ -20,7 +20,7 @@ from softmark.interpreter.report.notebook.box_frame import LARGEST
 from softmark.interpreter.report.notebook.report_box import inline
 from softmark.interpreter.report.page.html_document import POLICY
 from softmark.interpreter.report.run.report_page import render
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.tables.provenance_table import command
 from softmark.interpreter.results.run_report import (
     ExpectationResult,
@@ -401,7 +401,7 @@ def test_every_number_of_the_table_is_in_its_csv(silicone: Report, parsed: Parse
     assert len(numbers) > 40
     assert set(numbers) <= known
     # and every metric of the report is in the table
-    everyone = Findings(silicone).everyone.values()
+    everyone = ReportSummary(silicone).everyone.values()
     values = [metric.value for result in everyone for metric in result.metrics.values()]
     assert {v for v in values if v is not None} <= set(numbers)
 
@@ -411,7 +411,7 @@ def test_figure_3_holds_every_centre_line(silicone: Report, parsed: Parsed) -> N
     rows = saved(parsed, page, "axis-positions.csv")
     assert len(rows) == 1 + 41
     last = dict(zip(rows[0], rows[-1], strict=True))
-    everyone = Findings(silicone).everyone
+    everyone = ReportSummary(silicone).everyone
     for name, result in everyone.items():
         tip = result.probes["axis"].position[-1]
         # the CSV of a figure has nine digits
@@ -459,12 +459,12 @@ def test_repeated_warnings_come_once(parsed: Parsed) -> None:
 def test_command_repeats_the_run() -> None:
     once = model("a", time={"solve_s": Timing((0.1,))})
     changed = {**report().scene, "file": "my beam.scene", "overridden": ["h"]}
-    assert command(Findings(report(once, scene=changed))) == "dsl run 'my beam.scene' -p 'h=5 mm'"
+    assert command(ReportSummary(report(once, scene=changed))) == "dsl run 'my beam.scene' -p 'h=5 mm'"
     text = SCENE + "model b = beam6dof(segments = 8)\n"
     some = report(model("a"), scene={**report().scene, "text": text}, names=names_in(text))
-    assert command(Findings(some)) == "dsl run odd.scene --model a --repeat 3"
+    assert command(ReportSummary(some)) == "dsl run odd.scene --model a --repeat 3"
     given = {**report().scene, "file": "<text>", "overrides": ["silicone.young=30kPa"]}
-    assert command(Findings(report(once, scene=given))) == "dsl run - -p silicone.young=30kPa"
+    assert command(ReportSummary(report(once, scene=given))) == "dsl run - -p silicone.young=30kPa"
 
 
 def test_the_navigation_calls_every_section_by_its_heading(page: str, parsed: Parsed) -> None:

@@ -11,10 +11,10 @@ import pytest
 
 from softmark.interpreter.language.number_formatting import Scale, format_quantity
 from softmark.interpreter.report.charts.chart_axes import linear, logarithmic
-from softmark.interpreter.report.charts.curve_labels import places
+from softmark.interpreter.report.charts.curve_labels import place_labels
 from softmark.interpreter.report.files import report_files as disk
 from softmark.interpreter.report.run.report_page import render
-from softmark.interpreter.report.run.tables.scene_listing import coloured
+from softmark.interpreter.report.run.tables.scene_listing import colour_line
 from softmark.interpreter.results.run_report import Report
 from softmark.scenes import ROOT
 
@@ -76,7 +76,9 @@ def test_a_column_keeps_its_decimals_and_shows_what_is_smaller() -> None:
 
 def pieces(line: str) -> list[tuple[str, str]]:
     """(class, text) of every coloured piece of a line."""
-    return [(kind, html.unescape(text)) for kind, text in re.findall(r'<span class="(.)">(.*?)</span>', coloured(line))]
+    return [
+        (kind, html.unescape(text)) for kind, text in re.findall(r'<span class="(.)">(.*?)</span>', colour_line(line))
+    ]
 
 
 @pytest.mark.parametrize(
@@ -102,7 +104,7 @@ def test_colouring_changes_no_character() -> None:
     lines = [line for scene in scenes for line in scene.splitlines()]
     assert len(lines) > 40
     for line in (*lines, "<b>&\"'`", "§ ½ 1e5e5 ..", '"\\" "#" #'):
-        assert html.unescape(re.sub(r"<[^>]*>", "", coloured(line))) == line
+        assert html.unescape(re.sub(r"<[^>]*>", "", colour_line(line))) == line
 
 
 # ------------------------------------------------------------------ names of curves
@@ -113,7 +115,7 @@ def test_names_stand_apart_and_off_the_curves() -> None:
     ends = [(100.0, 100.0), (100.0, 100.0), (100.0, 40.0), (900.0, 900.0)]
     paths = [((0.0, y + 20.0 * i), (x, y)) for i, (x, y) in enumerate(ends)]
     names = ["one", "two", "alone", "outside"]
-    found = places(paths, names, (0.0, 0.0, 300.0, 200.0))
+    found = place_labels(paths, names, (0.0, 0.0, 300.0, 200.0))
     assert set(found) == {0, 1, 2}
     assert found[2].line is None
     assert found[0].line is not None

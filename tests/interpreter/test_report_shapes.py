@@ -26,7 +26,7 @@ from softmark.interpreter.report.files import report_files as disk
 from softmark.interpreter.report.notebook.report_box import SHAPES, inline
 from softmark.interpreter.report.page.html_document import part
 from softmark.interpreter.report.run.report_page import render
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.report_terminal import table
 from softmark.interpreter.report.run.tables.metric_details import unit_of
 from softmark.interpreter.report.view3d import compact_surfaces
@@ -144,7 +144,7 @@ def test_positions_and_errors_survive_the_packing(page: str) -> None:
     data, scale = drawn(page), 65535
     assert [s["name"] for s in data["shapes"]] == ["scan", "good", "near", "poor", "moving"]
     for given in data["shapes"]:
-        owner = Findings(RICH).everyone[given["name"]].shape
+        owner = ReportSummary(RICH).everyone[given["name"]].shape
         assert owner is not None
         low, high = np.array(given["low"]), np.array(given["high"])
         X = low + np.frombuffer(base64.b64decode(given["position"]), "<u2").reshape(-1, 3) / scale * (high - low)
@@ -252,7 +252,7 @@ def test_colours_rise_in_lightness_and_the_script_has_the_same() -> None:
 
 
 def test_differences_below_the_uncertainty_are_not_ranked() -> None:
-    findings = Findings(RICH)
+    findings = ReportSummary(RICH)
     gap = next(m for m in findings.metrics if m.name == "gap")
     # good is off by 0.5 mm and near by 0.7 mm at the tip, less on average: they differ by less than 0.5 mm
     assert findings.best(gap) == ("good", "near")

@@ -22,7 +22,7 @@ import softmark
 from softmark.interpreter.pipeline.report_assembly import MOST
 from softmark.interpreter.report.page.html_document import part
 from softmark.interpreter.report.run.report_page import render
-from softmark.interpreter.report.view3d.compact_surfaces import thinned
+from softmark.interpreter.report.view3d.compact_surfaces import thin_surface
 from softmark.interpreter.report.view3d.surface_fields import scale_over
 from softmark.interpreter.results.run_report import DrawnSurface, ModelResult, ReferenceResult, Report, SurfaceField
 
@@ -182,7 +182,7 @@ def test_nobody_has_it() -> None:
 def test_thinned_shapes_keep_the_mean() -> None:
     shape = RICH.models["a"].shape
     assert shape is not None
-    small = thinned(shape, 100)
+    small = thin_surface(shape, 100)
     values = small.carried[0].values
     assert values is not None
     assert len(values) == len(small.position) <= 100

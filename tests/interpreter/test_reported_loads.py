@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from octant import octant
+from hollow_sphere_octant import octant
 
 import softmark
 from softmark.interpreter.models.model_builders import build
 from softmark.interpreter.models.shared.prepared_model import BuildContext
 from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.problem.body_case import case_for
-from softmark.interpreter.problem.surface_selection.load_resultants import doubts, resultants
+from softmark.interpreter.problem.surface_selection.load_resultants import load_mismatch_warnings, resultants
 from softmark.interpreter.report.run.report_page import render
 from softmark.interpreter.verification.error_estimate import is_doubt
 
@@ -34,7 +34,7 @@ def said(text: str) -> dict[str, Any]:
     declared = next(iter(scene.of_kind("model").values()))
     case = case_for(scene, declared)
     prepared = build(declared, case, BuildContext(scene=scene))
-    return {n: r.to_json() | {"doubts": [d.code for d in doubts(case, declared, {n: r})]}
+    return {n: r.to_json() | {"doubts": [d.code for d in load_mismatch_warnings(case, declared, {n: r})]}
             for n, r in resultants(case, prepared).items()}  # fmt: skip
 
 
@@ -225,6 +225,8 @@ def test_curved_facets_are_not_offered_to_who_has_them() -> None:
         scene = softmark.loads(text + f"model m = fem({element}, strain = small, size = 100 mm)").scene
         declared = next(iter(scene.of_kind("model").values()))
         case = case_for(scene, declared)
-        notes = doubts(case, declared, resultants(case, build(declared, case, BuildContext(scene=scene))))
+        notes = load_mismatch_warnings(
+            case, declared, resultants(case, build(declared, case, BuildContext(scene=scene)))
+        )
         assert [n.code for n in notes] == ["W371"]
         assert notes[0].help.startswith(remedy)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import statistics
 from pathlib import Path
 
-import indented
+import indented_cylinder
 import pytest
 from octahedra import octahedron
 
@@ -334,7 +334,7 @@ def test_a_sphere_that_is_driven_through_in_one_step_is_refused(far: float) -> N
 @pytest.mark.parametrize(("element", "size"), [("quad4, integration = selective", 1.0), ("quad8", 1.0)])
 def test_the_stated_error_of_a_force_holds_and_is_no_wider_than_it_need_be(element: str, size: float) -> None:
     """Of three travels: errors within it (and what the truth is known to), a tenth of it in the median at least."""
-    table, found = indented.NEO_HOOKEAN, []
+    table, found = indented_cylinder.NEO_HOOKEAN, []
     for travel, right in zip((25, 50, 100), table, strict=True):
         how = AT_ONCE | {
             "course": ", amplitude = per_state",
@@ -347,8 +347,8 @@ def test_the_stated_error_of_a_force_holds_and_is_no_wider_than_it_need_be(eleme
         stated = model.stated["push"].value
         assert stated is not None
         off = abs(model.metrics["push"].value - right)
-        assert off <= stated + indented.ERROR * right
-        found.append(stated / max(off, indented.ERROR * right))
+        assert off <= stated + indented_cylinder.ERROR * right
+        found.append(stated / max(off, indented_cylinder.ERROR * right))
     assert statistics.median(found) <= 10.0
 
 
@@ -357,9 +357,9 @@ def test_the_stated_error_of_a_force_holds_and_is_no_wider_than_it_need_be(eleme
 @pytest.mark.parametrize(("element", "size"), [("quad4, integration = selective", 0.5), ("quad8", 1.0)])
 def test_the_stated_errors_of_area_and_pressure_hold(element: str, size: float) -> None:
     """At 0.5 mm, where two meshes of linear cells have the border at one place, 7 % too far out."""
-    scene = loads(indented.CYLINDER.format(element=element, size=size, travel=50))
+    scene = loads(indented_cylinder.CYLINDER.format(element=element, size=size, travel=50))
     model = run_to_report(CheckedScene(scene.scene, scene.warnings), RunOptions(draw=False, stated=())).models["quads"]
-    for name, (table, known) in indented.TOLD.items():
+    for name, (table, known) in indented_cylinder.TOLD.items():
         stated = model.stated[name].value
         assert stated is not None
         assert abs(model.metrics[name].value - table[1]) <= stated + known * table[1]
@@ -375,9 +375,9 @@ def test_a_sphere_on_a_cube_in_space(element: str, size: float, finer: int) -> N
 
     `tests/benchmarks/indentation_block.py` has all three, and hex20, which takes a minute.
     """
-    report = loads(indented.QUARTER.format(element=element, size=size, finer=finer)).run()
+    report = loads(indented_cylinder.QUARTER.format(element=element, size=size, finer=finer)).run()
     found = report.models["cells"].metrics["push"].states
-    for one, right in zip(found, indented.CUBE_SMALL, strict=True):
+    for one, right in zip(found, indented_cylinder.CUBE_SMALL, strict=True):
         assert 4.0 * one == pytest.approx(right, rel=0.015)
 
 
@@ -410,8 +410,8 @@ def test_a_half_space_resists_as_hertz_has_it(poisson: float, hertz: float) -> N
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("element", "strain", "table", "within"), [
-    ("quad8", "small", indented.SMALL, (0.075, 0.03, 0.01)),
-    ("quad4, integration = selective", "finite", indented.NEO_HOOKEAN, (0.06, 0.03, 0.03)),
+    ("quad8", "small", indented_cylinder.SMALL, (0.075, 0.03, 0.01)),
+    ("quad4, integration = selective", "finite", indented_cylinder.NEO_HOOKEAN, (0.06, 0.03, 0.03)),
 ])  # fmt: skip
 def test_a_sphere_on_a_cylinder_against_calculix(
     element: str, strain: str, table: tuple[float, ...], within: tuple[float, ...]

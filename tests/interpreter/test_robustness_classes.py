@@ -9,7 +9,7 @@ import pytest
 
 from softmark.interpreter.study.configurations.task_outcome import PointOutcome, TruthStatement
 from softmark.interpreter.study.robustness.point_classification import classify
-from softmark.interpreter.study.robustness.reference_trust import LeanOutcome, reduce_outcome, uncertainty_of
+from softmark.interpreter.study.robustness.reference_uncertainty import LeanOutcome, reduce_outcome, uncertainty_of
 
 WITHIN = 0.05
 
@@ -160,7 +160,7 @@ def test_uncertainty_is_relative_to_what_the_truth_moves() -> None:
 
 def theory(**replaced: str) -> tuple[float, str | None]:
     import softmark
-    from softmark.interpreter.study.robustness.reference_trust import theory_of
+    from softmark.interpreter.study.robustness.reference_uncertainty import theory_of
 
     text = """
 param    W      = 20 mm

@@ -14,7 +14,7 @@ import pytest
 from softmark.interpreter.planning.varied_quantities import WalkedQuantity
 from softmark.interpreter.report.notebook.robustness_box import inline
 from softmark.interpreter.report.page.html_document import POLICY
-from softmark.interpreter.report.robustness.robustness_page import again, page
+from softmark.interpreter.report.robustness.robustness_page import page, repeat_command
 from softmark.interpreter.report.robustness.robustness_view import format_value, point_tooltip, ruler
 from softmark.interpreter.study.robustness.robustness_record import Robustness, RobustnessPoint
 
@@ -151,7 +151,7 @@ def test_a_point_says_its_error_and_what_the_model_states() -> None:
 
 def test_a_command_is_quoted_for_a_shell() -> None:
     own = replace(point("tets", "silent", 0.4, rubber_poisson=0.4999), texts={"tip.total": "(0, 0, -1) N"})
-    assert again("my beam.scene", own) == "dsl run 'my beam.scene' -p 'tip.total=(0, 0, -1) N' --model tets"
+    assert repeat_command("my beam.scene", own) == "dsl run 'my beam.scene' -p 'tip.total=(0, 0, -1) N' --model tets"
 
 
 def test_a_notebook_shows_what_is_wrong_first_and_no_markup_of_a_scene(parsed: Parsed) -> None:

@@ -7,13 +7,13 @@ from collections.abc import Callable
 import pytest
 
 from softmark.interpreter.planning import parameter_scale
-from softmark.interpreter.planning.parameter_scale import Ladder
+from softmark.interpreter.planning.parameter_scale import ParameterScale
 from softmark.interpreter.planning.parameter_walk import Edge, PointClass, Until, Walk
 
 Model = Callable[[float], str]  # a value -> the class of the point there
 
 
-def walked(way: Ladder, model: Model, until: Until = "failure") -> tuple[Walk, list[float]]:
+def walked(way: ParameterScale, model: Model, until: Until = "failure") -> tuple[Walk, list[float]]:
     """The walk of a fake model to its end, and the values that were looked at in order."""
     walk = Walk(way, until, {0.0: PointClass.of(model(way.at(0.0)))})
     looked = []
@@ -25,7 +25,7 @@ def walked(way: Ladder, model: Model, until: Until = "failure") -> tuple[Walk, l
     return walk, looked
 
 
-def up(nominal: float, limit: float) -> Ladder:
+def up(nominal: float, limit: float) -> ParameterScale:
     found = parameter_scale.logarithmic_ladder(nominal, limit, "up" if abs(limit) > abs(nominal) else "down")
     assert found is not None
     return found

@@ -417,7 +417,7 @@ def test_two_runs_at_once_in_one_folder(tmp_path: Path) -> None:
 def test_what_was_kept_with_other_doubts_is_not_taken_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A model says with its error which warnings speak against it; some come from what it shares with others."""
     run(tmp_path, text=SCENE)
-    monkeypatch.setattr(accuracy_warnings, "doubts_of", lambda *given: ["W375"])
+    monkeypatch.setattr(accuracy_warnings, "accuracy_warning_codes", lambda *given: ["W375"])
     assert run(tmp_path)[0] == ALL
 
 

@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from walk import PARTS, TODAY, WHOLE
+from daily_selection import PARTS, TODAY, WHOLE
 
 from softmark.scenes import ROOT
 

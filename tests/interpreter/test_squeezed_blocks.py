@@ -7,7 +7,7 @@ it is asserted that this was looked at, and that what one plate presses the othe
 from __future__ import annotations
 
 import pytest
-from squeezing import squeezed, unlike
+from squeezed_bodies import squeezed, unlike
 
 from softmark import SceneError, loads
 

@@ -139,7 +139,7 @@ def test_curling_against_its_differential_equation(theta: float) -> None:
     found = solve_bvp(slopes, ends, x, np.zeros((4, len(x))), tol=1e-8, max_nodes=100_000)
     assert found.success
     # tolerance: that of the solver, and the first terms of the series for narrow strips
-    assert flat_strips.curling(theta) == pytest.approx(-found.sol(half)[1] / half, abs=1e-6)
+    assert flat_strips.remaining_anticlastic_curvature(theta) == pytest.approx(-found.sol(half)[1] / half, abs=1e-6)
 
 
 def test_a_ribbon_is_doubted() -> None:

@@ -14,7 +14,7 @@ from softmark.interpreter.language.condition_syntax import read_condition
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.expression_evaluation import Evaluator, Place, Quantity
 from softmark.interpreter.language.units import LENGTH
-from softmark.interpreter.problem.axial_selection import borders, coverage, inner_stations
+from softmark.interpreter.problem.cross_section_coverage import coverage, inner_stations, selection_borders
 from softmark.interpreter.problem.surface_selection.section_selection import selected_share
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.solvers.mesh.shapes import Box, Cylinder, transverse
@@ -87,7 +87,7 @@ def test_no_stretch_is_passed_over(shape: Box | Cylinder, text: str, covers: set
 
 def test_borders_of_a_thin_band() -> None:
     """100.2 and 100.5 mm, give or take the 1e-9 of the body's extent by which conditions agree."""
-    found = borders(condition("x <= 0 mm or (x >= 100.2 mm and x <= 100.5 mm)"), BOX)
+    found = selection_borders(condition("x <= 0 mm or (x >= 100.2 mm and x <= 100.5 mm)"), BOX)
     assert found == pytest.approx([0.1002, 0.1005], abs=3e-10)
 
 

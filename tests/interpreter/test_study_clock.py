@@ -258,7 +258,7 @@ def _in_this_process(asked: dict[str, Any], **environment: str) -> dict[str, Any
     kept = {n: os.environ.get(n) for n in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1") | environment)
     try:
-        return timed_process._guarded(asked | {"timeout_s": 1e5})
+        return timed_process._run_guarded(asked | {"timeout_s": 1e5})
     finally:
         timed_process.signal.alarm(0)
         for name, value in kept.items():
@@ -344,7 +344,7 @@ def test_the_time_of_output_is_that_of_the_file_of_the_mesh(monkeypatch: pytest.
     )
     scene, declared, case = timed_process._scene(job("a", model="cells"))
     prepared, _ = prepared_model(declared, case, BuildContext(scene=scene))
-    assert timed_process._written(job("a", model="cells"), prepared.solve(lambda i: None)) is not None
+    assert timed_process._time_writing(job("a", model="cells"), prepared.solve(lambda i: None)) is not None
     assert files == [["cells.vtu"], ["cells.vtu"]]
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from walk import WHOLE
+from daily_selection import WHOLE
 
 SCENE = """
 scene "Quick tasks"

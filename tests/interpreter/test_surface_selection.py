@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from octant import octant
+from hollow_sphere_octant import octant
 
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.parser import parse_expression

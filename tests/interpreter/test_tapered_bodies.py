@@ -10,7 +10,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.language.coordinate_conditions import Condition
-from softmark.interpreter.problem.axial_selection import coverage, end_of
+from softmark.interpreter.problem.cross_section_coverage import coverage, end_of
 from softmark.solvers.mesh.cross_sections import Disc, Rectangle
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.revolved_bodies import Cone

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from loaded import loaded_by
+from loaded_modules import loaded_by
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 

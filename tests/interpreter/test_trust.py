@@ -106,7 +106,7 @@ def test_a_text_over_1_mb_is_refused(here: Path) -> None:
     assert "larger than 1 MB" in said
     pytest.importorskip("lsprotocol")
     from softmark.interpreter.language_server.document_formatting import format_document
-    from softmark.interpreter.language_server.request_refused import RequestRefused
+    from softmark.interpreter.language_server.request_error import RequestRefused
     from softmark.interpreter.language_server.text_document import Document
 
     document = Document(SCENE + "#" * 1_000_000, here)

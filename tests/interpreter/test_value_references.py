@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from loaded import loaded_by
+from loaded_modules import loaded_by
 
 import softmark
 from softmark.interpreter.language.expression_evaluation import VectorValue

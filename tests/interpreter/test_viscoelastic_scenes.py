@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from loaded import loaded_by
+from loaded_modules import loaded_by
 
 import softmark
 from softmark.interpreter.results.run_report import Report

@@ -19,7 +19,7 @@ from softmark.interpreter.documentation import (
     word_reference,
 )
 from softmark.interpreter.documentation.docstring_markdown import docstring_to_markdown, escape_markup
-from softmark.interpreter.documentation.site_inventory import places
+from softmark.interpreter.documentation.site_inventory import anchors_by_name
 from softmark.interpreter.help import word_pages
 from softmark.interpreter.help.codes import pages as codes
 from softmark.interpreter.language import foreign_aliases
@@ -163,7 +163,7 @@ def test_a_name_leads_to_its_place(
     assert capsys.readouterr().out.splitlines()[-1] == str((folder / "index.html").resolve())
     assert main(["docs", "galery"]) == 2
     assert "did you mean `gallery`?" in capsys.readouterr().err
-    assert places(folder)["beam6dof"].startswith("reference/model.html#")
+    assert anchors_by_name(folder)["beam6dof"].startswith("reference/model.html#")
 
 
 @pytest.mark.slow

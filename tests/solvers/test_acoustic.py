@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from anisotropic_laws import LAWS
 from deformations import rotations
-from directed_laws import LAWS
 from numpy.typing import NDArray
 
 from softmark.solvers.materials import DIRECTED, law_for, mixed_for

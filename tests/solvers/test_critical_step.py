@@ -21,7 +21,7 @@ from scipy.linalg import eigh
 from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.critical_time_step import ACCURACY, CriticalStepTracker
 from softmark.solvers.dynamics.dynamic_problem import Rayleigh
-from softmark.solvers.dynamics.implicit_step import DynamicSystem
+from softmark.solvers.dynamics.dynamic_system import DynamicSystem
 from softmark.solvers.dynamics.integrator import StepTooLong
 from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged

@@ -112,7 +112,7 @@ def test_the_first_overshoot_of_a_nearly_incompressible_body_does_not_hang_on_th
 @pytest.mark.slow  # the one step takes seconds, halved as often as it is
 def test_damping_that_does_not_settle_fails_the_step(monkeypatch: pytest.MonkeyPatch) -> None:
     """One iteration at 4 ms leaves it off by a tenth of its force: the step is halved, and the report says so."""
-    monkeypatch.setattr("softmark.solvers.dynamics.implicit_step.REPEATS", 1)
+    monkeypatch.setattr("softmark.solvers.dynamics.dynamic_system.REPEATS", 1)
     brief = BLOCK.replace("0.12 s", "0.004 s").format(step=4, name="trapezoidal", cells=MEAN)
     found = softmark.loads(brief).run().models["cells"].solve
     assert found["halved"]

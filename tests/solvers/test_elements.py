@@ -13,8 +13,8 @@ from softmark.solvers.elements import CELLS, ELEMENTS
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.elements.element import Element, Facet
 from softmark.solvers.elements.tet4 import Tet4
-from softmark.solvers.mesh import bounding_box_grid, element_interpolation
-from softmark.solvers.mesh.bounding_box_grid import find_boxes_of_points
+from softmark.solvers.mesh import bounding_box_search, element_interpolation
+from softmark.solvers.mesh.bounding_box_search import find_boxes_of_points
 from softmark.solvers.mesh.element_interpolation import integrate_cells, locate_points
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder
@@ -339,20 +339,20 @@ def test_a_grid_finds_the_boxes_that_hold_a_point() -> None:
 def test_a_grid_looks_at_few_boxes_however_many_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
     """As many for a point where there are eight times as many cells, all of which were looked at once."""
     looked: list[Any] = []
-    runs = bounding_box_grid._expand_ranges
+    runs = bounding_box_search._expand_ranges
 
     def counted(*arguments: Any) -> Any:
         looked.append(runs(*arguments))
         return looked[-1]
 
-    monkeypatch.setattr(bounding_box_grid, "_expand_ranges", counted)
+    monkeypatch.setattr(bounding_box_search, "_expand_ranges", counted)
     for size in (0.008, 0.004):
         mesh = Cylinder(0.06, 0.019).mesh("tet4", size)
         X = mesh.points[mesh.cells].mean(axis=1)
         looked.clear()
         np.testing.assert_array_equal(locate_points(mesh, X).nodes, mesh.cells)
         lists, pairs = (len(found[0]) for found in looked)
-        assert lists < bounding_box_grid.MOST * len(mesh.cells)
+        assert lists < bounding_box_search.MOST * len(mesh.cells)
         assert pairs < 150 * len(X)
 
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from anisotropic_laws import F0, GUCCIONE, S0
+from anisotropic_laws import LAWS as COMMON
 from deformations import close, difference, rotations
-from directed_laws import F0, GUCCIONE, S0
-from directed_laws import LAWS as COMMON
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 from written_stresses import directed_stress

@@ -12,7 +12,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.implicit_step import DynamicSystem
+from softmark.solvers.dynamics.dynamic_system import DynamicSystem
 from softmark.solvers.dynamics.lagged_tangent import AndersonAcceleration, BackwardDifferences
 from softmark.solvers.dynamics.load_amplitudes import Amplitude
 from softmark.solvers.dynamics.time_integration import march

@@ -62,7 +62,7 @@ def test_large_definite_matrices_go_to_cholesky_and_others_to_superlu(
     assert (definite.name, definite.negative_pivots) == ("multifrontal Cholesky", 0)
     np.testing.assert_allclose(large @ definite.solve(b), b, rtol=1e-12)
     assert factorisations.factor(small).name == factorisations.NAME == "SuperLU (scipy)"
-    monkeypatch.setattr(pardiso, "installed", lambda: False)
+    monkeypatch.setattr(pardiso, "is_installed", lambda: False)
     assert factorisations.factor(large, symmetric=False).name == factorisations.NAME
     large[7, 7] = -1.0
     indefinite = factorisations.factor(large)

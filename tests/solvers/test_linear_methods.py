@@ -150,7 +150,7 @@ def test_multigrid_takes_over_where_a_factor_takes_longer(monkeypatch: pytest.Mo
     monkeypatch.setattr(multigrid, "BUDGET", 1)  # and what does not converge is factorised
     b = np.ones(K.shape[0])
     np.testing.assert_allclose(K @ factor.solve(b), b, atol=1e-10)
-    monkeypatch.setattr(multigrid, "installed", lambda: False)
+    monkeypatch.setattr(multigrid, "is_installed", lambda: False)
     assert factorisations.factor(K, modes=assembly.modes).name == factorisations.CHOLESKY
 
 
@@ -161,7 +161,7 @@ def test_no_factor_is_begun_that_memory_does_not_hold(monkeypatch: pytest.Monkey
     K = tangent(assembly)
     double = symbolic_cache.cached_pattern(K).sketch.bytes(8) / factorisations.SHARE
     monkeypatch.setattr(factorisations, "LITTLE", 0.0)  # which memory is not asked for
-    monkeypatch.setattr(multigrid, "installed", lambda: False)
+    monkeypatch.setattr(multigrid, "is_installed", lambda: False)
     for left, name in ((1.1 * double, factorisations.CHOLESKY), (0.6 * double, factorisations.SINGLE)):
         monkeypatch.setattr(memory, "available_memory", lambda left=left: left)
         assert factorisations.factor(K, modes=assembly.modes).name == name
@@ -180,7 +180,7 @@ def test_no_factor_is_begun_that_memory_does_not_hold(monkeypatch: pytest.Monkey
 
 @pytest.mark.parametrize("method", PACKAGES)
 def test_what_is_not_installed_is_named(method: str, monkeypatch: pytest.MonkeyPatch, law: Maker) -> None:
-    monkeypatch.setattr(multigrid, "installed", lambda: False)
+    monkeypatch.setattr(multigrid, "is_installed", lambda: False)
     monkeypatch.setattr(pardiso, "is_packaged", lambda: False)
     with pytest.raises(factorisations.NotInstalled, match=PACKAGES[method]):
         factorisations.factor(tangent(block(law("small", 6e4, 0.3))), method=method)  # type: ignore[arg-type]

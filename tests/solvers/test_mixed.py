@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from equal_moduli import made
+from hollow_sphere_octant import octant
 from inf_sup import inf_sup
-from octant import octant
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 

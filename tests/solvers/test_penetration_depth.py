@@ -16,11 +16,11 @@ O, Z = np.zeros(3), np.array([0.0, 0.0, 1.0])
 BODIES = {
     "ball": rigid_contact_forces.ball(np.array([0.3, 0.1, 0.9]), 1.0),
     "box": rigid_contact_forces.box(np.array([-0.3, -0.3, -0.2]), np.array([0.3, 0.3, 1.0])),
-    "cone": rigid_contact_forces.revolved(
+    "cone": rigid_contact_forces.revolved_distance(
         rigid_contact_forces.polygon([(0.0, -0.25), (1.0, 1.0), (0.0, 1.0)], mirrored=True), O, Z
     ),
     "half_space": rigid_contact_forces.half_space(-0.5 * Z, np.array([0.0, 0.6, -0.8])),
-    "hollow": rigid_contact_forces.hollow(np.array([0.3, 0.1, 0.9]), 1.0, 0.95),
+    "hollow": rigid_contact_forces.hollow_ball_distance(np.array([0.3, 0.1, 0.9]), 1.0, 0.95),
 }
 
 

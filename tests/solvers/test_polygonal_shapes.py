@@ -182,5 +182,5 @@ FAULTS = {
 @pytest.mark.parametrize("name", FAULTS)
 def test_what_is_no_polygon_is_said(name: str) -> None:
     corners, said = FAULTS[name]
-    assert said in polygons.fault(corners)
+    assert said in polygons.polygon_fault(corners)
     assert said in Extruded(corners, 0.01).fault

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from equal_moduli import CONSTANTS, made
 
 from softmark.records import dataclass
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for
@@ -18,7 +19,6 @@ from softmark.solvers.materials.two_invariant_law import TwoInvariantLaw
 from softmark.solvers.runtime import scalar_or_array
 from softmark.solvers.statics.isotropic_material_point import PrincipalPoint
 from softmark.solvers.statics.material_point import ImposedDeformation, MaterialPoint, NoState
-from tests.shared.equal_moduli import CONSTANTS, made
 
 RNG = np.random.default_rng(11)
 FREE = math.nan

@@ -67,7 +67,7 @@ def test_a_closed_surface_is_seen_from_all_sides() -> None:
     shape = Box((1.0, 2.0, 0.5), (-0.5, -1.0, 0.0))
     points, triangles = shape.surface(5.0)
     x = around(shape)
-    g, n = rigid_contact_forces.enclosed(points, triangles)(x)
+    g, n = rigid_contact_forces.closed_surface_distance(points, triangles)(x)
     mine, way = rigid_contact_forces.box((-0.5, -1.0, 0.0), (0.5, 1.0, 0.5))(x)
     assert g == pytest.approx(mine, abs=1e-13)
     assert n[mine > 0.0] == pytest.approx(way[mine > 0.0], abs=1e-10)
@@ -80,7 +80,7 @@ def test_a_motion_by_quaternions_is_that_of_rodrigues() -> None:
     gap = gap_of(shape)
     assert gap is not None
     mine, normal, _ = MovedGap(gap, RigidMotion(shift, tuple(w.tolist()), about)).look(x)
-    g, n = rigid_contact_forces.moved(_distance(shape), np.array(shift), w, np.array(about))(x)
+    g, n = rigid_contact_forces.moved_distance(_distance(shape), np.array(shift), w, np.array(about))(x)
     out = mine > 1e-6
     assert g[out] == pytest.approx(mine[out], abs=1e-13)
     assert n[out] == pytest.approx(normal[out], abs=1e-9)

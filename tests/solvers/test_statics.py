@@ -338,7 +338,7 @@ def test_follower_loads_are_judged_by_the_symmetric_part_whatever_solved_the_ste
     fine: bool, method: Any, law: Maker, elastic: Energies, problem: Problems, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Pardiso's factor of a tangent that is not symmetric knows no pivots; `auto` takes it for large matrices."""
-    if (fine or method == "pardiso") and not pardiso.installed():
+    if (fine or method == "pardiso") and not pardiso.is_installed():
         pytest.skip("pypardiso is not there")
     monkeypatch.setattr(linear, "LARGE", 0 if fine else linear.LARGE)
     top = CUBE.facets[(CUBE.points[CUBE.facets][:, :, 2] > 1 - 1e-9).all(axis=1)]

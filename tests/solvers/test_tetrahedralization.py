@@ -13,7 +13,7 @@ import pytest
 import trimesh
 
 from softmark.interpreter.language.coordinate_conditions import Condition, Term
-from softmark.interpreter.models.shared.filled_mesh_notes import facts
+from softmark.interpreter.models.shared.filled_mesh_notes import filled_mesh_report
 from softmark.references.surface_geometry import SurfaceSearch
 from softmark.solvers.mesh import tetrahedralization
 from softmark.solvers.mesh.conforming_planes import Cut
@@ -319,7 +319,7 @@ def test_what_fills_a_surface_is_what_it_encloses(name: str, kept: Path) -> None
     surface, volume = FILLED[name]
     known = close_surface(*surface)
     mesh = tetrahedralization.fill_surface(known, 0.003, 1e-4)
-    found = facts(SurfaceBody(), mesh)["filled"]
+    found = filled_mesh_report(SurfaceBody(), mesh)["filled"]
     assert abs(float(mesh.volumes.sum()) - 1e-9 * volume) < 1e-4 * known.area
     if not known.crossings:
         assert max(found["mesh_to_surface_m"], found["surface_to_mesh_m"]) < 2e-4

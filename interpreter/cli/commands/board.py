@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from softmark.grammar.diagnostic import all_visible, visible
+from softmark.grammar.diagnostic import make_all_visible, make_visible
 from softmark.interpreter.cli.commands.common_options import folder as folder_name
 from softmark.interpreter.cli.commands.compare import comparison_request, work_options
 from softmark.interpreter.cli.commands.study_options import run_study, write_results
@@ -49,10 +49,10 @@ def run(parsed: argparse.Namespace) -> int:
     try:
         old = None if parsed.against is None else leaderboard_changes.read_board(parsed.against)
     except leaderboard_changes.NotALeaderboard as foreign:
-        print(visible(f"error: {foreign}"), file=sys.stderr)
+        print(make_visible(f"error: {foreign}"), file=sys.stderr)
         return 2
     if unknown := _check_programs(parsed.also):
-        print(visible(unknown), file=sys.stderr)
+        print(make_visible(unknown), file=sys.stderr)
         return 2
     if parsed.also and "-" in parsed.files:
         print("error: --also cannot be used with standard input, which is read only once: give a scene file",
@@ -121,7 +121,7 @@ def _read_cases(names: list[str], also: list[str]) -> tuple[str, list[BoardCase]
 def _case_list(title: str, cases: list[BoardCase]) -> str:
     """Return the list of cases and their models."""
     lines = [f"{c.case.name:<12}{c.kind or '-':<13}{len(c.entrants):>2}  {c.case.asks}" for c in cases]
-    return str(all_visible("\n".join([title, *lines])))
+    return str(make_all_visible("\n".join([title, *lines])))
 
 
 def _make_board(
@@ -153,7 +153,7 @@ def _write_site(
         files["against.md"] = lambda: changes
     sound = write_results(files, text, folder, parsed)
     if parsed.json != "-":
-        print(all_visible(changes if changes is not None else _case_summaries(board, folder)))
+        print(make_all_visible(changes if changes is not None else _case_summaries(board, folder)))
     whole = sound and found.exit_status == 0 and not any(case.reason for case in cases)
     return 0 if whole else 3
 

@@ -21,7 +21,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> int:
     """Check scenes and return 0 if none has an error, else 2."""
-    from softmark.grammar.diagnostic import visible
+    from softmark.grammar.diagnostic import make_visible
 
     status, told = 0, []
     for name in parsed.files:
@@ -33,7 +33,7 @@ def run(parsed: argparse.Namespace) -> int:
         if scene is None or has_errors(found):
             status = 2
         elif parsed.diagnostics == "text":
-            print(visible(f"{name}: {_contents(scene)}"))
+            print(make_visible(f"{name}: {_contents(scene)}"))
     if parsed.diagnostics != "text":
         print(format_diagnostics(parsed.diagnostics, told), end="")
     return status

@@ -8,12 +8,12 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.cli.commands.common_options import folder as folder_name
 from softmark.interpreter.cli.commands.common_options import override_option, plugin_option
 from softmark.interpreter.cli.commands.study_options import (
     count,
-    positive,
+    parse_positive,
     resume_options,
     run_study,
     warn,
@@ -57,7 +57,7 @@ def work_options(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--jobs", type=count, default=1, metavar="N", help="compute errors in N parallel processes")
     where.add_argument("--cluster", metavar="ADDRESS", help="compute errors on a dask cluster, such as tcp://host:8786")
-    parser.add_argument("--timeout", type=positive, metavar="S", help="give up a configuration after S seconds")
+    parser.add_argument("--timeout", type=parse_positive, metavar="S", help="give up a configuration after S seconds")
     repeats = "time each configuration in N processes, alone on the machine (default: 5; 0: no timing)"
     parser.add_argument("--repeats", type=_count_or_none, default=5, metavar="N", help=repeats)
     resume_options(parser)
@@ -109,7 +109,7 @@ def _changes(parsed: argparse.Namespace) -> int:
         old, new = (result_changes.read_result(name) for name in parsed.files)
         found = result_changes.find_changes(old, new, (parsed.files[0], parsed.files[1]))
     except result_changes.NotComparable as foreign:
-        print(visible(f"error: {foreign}"), file=sys.stderr)
+        print(make_visible(f"error: {foreign}"), file=sys.stderr)
         return 2
     texts = {
         "--json": lambda: json.dumps(found.to_json(), indent=1, ensure_ascii=False) + "\n",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.cli.commands.scene_arguments import show
 
 
@@ -24,7 +24,7 @@ def run(parsed: argparse.Namespace) -> int:
     untried = sum(d.code == "W732" for d in found.diagnostics)
     said = "all contracts kept" if found.sound else "contracts are broken"
     print(
-        visible(
+        make_visible(
             f"{parsed.file}: {', '.join(found.words) or 'no word'}; {said}"
             + (f", {untried} not tried" if untried else "")
         )

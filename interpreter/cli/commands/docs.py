@@ -7,7 +7,7 @@ import os
 import sys
 from pathlib import Path
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,7 +23,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(parsed: argparse.Namespace) -> int:
     """Build the pages if needed, print the address of a page, and open it in a browser."""
     from softmark.interpreter.documentation.site_builder import Unavailable, build, site, sources
-    from softmark.interpreter.documentation.site_inventory import places
+    from softmark.interpreter.documentation.site_inventory import anchors_by_name
     from softmark.interpreter.results.atomic_files import refuse_link
 
     try:
@@ -36,15 +36,15 @@ def run(parsed: argparse.Namespace) -> int:
         else:
             folder = site(lambda: print("building the pages, once for each version ...", file=sys.stderr)).folder
     except Unavailable as error:
-        print(visible(f"error: {error}"), file=sys.stderr)
+        print(make_visible(f"error: {error}"), file=sys.stderr)
         return 2
     except OSError as error:
         what = parsed.out or "the pages"
-        print(visible(f"error: {what} cannot be written: {error.strerror or error}"), file=sys.stderr)
+        print(make_visible(f"error: {what} cannot be written: {error.strerror or error}"), file=sys.stderr)
         return 2
-    known = places(folder)
+    known = anchors_by_name(folder)
     if (place := known.get(parsed.page) or known.get(parsed.page.upper())) is None:
-        print(visible(f"error: {_unknown_page_error(parsed.page, list(known))}"), file=sys.stderr)
+        print(make_visible(f"error: {_unknown_page_error(parsed.page, list(known))}"), file=sys.stderr)
         return 2
     file, _, part = place.partition("#")
     address = (folder / file).resolve().as_uri() + (f"#{part}" if part else "")

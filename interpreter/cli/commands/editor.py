@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.cli.commands.common_options import folder
 from softmark.interpreter.language_server.syntax_highlighting import EDITORS
 
@@ -36,11 +36,11 @@ def run(parsed: argparse.Namespace) -> int:
             refuse_link(into)
         for name, content in editor.files().items():
             replace(folder_within(into, *Path(name).parent.parts) / Path(name).name, content)
-            print(visible(str(into / name)))
+            print(make_visible(str(into / name)))
     except OSError as failure:
-        print(visible(f"error: {into} cannot be written: {failure.strerror}"), file=sys.stderr)
+        print(make_visible(f"error: {into} cannot be written: {failure.strerror}"), file=sys.stderr)
         return 2
-    print("", *map(visible, editor.install(into).splitlines()), sep="\n")
+    print("", *map(make_visible, editor.install(into).splitlines()), sep="\n")
     return 0
 
 

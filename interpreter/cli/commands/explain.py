@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.cli.commands.common_options import plugin_option
 from softmark.interpreter.help.unknown_words import hint
 from softmark.interpreter.help.word_pages import page, page_of_plugins
@@ -30,7 +30,7 @@ def run(parsed: argparse.Namespace) -> int:
         return 2
     text = page_of_plugins(words, parsed.name) or page(parsed.name, words)
     if text is None:
-        print(visible(f"error: there is nothing called `{parsed.name}`; {hint(parsed.name)}"), file=sys.stderr)
+        print(make_visible(f"error: there is nothing called `{parsed.name}`; {hint(parsed.name)}"), file=sys.stderr)
         return 2
     print(text)
     return 0

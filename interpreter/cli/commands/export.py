@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.cli.commands.common_options import folder, scene_options
 from softmark.interpreter.cli.commands.scene_arguments import errors, load, show
 from softmark.interpreter.models.external.exporters import FORMATS
@@ -33,7 +33,7 @@ def run(parsed: argparse.Namespace) -> int:
         show(problems)
         return 2
     from softmark.interpreter.pipeline.run_options import RunOptions
-    from softmark.interpreter.report.exam_export.exam_folder import export
+    from softmark.interpreter.report.exam_export.exam_input_files import export
     from softmark.interpreter.results.atomic_files import refuse_link
 
     stem = Path(scene.path).stem if scene.path else "scene"
@@ -46,10 +46,10 @@ def run(parsed: argparse.Namespace) -> int:
         show(error.diagnostics)
         return 2
     except OSError as failure:
-        print(visible(f"error: {target} cannot be written: {failure.strerror}"), file=sys.stderr)
+        print(make_visible(f"error: {target} cannot be written: {failure.strerror}"), file=sys.stderr)
         return 2
     for file in done.written:
-        print(visible(str(done.folder / file)))
+        print(make_visible(str(done.folder / file)))
     for what, why in done.left:
-        print(visible(f"not exported: {what}: {why}"), file=sys.stderr)
+        print(make_visible(f"not exported: {what}: {why}"), file=sys.stderr)
     return 0

@@ -26,10 +26,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> int:
     """Return 0 if done, 1 with --check if a file would change, 2 if a file cannot be formatted."""
-    return max(_one(name, parsed.check, parsed.upgrade) for name in parsed.files)
+    return max(_format_file(name, parsed.check, parsed.upgrade) for name in parsed.files)
 
 
-def _one(name: str, check: bool, upgrade: bool) -> int:
+def _format_file(name: str, check: bool, upgrade: bool) -> int:
     from softmark.grammar.printer import CannotFormat, format_source
 
     try:
@@ -87,11 +87,11 @@ def _deliver(source: Source, text: str, path: Path | None, check: bool) -> int:
 
 def _replace(path: Path, text: str, done: str = "formatted") -> int:
     """Write a temporary file and rename it, so that an interruption never leaves a partial file."""
-    from softmark.interpreter.results.atomic_files import replacing
+    from softmark.interpreter.results.atomic_files import replace_atomically
 
     try:
         mode = path.stat().st_mode & 0o777
-        with replacing(path) as part:
+        with replace_atomically(path) as part:
             part.write_text(text, encoding="utf-8", newline="\n")
         os.chmod(path, mode)
     except OSError as error:

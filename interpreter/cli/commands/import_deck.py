@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from softmark.grammar.diagnostic import Diagnostic, visible
+from softmark.grammar.diagnostic import Diagnostic, make_visible
 from softmark.interpreter.cli.commands.common_options import file_name
 from softmark.interpreter.cli.commands.scene_arguments import errors, load, show
 
@@ -57,17 +57,17 @@ def run(parsed: argparse.Namespace) -> int:
     try:
         own = mesh.is_file() and not mesh.is_symlink() and mesh.resolve() == path.resolve()
         if taken := [f for f in (target, mesh) if os.path.lexists(f) and not (f == mesh and own)]:
-            print(visible(f"error: {taken[0]} exists already; choose another scene with --out"), file=sys.stderr)
+            print(make_visible(f"error: {taken[0]} exists already; choose another scene with --out"), file=sys.stderr)
             return 2
         if not own:
             data = read_regular(path) if found.mesh is None else found.mesh.encode("ascii")
             replace(mesh, data)
         replace(target, found.scene)
     except OSError as failure:
-        print(visible(f"error: {target} cannot be written: {failure.strerror}"), file=sys.stderr)
+        print(make_visible(f"error: {target} cannot be written: {failure.strerror}"), file=sys.stderr)
         return 2
     for file in (target, mesh):
-        print(visible(str(file)))
+        print(make_visible(str(file)))
     problems = errors(load(str(target))[1])
     show([*_ended_load_warnings(path, found), *(_left_out_warning(path, what) for what in found.left),
           *(_choice_note(path, how) for how in found.taken), *_rotation_warnings(path, found), *problems])  # fmt: skip
@@ -77,7 +77,7 @@ def run(parsed: argparse.Namespace) -> int:
 class _ImportRefused(Exception):
     def __init__(self, code: str, reason: str, remedy: str) -> None:
         super().__init__(reason)
-        self.diagnostic = Diagnostic(code, visible(reason), None, None, help=visible(remedy))
+        self.diagnostic = Diagnostic(code, make_visible(reason), None, None, help=make_visible(remedy))
 
 
 def _convert(parsed: argparse.Namespace, path: Path, mesh: str) -> WrittenScene:
@@ -114,7 +114,7 @@ def _convert(parsed: argparse.Namespace, path: Path, mesh: str) -> WrittenScene:
 def _ended_load_warnings(path: Path, found: WrittenScene) -> list[Diagnostic]:
     """Return warnings about loads that are zero at the imported time but not before."""
     return [
-        Diagnostic("W757", visible(f"{path.name}: {own.described}"), None, None,
+        Diagnostic("W757", make_visible(f"{path.name}: {own.described}"), None, None,
                    help=f"it is 0 in the scene; `--at {own.when:g}` imports the time at which it is largest")
         for own in found.ended
     ]  # fmt: skip
@@ -127,14 +127,16 @@ def _rotation_warnings(path: Path, found: WrittenScene) -> list[Diagnostic]:
         "renumber their nodes if other programs refuse such cells; the scene reorders the nodes, which does "
         "not change the shape"
     )
-    return [Diagnostic("W751", visible(f"{path.name}: {found.turned}"), None, None, help=remedy)]
+    return [Diagnostic("W751", make_visible(f"{path.name}: {found.turned}"), None, None, help=remedy)]
 
 
 def _choice_note(path: Path, how: str) -> Diagnostic:
     remedy = "the scene has this as a comment too; change the scene if the file means something else"
-    return Diagnostic("W752", visible(f"assumed ({path.name}): {how}"), None, None, help=remedy)
+    return Diagnostic("W752", make_visible(f"assumed ({path.name}): {how}"), None, None, help=remedy)
 
 
 def _left_out_warning(path: Path, left: NotImported) -> Diagnostic:
     place = path.name if left.line is None else f"{path.name}:{left.line}"
-    return Diagnostic("W750", visible(f"not carried over: {left.what} ({place})"), None, None, help=visible(left.why))
+    return Diagnostic(
+        "W750", make_visible(f"not carried over: {left.what} ({place})"), None, None, help=make_visible(left.why)
+    )

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 from softmark.grammar.name_suggestions import nearest
 from softmark.interpreter.cli.commands.common_options import plugin_option
 
@@ -44,7 +44,7 @@ def run(parsed: argparse.Namespace) -> int:
     if what not in topics:
         close = nearest(parsed.what, topics)
         hint = f"did you mean `{close}`?" if close else "lists: " + ", ".join(topics)
-        print(visible(f"error: there is no list of `{parsed.what}`; {hint}"), file=sys.stderr)
+        print(make_visible(f"error: there is no list of `{parsed.what}`; {hint}"), file=sys.stderr)
         return 2
     if parsed.library and what != "materials":
         print("error: `--library` is an option of `dsl list materials`", file=sys.stderr)
@@ -89,7 +89,7 @@ def _plugin_of(words: Vocabulary, c: Constructor) -> str:
 
 def _plugins(words: Vocabulary) -> Rows:
     """Return the given plugins with their words, and the installed ones, which are not loaded."""
-    from softmark.interpreter.validation.plugin_loader import installed
+    from softmark.interpreter.validation.plugin_loader import installed_plugins
 
     rows = []
     for one in words.plugins:
@@ -98,7 +98,7 @@ def _plugins(words: Vocabulary) -> Rows:
         why = [one.unread] * bool(one.unread) + [f"{kind} {w}: {why}" for (kind, w), why in one.broken.items()]
         rows.append((one.name, "; ".join([", ".join(own) or "nothing", *(f"broken: {w}" for w in why)])))
     named = {one.asked for one in words.plugins}
-    others = {n: module for n, module in installed().items() if n not in named}
+    others = {n: module for n, module in installed_plugins().items() if n not in named}
     return rows + [
         (n, f"installed ({module}); `--plugin {n}` makes its words available") for n, module in others.items()
     ]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import dropwhile, takewhile
 from pathlib import Path
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 from softmark.grammar.name_suggestions import nearest
 from softmark.scenes import ROOT
 
@@ -69,7 +69,7 @@ def run(parsed: argparse.Namespace) -> int:
     if parsed.template is not None and parsed.template not in known:
         close = nearest(parsed.template, known)
         hint = f"did you mean `{close}`?" if close else "templates: " + ", ".join(known)
-        print(visible(f"error: there is no template `{parsed.template}`; {hint}"), file=sys.stderr)
+        print(make_visible(f"error: there is no template `{parsed.template}`; {hint}"), file=sys.stderr)
         return 2
     if parsed.list:
         print("\n\n".join(_description(name, known[name]) for name in known if parsed.template in (None, name)))
@@ -96,15 +96,15 @@ def _copy_files(files: list[Path], folder: Path) -> int:
 
     taken = [folder / f.name for f in files if os.path.lexists(folder / f.name)]
     if taken:
-        print(visible(f"error: {taken[0]} exists already; choose another folder"), file=sys.stderr)
+        print(make_visible(f"error: {taken[0]} exists already; choose another folder"), file=sys.stderr)
         return 2
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for file in files:
             replace(folder / file.name, file.read_bytes())
     except OSError as failure:
-        print(visible(f"error: {folder} cannot be written: {failure.strerror}"), file=sys.stderr)
+        print(make_visible(f"error: {folder} cannot be written: {failure.strerror}"), file=sys.stderr)
         return 2
     for file in files:
-        print(visible(str(folder / file.name)))
+        print(make_visible(str(folder / file.name)))
     return 0

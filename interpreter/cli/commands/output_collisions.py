@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Scene
@@ -31,7 +31,7 @@ def find_collision(outputs: Sequence[Place], inputs: Iterable[Place] = ()) -> st
 
 def _message(option: str, path: Path, what: str, other: Path) -> str:
     same = "" if path == other else f", which is the same file as {other}"
-    return visible(f"error[E394]: {option} would write to {path}{same}: that is {what}, which would be "
+    return make_visible(f"error[E394]: {option} would write to {path}{same}: that is {what}, which would be "
                    f"overwritten; choose another place with {option.split()[0].rstrip(',')}")  # fmt: skip
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.cli.commands.common_options import scene_options
 from softmark.interpreter.cli.commands.scene_arguments import errors, load, show
 
@@ -27,9 +27,9 @@ def run(parsed: argparse.Namespace) -> int:
         show(problems)
         return 2
     plan = plan_of(scene, tuple(parsed.model))
-    rows = [(t.kind, t.name, visible(t.detail), f"line {t.asked.span.line}") for t in plan.tasks]
+    rows = [(t.kind, t.name, make_visible(t.detail), f"line {t.asked.span.line}") for t in plan.tasks]
     widths = [max((len(r[i]) for r in rows), default=0) for i in range(2)]
-    print(visible(scene.title))
+    print(make_visible(scene.title))
     for kind, name, detail, line in rows:
         print(f"  {kind:<{widths[0]}}  {name:<{widths[1]}}  {detail}   <- {line}")
     studies = scene.of_kind("study")

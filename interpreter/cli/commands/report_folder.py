@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.cli.commands.output_collisions import find_collision, input_files, output_files
 
 if TYPE_CHECKING:
@@ -183,4 +183,6 @@ def _try_folder(folder: Path) -> None:
 def write_error_message(place: str, error: OSError, option: str) -> str:
     """Return the error message for a place that cannot be written."""
     reason = error.strerror or str(error)
-    return visible(f"error[E404]: cannot write {place or 'the report'}: {reason}; choose another place with {option}")
+    return make_visible(
+        f"error[E404]: cannot write {place or 'the report'}: {reason}; choose another place with {option}"
+    )

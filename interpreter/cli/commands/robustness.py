@@ -8,12 +8,12 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.cli.commands.common_options import folder as folder_name
 from softmark.interpreter.cli.commands.common_options import scene_options
 from softmark.interpreter.cli.commands.study_options import (
     count,
-    positive,
+    parse_positive,
     resume_options,
     run_study,
     warn,
@@ -41,9 +41,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
                         " (default: NAME-stress)")  # fmt: skip
     parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
     parser.add_argument("--jobs", type=count, default=1, metavar="N", help="compute points in N parallel processes")
-    parser.add_argument("--timeout", type=positive, default=60.0, metavar="S",
+    parser.add_argument("--timeout", type=parse_positive, default=60.0, metavar="S",
                         help="give up a point after S seconds of CPU time (default: 60)")  # fmt: skip
-    parser.add_argument("--memory", type=positive, default=4.0, metavar="GIB",
+    parser.add_argument("--memory", type=parse_positive, default=4.0, metavar="GIB",
                         help="address space of each process in GiB (default: 4)")  # fmt: skip
     resume_options(parser)
 
@@ -73,7 +73,7 @@ def _stress(parsed: argparse.Namespace, progress: Progress) -> int:
     warn(without_unrequested_warnings(scene, tuple(parsed.model), diagnostics))
     for name, model in scene.of_kind("model").items():
         if model.thing.unwalked and (not parsed.model or name in parsed.model):
-            print(visible(f"left out: model `{name}`: {model.thing.unwalked}"), file=sys.stderr)
+            print(make_visible(f"left out: model `{name}`: {model.thing.unwalked}"), file=sys.stderr)
     subject = subject_of(scene)
     folder = Path(parsed.out if parsed.out is not None else f"{subject.name}-stress")
     work = lambda: _run_study(subject, _request(parsed, folder, progress))  # noqa: E731

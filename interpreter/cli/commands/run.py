@@ -125,26 +125,26 @@ def _run_with_cache(text: SceneText, options: RunOptions, keeper: RunCache) -> R
 
 def _run_cache(parsed: argparse.Namespace, shelf: ReportWriter, progress: Progress) -> RunCache:
     """Return the cache of earlier results; it does not hold the meshes that `--vtu` writes."""
-    from softmark.grammar.diagnostic import visible
+    from softmark.grammar.diagnostic import make_visible
     from softmark.interpreter.study.run_cache.result_keeper import FolderRunCache
 
     def remark(text: str) -> None:
         progress.clear()
-        print(visible(text), file=sys.stderr)
+        print(make_visible(text), file=sys.stderr)
 
     return FolderRunCache(lambda: shelf.folder, parsed.fresh or parsed.vtu, remark)
 
 
 def _write_and_print(report: Report, parsed: argparse.Namespace, shelf: ReportWriter) -> int:
     """Write and print the finished report, and return the exit status."""
-    from softmark.grammar.diagnostic import visible
+    from softmark.grammar.diagnostic import make_visible
     from softmark.interpreter.report.run import report_terminal
 
     written = shelf.finish(report)
     if parsed.json != "-":
         print(report_terminal.table(report, sys.stdout.isatty()))
         if written:
-            print(f"\nreport: {visible(written)}")
+            print(f"\nreport: {make_visible(written)}")
     if parsed.diagnostics == "github":
         from softmark.interpreter.help.diagnostic_formats.github import annotate_report
 

@@ -58,7 +58,7 @@ def supports_colour() -> bool:
 def show(diagnostics: Sequence[Diagnostic]) -> None:
     """Print diagnostics to standard error, with their count."""
     if diagnostics := _without_duplicates(diagnostics):
-        print(render(_grouped(diagnostics), colour=supports_colour()), file=sys.stderr)
+        print(render(_merge_equal_warnings(diagnostics), colour=supports_colour()), file=sys.stderr)
         print(f"\n{summary(diagnostics)}; more: dsl explain {diagnostics[0].code}", file=sys.stderr)
 
 
@@ -67,7 +67,7 @@ def _without_duplicates(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
     return list({(d.code, d.message, d.source, d.span): d for d in reversed(diagnostics)}.values())[::-1]
 
 
-def _grouped(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
+def _merge_equal_warnings(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
     """Merge equal warnings about several places into one, with the other lines in a note."""
     first: dict[tuple[object, ...], list[Diagnostic]] = {}
     for d in diagnostics:

@@ -13,7 +13,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from socketserver import TCPServer
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 
 HOST, PORT = "127.0.0.1", 8127
 PAGE, NUMBERS, STATE = "report.html", "report.json", "/state"
@@ -60,15 +60,15 @@ def run(parsed: argparse.Namespace) -> int:
         folder = folder_of(parsed.place)
         server = Server(folder, parsed.port)
     except LookupError as problem:
-        print(visible(f"error: {problem.args[0]}"), file=sys.stderr)
+        print(make_visible(f"error: {problem.args[0]}"), file=sys.stderr)
         return 2
     except OSError as error:
         why = f"{error.strerror or error}; choose another with `--port`; 0 uses any free port"
-        print(visible(f"error: port {parsed.port} cannot be used: {why}"), file=sys.stderr)
+        print(make_visible(f"error: port {parsed.port} cannot be used: {why}"), file=sys.stderr)
         return 2
     with server:
         where = f"http://{HOST}:{server.server_port}/"
-        print(visible(f"{folder / PAGE} is at {where}, for this machine only; Ctrl-C stops"))
+        print(make_visible(f"{folder / PAGE} is at {where}, for this machine only; Ctrl-C stops"))
         sys.stdout.flush()
         server.serve_forever(poll_interval=0.2)
     return 0
@@ -112,7 +112,7 @@ class Server(ThreadingHTTPServer):
         """Ignore disconnected browsers; print one line for other errors and keep serving."""
         error = sys.exc_info()[1]
         if not isinstance(error, OSError):
-            print(visible(f"a request was not answered: {type(error).__name__}: {error}"), file=sys.stderr)
+            print(make_visible(f"a request was not answered: {type(error).__name__}: {error}"), file=sys.stderr)
 
     def file(self, name: str) -> Path | None:
         """Return a file of the folder, None if it does not exist or lies outside."""

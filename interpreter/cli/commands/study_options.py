@@ -23,7 +23,7 @@ def count(text: str) -> int:
     return int(text)
 
 
-def positive(text: str) -> float:
+def parse_positive(text: str) -> float:
     """Return a positive finite number from the command line."""
     try:
         value = float(text)
@@ -43,7 +43,7 @@ def resume_options(parser: argparse.ArgumentParser) -> None:
 
 def warn(warnings: Sequence[Diagnostic]) -> None:
     """Print one line for each warning code; the page lists all warnings."""
-    from softmark.grammar.diagnostic import visible
+    from softmark.grammar.diagnostic import make_visible
 
     first: dict[str, list[Diagnostic]] = {}
     for w in warnings:
@@ -51,7 +51,7 @@ def warn(warnings: Sequence[Diagnostic]) -> None:
     for code, own in first.items():
         where = f" line {own[0].span.line}" if own[0].span else ""
         more = f" (and {len(own) - 1} more of the kind)" if len(own) > 1 else ""
-        print(visible(f"{code}{where}: {own[0].message}{more}"), file=sys.stderr)
+        print(make_visible(f"{code}{where}: {own[0].message}{more}"), file=sys.stderr)
 
 
 def run_study(
@@ -98,10 +98,10 @@ def run_study(
 
 
 def _print_refusal(progress: Progress, words: str, status: int = 2) -> int:
-    from softmark.grammar.diagnostic import all_visible
+    from softmark.grammar.diagnostic import make_all_visible
 
     progress.clear()
-    print(all_visible(words), file=sys.stderr)
+    print(make_all_visible(words), file=sys.stderr)
     return status
 
 

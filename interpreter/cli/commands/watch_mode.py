@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NoReturn
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.cli import exit_signals
 
 POLL = 0.3  # s between two looks
@@ -44,7 +44,7 @@ def watch(parsed: argparse.Namespace) -> int:
     try:
         file = locate_scene(parsed.file)
     except UnreadableScene as missing:
-        print(visible(f"error[E401]: {missing.reason}; {missing.remedy}"), file=sys.stderr)
+        print(make_visible(f"error[E401]: {missing.reason}; {missing.remedy}"), file=sys.stderr)
         return 2
     watched = WatchedScene(file, tuple(Path(p) for p in parsed.plugins))
     child: list[subprocess.Popen[bytes]] = []
@@ -64,7 +64,7 @@ def _watch_loop(watched: WatchedScene, command: list[str], child: list[subproces
         count = sum(map(bool, before.values()))
         print(f"\nwatching {count} file{'s' if count != 1 else ''}; Ctrl-C ends", file=sys.stderr, flush=True)
         before, saved = watched.changed(before)
-        print(visible(f"\n{time.strftime('%H:%M:%S')}  saved: {saved}"), file=sys.stderr, flush=True)
+        print(make_visible(f"\n{time.strftime('%H:%M:%S')}  saved: {saved}"), file=sys.stderr, flush=True)
 
 
 def run_arguments(parsed: argparse.Namespace) -> list[str]:

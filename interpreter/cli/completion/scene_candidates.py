@@ -33,7 +33,7 @@ def templates() -> dict[str, str]:
     return {name: template.title for name, template in templates().items()}
 
 
-def declared(files: Sequence[str], kind: str, taken: Sequence[str] = ()) -> dict[str, str]:
+def declared_names(files: Sequence[str], kind: str, taken: Sequence[str] = ()) -> dict[str, str]:
     """Return names of a kind that scenes declare, with their constructors, except those in `taken`."""
     from softmark.grammar.tree import Call, Declare
 
@@ -46,10 +46,10 @@ def declared(files: Sequence[str], kind: str, taken: Sequence[str] = ()) -> dict
 
 def numbers(files: Sequence[str], current: str) -> dict[str, str]:
     """Return what can be given a value: parameters, `L=`, and after a name and a dot its fields, `rod.segments=`."""
-    from softmark.grammar.source_layout import flat
+    from softmark.grammar.source_layout import format_on_one_line
     from softmark.grammar.tree import Param
 
-    found = {f"{one.name}=": flat(one.value) for one in _declarations(files) if isinstance(one, Param)}
+    found = {f"{one.name}=": format_on_one_line(one.value) for one in _declarations(files) if isinstance(one, Param)}
     return {**found, **_fields(files, current.partition(".")[0])} if "." in current else found
 
 

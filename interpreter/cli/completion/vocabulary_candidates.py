@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 
-def words(current: str) -> dict[str, str]:
+def documented_words(current: str) -> dict[str, str]:
     """Return names with a page in `dsl explain`: words with their descriptions, and codes once one is begun."""
     from softmark.interpreter.validation.constructor_registry import CATALOGUE
 

@@ -22,7 +22,7 @@ from softmark.references.published_values import KnownValue
 NOTHING, SOMETHING = 1e-12, 1e-6  # an error of what agrees is at most, of what does not at least
 
 
-def at_rest(share: float) -> EquilibriumForces:
+def make_static_state(share: float) -> EquilibriumForces:
     """Return a static state with one support, under either name, and one load, all forces scaled by `share`."""
     f, m = (1.0 * share, 2.0 * share, 3.0 * share), (0.1 * share, 0.2 * share, 0.3 * share)
     return EquilibriumForces(
@@ -63,7 +63,9 @@ def _test_solutions(case: Case, against: bool) -> Iterator[MetricInput]:
     truths = [_reference(X, u, share) for share in (1.0, 1.5)] if against else [None]
     course, own = MetricCurve(X[:, 0], u[:, 2], ("m", "m")), MetricNumber(float(u[-1, 2]), "m")
     for truth in truths:
-        yield MetricInput("m", case, X.copy(), u.copy(), known=truth, at_rest=at_rest(1.0), curve=course, number=own)
+        yield MetricInput(
+            "m", case, X.copy(), u.copy(), known=truth, at_rest=make_static_state(1.0), curve=course, number=own
+        )
 
 
 def _reference(X: Any, u: Any, share: float) -> ReferenceData:
@@ -74,7 +76,7 @@ def _reference(X: Any, u: Any, share: float) -> ReferenceData:
         return np.interp(Y[:, 0], X[:, 0], v[:, 2])[:, None] * [0.0, 0.0, 1.0]
 
     curve, value = Curve(X[:, 0], v[:, 2], 0.1 * u[:, 2]), KnownValue(float(v[-1, 2]), 1e-5, "a table")
-    return ReferenceData("truth", v, displacement, at_rest=at_rest(share), curve=curve, value=value)
+    return ReferenceData("truth", v, displacement, at_rest=make_static_state(share), curve=curve, value=value)
 
 
 def _evaluate(metric: Any, seen: MetricInput) -> Any:

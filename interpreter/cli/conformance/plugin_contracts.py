@@ -13,7 +13,7 @@ from typing import Any
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.cli.conformance import Breach
 from softmark.interpreter.language.field_schema import Constructor, Vocabulary
-from softmark.interpreter.language.plugin_words import Plugin, format_exception
+from softmark.interpreter.language.loaded_plugin import Plugin, format_exception
 from softmark.interpreter.validation.constructor_registry import vocabulary_with
 from softmark.records import dataclass
 

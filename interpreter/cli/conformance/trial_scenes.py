@@ -18,7 +18,7 @@ from softmark.interpreter.cli.conformance.word_contracts import repr_breaches
 from softmark.interpreter.help.constructor_examples import example
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.field_schema import Constructor
-from softmark.interpreter.language.plugin_words import find_faulty_plugin, format_exception
+from softmark.interpreter.language.loaded_plugin import find_faulty_plugin, format_exception
 from softmark.interpreter.problem.body_case import Fault, case_for, case_of
 from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT
 from softmark.interpreter.validation.scene_loader import load_scene
@@ -223,7 +223,7 @@ def _metric(trial: Trial) -> Iterator[Breach]:
 
 
 def _reference(trial: Trial) -> Iterator[Breach]:
-    from softmark.interpreter.problem.theory_problems import solve_theory
+    from softmark.interpreter.problem.theory_dispatch import solve_theory
 
     why = ""
     for gel, push in BEAMS:

@@ -10,7 +10,7 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from softmark.grammar.diagnostic import all_visible, encodable
+from softmark.grammar.diagnostic import make_all_visible, make_encodable
 from softmark.interpreter.help.diagnostic_formats import LocatedDiagnostic
 from softmark.interpreter.help.diagnostic_formats.repository_locations import (
     full_message,
@@ -62,7 +62,7 @@ def annotate_report(report: Report) -> str:
 
 def command(name: str, properties: Mapping[str, str | int], message: str) -> str:
     """Return a workflow command, with special characters escaped and control characters made visible."""
-    message = encodable(str(all_visible(message)))
+    message = make_encodable(str(make_all_visible(message)))
     told = ",".join(f"{key}={_property(str(value))}" for key, value in properties.items())
     return f"::{name} {told}::{_data(message)}\n"
 

@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from softmark.grammar.diagnostic import Diagnostic, Source, all_visible, encodable
+from softmark.grammar.diagnostic import Diagnostic, Source, make_all_visible, make_encodable
 from softmark.grammar.tree import Span
 from softmark.interpreter.help.diagnostic_formats import LocatedDiagnostic
 from softmark.records import dataclass
@@ -49,7 +49,7 @@ def repository_path(name: str) -> str:
     root = os.path.abspath(os.environ.get("GITHUB_WORKSPACE") or ".")
     full = os.path.abspath(name)
     inside = full.startswith(os.path.join(root, ""))
-    return encodable(Path(os.path.relpath(full, root) if inside else full).as_posix())
+    return make_encodable(Path(os.path.relpath(full, root) if inside else full).as_posix())
 
 
 def full_message(diagnostic: Diagnostic) -> str:
@@ -58,4 +58,4 @@ def full_message(diagnostic: Diagnostic) -> str:
     said = f"{d.message} ({d.label})" if d.label and d.label not in d.message else d.message
     asked = f"in `{d.source.name}`" if d.source and not is_file(d.source) else ""
     lines = [said, asked, f"help: {d.help}" if d.help else "", *(f"note: {n}" for n in d.notes)]
-    return encodable(str(all_visible("\n".join(line for line in lines if line))))
+    return make_encodable(str(make_all_visible("\n".join(line for line in lines if line))))

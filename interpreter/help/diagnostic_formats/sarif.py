@@ -11,7 +11,7 @@ from typing import Any
 from urllib.parse import quote
 
 from softmark import __version__
-from softmark.grammar.diagnostic import Diagnostic, Second, encodable
+from softmark.grammar.diagnostic import Diagnostic, Second, make_encodable
 from softmark.grammar.tree import Span
 from softmark.interpreter.help.codes import pages
 from softmark.interpreter.help.diagnostic_formats import LocatedDiagnostic
@@ -94,7 +94,7 @@ def _region(span: Span) -> dict[str, int]:
 
 def _related(i: int, second: Second) -> dict[str, Any]:
     place = _location(RepositoryLocation(repository_path(second.source.name), second.span))
-    return {"id": i, "physicalLocation": place, "message": {"text": encodable(second.label)}}
+    return {"id": i, "physicalLocation": place, "message": {"text": make_encodable(second.label)}}
 
 
 def _fix(d: Diagnostic) -> dict[str, Any] | None:
@@ -106,6 +106,6 @@ def _fix(d: Diagnostic) -> dict[str, Any] | None:
     change = {"deletedRegion": _region(span), "insertedContent": {"text": text}}
     file = _artifact(repository_path(d.source.name))
     return {
-        "description": {"text": encodable(d.help)},
+        "description": {"text": make_encodable(d.help)},
         "artifactChanges": [{"artifactLocation": file, "replacements": [change]}],
     }

@@ -14,7 +14,7 @@ COORDINATES = ("x", "y", "z")
 class Words:
     """Words by role, each list sorted."""
 
-    reserved: list[str]
+    reserved_words: list[str]
     kinds: list[str]
     constructors: list[str]
     functions: list[str]  # functions of numbers
@@ -24,7 +24,7 @@ class Words:
 @cache
 def words() -> Words:
     """Return the words of the language, without plugins."""
-    from softmark.grammar.parse_table import reserved
+    from softmark.grammar.parse_table import reserved_words
     from softmark.interpreter.help.reserved_words import CALLS, PLAIN
     from softmark.interpreter.help.word_pages import constructors
     from softmark.interpreter.validation.constructor_registry import CATALOGUE
@@ -33,7 +33,7 @@ def words() -> Words:
     choices = {option for c in made for f in c.fields for option in f.options}
     names = {c.name for c in made}
     constants = {*choices, *CATALOGUE.words(), *PLAIN} - {""}
-    return Words(sorted(reserved()), sorted(CATALOGUE), sorted(names), sorted(CALLS), sorted(constants))
+    return Words(sorted(reserved_words()), sorted(CATALOGUE), sorted(names), sorted(CALLS), sorted(constants))
 
 
 def any_of(names: list[str]) -> str:

@@ -14,14 +14,19 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.beam import beam_supports
 from softmark.interpreter.models.beam.beam_declaration import Beam6Dof, axis_station, section_station
 from softmark.interpreter.models.beam.beam_nodal_forces import forces_in_space, nodal_forces_of_beam
-from softmark.interpreter.models.beam.load_lumping import of_force, of_line
-from softmark.interpreter.models.beam.tapered_sections import at_nodes, inertia, of_section, stiffnesses
+from softmark.interpreter.models.beam.load_lumping import lump_force, lump_line
+from softmark.interpreter.models.beam.tapered_sections import (
+    inertia,
+    integrate_at_nodes,
+    section_properties,
+    stiffnesses,
+)
 from softmark.interpreter.models.postprocessing.vibrations import frequencies_about, without_frequencies
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, recover_rod
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
-from softmark.interpreter.problem.axial_selection import coverage
 from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.cross_section_coverage import coverage
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import (
     BodyForce,
@@ -77,7 +82,7 @@ class PreparedBeam(Meshless):
 
     def warm(self) -> None:
         """Solve one segment once, so that libraries are loaded before timing; beams use numpy and compile nothing."""
-        factorisations.warm(len(self.problem.assembly.tangent(self.rest, 1.0, projected=True).data))
+        factorisations.warm_up(len(self.problem.assembly.tangent(self.rest, 1.0, projected=True).data))
         _solve_one_segment()
 
     def solve(self, watch: Watch) -> Solution:
@@ -111,7 +116,7 @@ class PreparedBeam(Meshless):
         modes = frequencies_about(self.problem.assembly, found.x, self.mass, self.problem.linear)
         if self.along is not None:
             modes = without_frequencies("frequencies of curved beams are not computed: use `fem(...)`")
-        notes = (*static_result.doubts(self.declared, found), *self._pressed(found.x))
+        notes = (*static_result.uniqueness_warnings(self.declared, found), *self._pressed(found.x))
         seen = replace(solution, notes=notes, vibrations=modes if found.solved else None)
         solved = replace(self.problem, assembly=assembly)
         carried = cache(lambda: nodal_forces_of_beam(solved, found.x, self.applied))
@@ -159,10 +164,10 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildCont
     static = build_static(model, declared, case)
     if not isinstance(case.analysis, Dynamic):
         return static
-    from softmark.interpreter.models.beam.beam_dynamics import moving
+    from softmark.interpreter.models.beam.beam_dynamics import build_beam_dynamics
 
     parts = (static.elastic, static.problem, static.mass(), static.applied)
-    return moving(static, declared, case, *parts)
+    return build_beam_dynamics(static, declared, case, *parts)
 
 
 def build_static(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
@@ -203,7 +208,7 @@ def _inertia(case: Case, rest: Floats, stations: Floats) -> Floats:
     """
     shape, rho = case.prism, case.material.density
     if shape.tapered:
-        tapering: Floats = rho * at_nodes(shape, stations, inertia)
+        tapering: Floats = rho * integrate_at_nodes(shape, stations, inertia)
         return tapering
     half = 0.5 * lengths(rest, chain_elements(len(stations)))
     shares = np.concatenate([half, [0.0]]) + np.concatenate([[0.0], half])
@@ -216,7 +221,7 @@ def _stiffness(model: Beam6Dof, case: Case, stations: Floats) -> RodStiffness | 
     shape, flexible = case.prism, {"shear": model.shear, "axial": model.axial}
     if shape.tapered:
         return VaryingStiffness(stiffnesses(shape, stations, case.material)).without(shape.length, **flexible)
-    return of_section(shape.section, case.material).stiffness.without(shape.length, **flexible)
+    return section_properties(shape.section, case.material).stiffness.without(shape.length, **flexible)
 
 
 def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, Energy], ...]:
@@ -266,7 +271,7 @@ def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Float
     match load.thing.action:
         case BodyForce(acceleration=g):
             if shape.tapered:
-                areas = at_nodes(shape, stations, lambda section: [section.area])
+                areas = integrate_at_nodes(shape, stations, lambda section: [section.area])
                 weights: Floats = areas * case.material.density * np.array(g)
                 return weights
             w = case.material.density * shape.section.area * np.array(g)
@@ -279,11 +284,11 @@ def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Float
             node = 0 if coverage(where, shape, 0.0) == "all" else -1
             forces[node] = shape.section_at(stations[node]).area * np.array(traction)
         case PointLoad(at=at, force=force):
-            nodes, shares = of_force(axis_station(case, at) or 0.0, force, stations)
+            nodes, shares = lump_force(axis_station(case, at) or 0.0, force, stations)
             forces[nodes] = shares
         case LineForce(begin=begin, end=end, force=q):
             ends = sorted(axis_station(case, p) or 0.0 for p in (begin, end))
-            forces += np.outer(of_line(ends[0], ends[1], stations), q)
+            forces += np.outer(lump_line(ends[0], ends[1], stations), q)
         case unknown:  # refused when a scene is checked
             raise TypeError(f"beams do not support loads of the type {type(unknown).__name__}")
     return forces

@@ -10,14 +10,14 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.beam import curved_beam_limits, flat_strips
 from softmark.interpreter.models.shared.model_declaration import Model
-from softmark.interpreter.problem.axial_selection import (
-    borders,
+from softmark.interpreter.problem.body_case import Fault
+from softmark.interpreter.problem.cross_section_coverage import (
     coverages,
     end_of,
     inner_stations,
+    selection_borders,
     selects_whole_sections,
 )
-from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.results.run_report import ModelKind
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import (
@@ -75,7 +75,7 @@ class Beam6Dof(Model):
         PointLoad,
         LineForce,
         TendonLoad,
-    )  # of which `_unfit` says more
+    )  # of which `_unsupported_load` says more
     recovers = True
     remembers = True
     sectional = True
@@ -102,7 +102,7 @@ class Beam6Dof(Model):
         """Return errors for loads that a beam cannot represent."""
         found = []
         for load in case.loads:
-            reason = _unfit(load, case) or self._between(load, case)
+            reason = _unsupported_load(load, case) or self._between(load, case)
             if reason and isinstance(load.thing.action, self.loads):
                 found.append(
                     diagnostic(
@@ -150,7 +150,7 @@ class Beam6Dof(Model):
             between = {cover for _, cover in inner_stations(where, case.prism)}
             cover = coverages(where, case.prism, self.stations(case))
             straight = isinstance(case.prism, Prism)
-            oblique = len(support.thing.components) < 3 and not (straight and _aligned(case.prism.axis))
+            oblique = len(support.thing.components) < 3 and not (straight and _is_axis_aligned(case.prism.axis))
             reason = (
                 "follows tracked points, which do not move a section rigidly"
                 if support.thing.tracked is not None
@@ -243,8 +243,8 @@ class Beam6Dof(Model):
         """
         found = [case.prism.length * i / self.segments for i in range(self.segments + 1)]
         inner = set(range(1, self.segments))  # that may move
-        places = {b for support in case.supports for b in borders(support.thing.where, case.prism)}
-        for border in sorted(places | _arms(case)):
+        places = {b for support in case.supports for b in selection_borders(support.thing.where, case.prism)}
+        for border in sorted(places | _eccentric_stations(case)):
             if inner and not any(abs(s - border) <= 1e-6 * case.prism.length for s in found):
                 nearest = min(inner, key=lambda i: abs(found[i] - border))
                 found[nearest] = border
@@ -315,12 +315,12 @@ def _place(action: Any, case: Case) -> str:
     return {PointLoad: "at", LineForce: "from"}.get(type(action), "where")
 
 
-def _aligned(axis: tuple[float, ...]) -> bool:
+def _is_axis_aligned(axis: tuple[float, ...]) -> bool:
     """Return whether an axis is parallel to x, y or z."""
     return max(abs(a) for a in axis) > 1 - 1e-12
 
 
-def _unfit(load: Declared, case: Case) -> str:
+def _unsupported_load(load: Declared, case: Case) -> str:
     """Return why a beam cannot carry a load; empty if it can."""
     match load.thing.action:
         case BodyForce():
@@ -347,7 +347,7 @@ def _unfit(load: Declared, case: Case) -> str:
     return "not a load of beam theory"
 
 
-def _arms(case: Case) -> set[float]:
+def _eccentric_stations(case: Case) -> set[float]:
     """Return the stations of eccentric forces and tendon guides, m from the root."""
     actions = [load.thing.action for load in case.loads]
     points = [a.at for a in actions if isinstance(a, PointLoad) and axis_station(case, a.at) is None]

@@ -104,7 +104,7 @@ class MovingBeam(PreparedMotion):
         return {}
 
 
-def moving(
+def build_beam_dynamics(
     static: Prepared, declared: Declared, case: Case, elastic: RodElastic, problem: Statics, mass: Floats,
     applied: Sequence[tuple[Declared, Energy]],
 ) -> MovingBeam:  # fmt: skip
@@ -113,7 +113,7 @@ def moving(
     `problem` is the static problem.
     """
     chart = RodChart(elastic.rest)
-    loads = [(load, _in_motion(load, energy, chart)) for load, energy in applied]
+    loads = [(load, _moving_load(load, energy, chart)) for load, energy in applied]
     axes = rotation(elastic.rest.reshape(-1, 7)[:, 3:])
     found = dynamics(case, problem, chart, MovingRod(chart, elastic), loads, static.points, axes, mass)
     analysis: Any = case.analysis
@@ -161,14 +161,14 @@ def dynamics(
     )
 
 
-def _in_motion(load: Declared, energy: Energy, chart: RodChart) -> Energy:
+def _moving_load(load: Declared, energy: Energy, chart: RodChart) -> Energy:
     """Return a load of the static rod as a load over rotational unknowns."""
     if isinstance(energy, RodForces):
         return MovingRodForces(energy.forces)
     if isinstance(load.thing.action, TendonLoad):
-        from softmark.interpreter.models.beam.beam_tendons import in_motion
+        from softmark.interpreter.models.beam.beam_tendons import moving_tendon
 
-        return in_motion(energy, chart)
+        return moving_tendon(energy, chart)
     if isinstance(load.thing.action, Torque):
         from softmark.solvers.energies.incremental_rotation.moving_rod_loads import MovingRodMoments
         from softmark.solvers.energies.rod_loads import RodMoments

@@ -11,7 +11,7 @@ from softmark.interpreter.models.postprocessing.nodal_forces import NodalForces
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic
 from softmark.solvers.energies.rod_rotation import rotation
-from softmark.solvers.statics.residual_resultant import residual_without_rounding
+from softmark.solvers.statics.residual_forces import residual_without_rounding
 from softmark.solvers.statics.static_problem import Statics
 
 
@@ -31,7 +31,7 @@ def nodal_forces_of_rods(
     Nodes or points (n,) are at X and `now`, m, and rotate about their `frames`.
     """
     left = residual_without_rounding(problem, x).reshape(-1, 6)
-    own = {load.name: _acting(e, x, len(X)) for load, e in loads}
+    own = {load.name: _load_forces(e, x, len(X)) for load, e in loads}
     work = {load.name: -e.value(x) if e.conservative else None for load, e in loads}
     written = problem.assembly.gradient(x, 1.0).reshape(-1, 6)
     return NodalForces(X, now - X, now, left, own, energy, work, frames, written=written)
@@ -41,11 +41,11 @@ def forces_in_space(
     loads: Sequence[tuple[Declared, Energy]], x: Floats, frames: Floats
 ) -> list[tuple[Declared, Floats]]:
     """Return forces and moments in space (n, 6), N and N m, of every load separately, at nodes with these `frames`."""
-    found = ((load, _acting(energy, x, len(frames))) for load, energy in loads)
+    found = ((load, _load_forces(energy, x, len(frames))) for load, energy in loads)
     return [(load, np.hstack([f[:, :3], np.einsum("nij,nj->ni", frames, f[:, 3:])])) for load, f in found]
 
 
-def _acting(load: Energy, x: Floats, count: int) -> Floats:
+def _load_forces(load: Energy, x: Floats, count: int) -> Floats:
     """Return forces and moments (n, 6) of a load in a state x, with moments about the axes of the nodes or points."""
     g = np.zeros(6 * count)
     load.add_gradient(x, g)

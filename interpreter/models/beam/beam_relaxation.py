@@ -18,7 +18,7 @@ from softmark.interpreter.models.beam.beam_builder import PreparedBeam, build_st
 from softmark.interpreter.models.beam.beam_nodal_forces import nodal_forces_of_beam
 from softmark.interpreter.models.beam.beam_supports import held_values
 from softmark.interpreter.models.postprocessing import vibrations
-from softmark.interpreter.models.postprocessing.mesh_stress import Settled
+from softmark.interpreter.models.postprocessing.mesh_stress import StoredStress
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
 from softmark.interpreter.models.shared.quasistatic_times import AmplitudeSchedule, case_at_full_size
@@ -113,8 +113,13 @@ class ViscoelasticBeam(Meshless):
                     "time_s": state.time, "steps_in_time": len(state.times)}  # fmt: skip
         facts = solution.facts | {"energies_in_time": energies}
         ring = vibrations.without_frequencies("frequencies of a viscoelastic beam are not available")
-        seen = replace(solution, facts=facts, notes=static_result.doubts(self.static.declared, found), vibrations=ring,
-                       stress=Settled(None, NO_STRESS))  # fmt: skip
+        seen = replace(
+            solution,
+            facts=facts,
+            notes=static_result.uniqueness_warnings(self.static.declared, found),
+            vibrations=ring,
+            stress=StoredStress(None, NO_STRESS),
+        )
         return replace(seen, carried=cache(lambda: self._carried(state)))
 
     def _carried(self, state: StateInTime) -> Any:
@@ -128,7 +133,7 @@ class ViscoelasticBeam(Meshless):
 def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build the quasistatic or dynamic analysis of a viscoelastic beam. Raises Fault."""
     if isinstance(case.analysis, Dynamic):
-        return _in_motion(model, declared, case)
+        return _build_dynamics(model, declared, case)
     whole = case_at_full_size(case)
     static = build_static(model, declared, whole)
     problem = static.problem
@@ -142,12 +147,12 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildCont
     return ViscoelasticBeam(static, case, memories, AmplitudeSchedule.of(whole, static.applied, owners, problem.target))
 
 
-def _in_motion(model: Beam6Dof, declared: Declared, case: Case) -> Prepared:
+def _build_dynamics(model: Beam6Dof, declared: Declared, case: Case) -> Prepared:
     """Build the dynamic analysis of a viscoelastic beam."""
-    from softmark.interpreter.models.beam.beam_dynamics import moving
+    from softmark.interpreter.models.beam.beam_dynamics import build_beam_dynamics
 
     static = build_static(model, declared, case)
-    made = moving(static, declared, case, static.elastic, static.problem, static.mass(), static.applied)
+    made = build_beam_dynamics(static, declared, case, static.elastic, static.problem, static.mass(), static.applied)
     rods: Any = made.problem.assembly.internal[0]
     memories = BodyHistory((RodHistory.at_rest(rods, *series_of(case.material)),))
     remembering = ViscoelasticStep(memories, isinstance(made.problem.integrator, Midpoint))

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.beam.rigid_motions import AXES, point_rows
 from softmark.interpreter.models.shared.support_constraints import Constraints
-from softmark.interpreter.problem.axial_selection import selects_whole_sections
 from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.cross_section_coverage import selects_whole_sections
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod_state import rod_at_rest, rod_from_frames
 from softmark.solvers.mesh.shape import Prism, transverse
@@ -43,20 +43,20 @@ def constrained_dofs(case: Case, stations: Sequence[float]) -> tuple[Ints, Float
 
     The rod has nodes at the stations. Raises Fault.
     """
-    held = _held(case, stations, 1.0)
+    held = _support_constraints(case, stations, 1.0)
     found, target = held.finished()
     way = held.turns(found, target, points_of(case, np.array(stations)), 6)
     if way is not None:
-        _held(case, stations, way.early)  # on the way there supports must agree too
+        _support_constraints(case, stations, way.early)  # on the way there supports must agree too
     return found, target, way
 
 
 def held_values(case: Case, stations: Sequence[float]) -> dict[int, tuple[float, Declared]]:
     """Return the imposed value, m or rad, and the support of every held degree of freedom. Raises Fault."""
-    return _held(case, stations, 1.0).values
+    return _support_constraints(case, stations, 1.0).values
 
 
-def _held(case: Case, stations: Sequence[float], share: float) -> Constraints:
+def _support_constraints(case: Case, stations: Sequence[float], share: float) -> Constraints:
     """Return the constraints at a fraction of the support motions; rotations are about material axes. Raises Fault."""
     points = points_of(case, np.array(stations))
     held = Constraints(case, case.prism.length, points.mean(axis=0), 6 * len(points))

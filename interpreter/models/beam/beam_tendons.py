@@ -76,7 +76,7 @@ def _tendon_arms(first: Floats, last: Floats, winding: float, t: Floats) -> tupl
     return arms, slopes
 
 
-def in_motion(energy: Energy, chart: RodChart) -> Energy:
+def moving_tendon(energy: Energy, chart: RodChart) -> Energy:
     """Return the energy of a tendon over rotational unknowns."""
     if isinstance(energy, RodTendons):
         from softmark.solvers.energies.incremental_rotation.moving_rod_tendons import MovingRodTendons

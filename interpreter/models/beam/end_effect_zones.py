@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.problem.axial_selection import coverage, selects_whole_sections
 from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.cross_section_coverage import coverage, selects_whole_sections
 from softmark.interpreter.vocabulary.load_words import LineForce, MomentLoad, PointLoad, SurfaceTraction, TendonLoad
 from softmark.solvers.mesh.frame_shapes import Network
 from softmark.solvers.mesh.mesh import Floats
@@ -20,7 +20,7 @@ def nearby_disturbance(case: Case, thing: Any, X: Floats) -> str | None:
     if not len(X):
         return None
     axis, width = _feet(case, X)
-    for words, place in _places(case, thing):
+    for words, place in _disturbed_places(case, thing):
         if np.any(np.linalg.norm(axis - np.array(place), axis=1) < width):
             return words
     return None
@@ -30,20 +30,20 @@ def _feet(case: Case, X: Floats) -> tuple[Floats, Floats]:
     """Return the nearest places on the axis (n, 3), m, of points, and the widths of sections there (n,), m."""
     network = case.shape
     if not isinstance(network, Network):
-        return _on(case.prism, X)
+        return _nearest_on_axis(case.prism, X)
     axis, width, own = np.zeros_like(X), np.zeros(len(X)), network.nearest(X)
     for number in np.unique(own).tolist():
-        axis[own == number], width[own == number] = _on(network.members[number], X[own == number])
+        axis[own == number], width[own == number] = _nearest_on_axis(network.members[number], X[own == number])
     return axis, width
 
 
-def _on(shape: Swept, X: Floats) -> tuple[Floats, Floats]:
+def _nearest_on_axis(shape: Swept, X: Floats) -> tuple[Floats, Floats]:
     """Return the nearest places on the axis of one shape, and the widths of sections there."""
     s = np.clip(shape.stations(X), 0.0, shape.length).tolist()
     return np.array([shape.centre(at) for at in s]), np.array([max(shape.section_at(at).extents) for at in s])
 
 
-def _places(case: Case, thing: Any) -> Iterator[tuple[str, Vector3]]:
+def _disturbed_places(case: Case, thing: Any) -> Iterator[tuple[str, Vector3]]:
     """Yield the places of disturbances on axes, m, with their names."""
     for load in case.loads:
         match load.thing.action:
@@ -52,9 +52,9 @@ def _places(case: Case, thing: Any) -> Iterator[tuple[str, Vector3]]:
             case LineForce(begin=begin, end=end) | TendonLoad(begin=begin, end=end):
                 yield from ((f"an end of `{load.name}`", _axis_of(case, at)) for at in (begin, end))
             case MomentLoad(where=where) | SurfaceTraction(where=where):
-                yield from ((f"`{load.name}`", at) for at in _taken(case, thing, where))
+                yield from ((f"`{load.name}`", at) for at in _selected_places(case, thing, where))
     for support in case.supports:
-        yield from ((f"`{support.name}`", at) for at in _taken(case, thing, support.thing.where))
+        yield from ((f"`{support.name}`", at) for at in _selected_places(case, thing, support.thing.where))
     if isinstance(network := case.shape, Network):
         joints = [point for i, point in enumerate(network.points, start=1) if len(network.at(i)) > 1]
         yield from (("a joint", point) for point in joints)
@@ -67,12 +67,12 @@ def _axis_of(case: Case, at: Vector3) -> Vector3:
     return case.prism.centre(min(max(case.prism.own(at)[0], 0.0), case.prism.length))
 
 
-def _taken(case: Case, thing: Any, where: Any) -> Iterator[Vector3]:
+def _selected_places(case: Case, thing: Any, where: Any) -> Iterator[Vector3]:
     """Yield the places on axes, m, that a condition selects: ends or nodes."""
     if isinstance(network := case.shape, Network):
         from softmark.interpreter.models.beam_frame import frame_selection
 
-        points, members, _ = frame_selection.selected(where, network)
+        points, members, _ = frame_selection.select_points_and_members(where, network)
         yield from (network.points[i] for i in points)
         for member in (network.members[i] for i in members):
             yield from (member.centre(s) for s in np.linspace(0.0, member.length, thing.segments + 1).tolist())

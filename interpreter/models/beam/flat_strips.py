@@ -32,7 +32,7 @@ THICK = 0.3  # times (width / length)^2
 SEEN = 0.02  # of the stiffness: what is worth a warning
 
 
-def curling(theta: float) -> float:
+def remaining_anticlastic_curvature(theta: float) -> float:
     """Return the remaining share of anticlastic curvature, 1 in a beam and 0 in a plate.
 
     2/theta (cosh theta - cos theta) / (sinh theta + sin theta), theta = b (3 (1 - nu^2))^(1/4) sqrt(curvature / t): a
@@ -45,14 +45,14 @@ def curling(theta: float) -> float:
     return 2.0 / theta * (math.cosh(theta) - math.cos(theta)) / (math.sinh(theta) + math.sin(theta))
 
 
-def stiffening(section: Section, poisson: float, curvature: float) -> float:
+def strip_stiffening(section: Section, poisson: float, curvature: float) -> float:
     """Return how much stiffer a bent strip is than a beam, relative: nu^2 (1 - F) / (1 - nu^2), curvature in 1/m."""
     thin, wide = sorted(section.extents)
     theta = wide * (3.0 * (1.0 - poisson**2)) ** 0.25 * math.sqrt(curvature / thin)
-    return plate(poisson) * (1.0 - curling(theta))
+    return plate_curl_stiffening(poisson) * (1.0 - remaining_anticlastic_curvature(theta))
 
 
-def ovalling(section: Section, poisson: float, curvature: float) -> float:
+def ovalling_softening(section: Section, poisson: float, curvature: float) -> float:
     """Return how much softer a bent thin-walled tube is than a beam, relative: 3/2 (1 - nu^2) (r^2 curvature / t)^2.
 
     Its section flattens; r is the middle radius and t the wall thickness. Source: Brazier (1927), "On the flexure of
@@ -67,7 +67,7 @@ def ovalling(section: Section, poisson: float, curvature: float) -> float:
     return 1.5 * (1.0 - poisson**2) * (r * r * curvature / t) ** 2
 
 
-def plate(poisson: float) -> float:
+def plate_curl_stiffening(poisson: float) -> float:
     """Return how much stiffer a plate is than a beam, relative: 1 / (1 - nu^2) - 1."""
     return poisson**2 / (1.0 - poisson**2)
 
@@ -75,7 +75,7 @@ def plate(poisson: float) -> float:
 def curling_warning(declared: Declared, case: Case) -> Diagnostic | None:
     """Return a warning if a section is flat and its curling matters."""
     thin, wide = sorted(case.prism.section.extents)
-    most = plate(case.largest_poisson)  # of a material that varies, which is refused elsewhere, too
+    most = plate_curl_stiffening(case.largest_poisson)  # of a material that varies, which is refused elsewhere, too
     if wide < FLAT * thin or most < SEEN:
         return None
     return diagnostic(
@@ -97,7 +97,7 @@ def clamp_effect_on_bending(section: Section, length: float, poisson: float, spa
     thin, wide = sorted(section.extents)
     reach = CLAMPED + (STRIP - CLAMPED) * min(1.0, (wide / thin - 1.0) / (FLAT - 1.0))
     thick = (spans * wide / length) ** 2
-    return reach * spans * plate(poisson) * wide / length + (THICK if shear else THICK + 1.0) * thick
+    return reach * spans * plate_curl_stiffening(poisson) * wide / length + (THICK if shear else THICK + 1.0) * thick
 
 
 def clamp_effect_on_torsion(section: Section, length: float, poisson: float, spans: int) -> float:
@@ -119,7 +119,7 @@ def clamp_effect_on_stretch(section: Section, length: float, poisson: float, spa
     A clamp keeps its section from contracting. For round rods of any length it reduces the end displacement by 0.27
     plate(nu) width / length, and by twice that at half length, as axisymmetric solids show.
     """
-    return GRIPPED * spans * plate(poisson) * max(section.extents) / length
+    return GRIPPED * spans * plate_curl_stiffening(poisson) * max(section.extents) / length
 
 
 def bending_share(section: Section, length: float, bent: float, stretched: float) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from softmark.solvers.energies.energy import Floats
 
 
-def of_line(begin: float, end: float, stations: Floats) -> Floats:
+def lump_line(begin: float, end: float, stations: Floats) -> Floats:
     """Return the integrals of nodal shape functions at stations (n,), m, over a line between two stations: (n,), m."""
     low, high = (np.clip(s, stations[:-1], stations[1:]) for s in (begin, end))
     length, middle = high - low, 0.5 * (low + high)
@@ -16,7 +16,7 @@ def of_line(begin: float, end: float, stations: Floats) -> Floats:
     return found
 
 
-def of_force(s: float, force: tuple[float, float, float], stations: Floats) -> tuple[slice, Floats]:
+def lump_force(s: float, force: tuple[float, float, float], stations: Floats) -> tuple[slice, Floats]:
     """Return the two nodes that carry a force at a station, and the share of each (2, 3), N."""
     node = int(np.clip(np.searchsorted(stations, s, side="right") - 1, 0, len(stations) - 2))
     part = float((s - stations[node]) / (stations[node + 1] - stations[node]))

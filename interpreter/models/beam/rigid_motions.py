@@ -34,9 +34,9 @@ def free_motions(rows: Floats, centre: Floats, extent: float) -> list[str]:
     null = _null(rows)
     if len(null) == 6:
         return ["move and turn as a whole"]
-    slides = _slides(null) if len(null) else np.zeros((0, 3))
+    slides = _free_translations(null) if len(null) else np.zeros((0, 3))
     named = [f"slide along {_direction(d)}" for d in slides]
-    for motion in _turns(null, slides):
+    for motion in _free_rotations(null, slides):
         axis = motion[3:] / np.linalg.norm(motion[3:])
         through = centre + extent * np.cross(motion[3:], motion[:3]) / float(motion[3:] @ motion[3:])
         through = np.where(np.abs(through) < 1e-9 * extent, 0.0, through)
@@ -57,14 +57,14 @@ def _null(rows: Floats) -> Floats:
     return null
 
 
-def _slides(null: Floats) -> Floats:
+def _free_translations(null: Floats) -> Floats:
     """Return the directions (t, 3) of free translations."""
     _, s, vt = np.linalg.svd(null[:, 3:].T, full_matrices=True)  # which combinations have no turn
     rank = int(np.sum(s > 1e-7))
     return _basis(vt[rank:] @ null[:, :3])
 
 
-def _turns(null: Floats, slides: Floats) -> Floats:
+def _free_rotations(null: Floats, slides: Floats) -> Floats:
     """Return free motions (r, 6) with rotation, one for each direction of the axis, without any free translation."""
     if not len(null):
         return null

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 MANY = 32  # elements: of so many each tapers so little that fewer places do, to the same digits
 
 
-def of_section(section: Section, material: Any) -> RodSection:
+def section_properties(section: Section, material: Any) -> RodSection:
     """Return the properties of a section made of a material; e2 and e3 are its first and second axis."""
     I2, I3 = section.moments  # about its first and its second axis: about e2 the distance is X3
     kappa = section.shear_factor(material.poisson)
@@ -39,15 +39,15 @@ def stiffnesses(shape: Swept, stations: Floats, material: Any) -> Floats:
     """Return EA, GA2, GA3, GJ, EI2, EI3 of each element (e, 6), N and N m^2, between stations (e + 1,), m."""
     if not shape.tapered:
         return np.tile(_diagonal(shape.section, material), (len(stations) - 1, 1))
-    C = _sampled(shape, stations, lambda section: _diagonal(section, material))  # (e, g, 6)
+    C = _properties_at_gauss_points(shape, stations, lambda section: _diagonal(section, material))  # (e, g, 6)
     found: Floats = 1.0 / np.einsum("g,egc->ec", _rule(len(C))[1], 1.0 / C)
     return found
 
 
-def at_nodes(shape: Swept, stations: Floats, of: Callable[[Section], Any]) -> Floats:
+def integrate_at_nodes(shape: Swept, stations: Floats, of: Callable[[Section], Any]) -> Floats:
     """Return integrals of section properties (c,) with the hat functions of the nodes (e + 1, c)."""
     l, (parts, shares) = np.diff(stations), _rule(len(stations) - 1)
-    values = _sampled(shape, stations, of) * l[:, None, None]
+    values = _properties_at_gauss_points(shape, stations, of) * l[:, None, None]
     before, behind = (np.einsum("g,egc->ec", shares * part, values) for part in (1.0 - parts, parts))
     none = np.zeros((1, values.shape[2]))
     found: Floats = np.concatenate([before, none]) + np.concatenate([none, behind])
@@ -66,7 +66,7 @@ def _gauss(places: int) -> tuple[Floats, Floats]:
     return 0.5 * (1.0 + x), 0.5 * w
 
 
-def _sampled(shape: Swept, stations: Floats, of: Callable[[Section], Any]) -> Floats:
+def _properties_at_gauss_points(shape: Swept, stations: Floats, of: Callable[[Section], Any]) -> Floats:
     """Return section properties at Gauss points in each element (e, g, c)."""
     s = stations[:-1, None] + np.diff(stations)[:, None] * _rule(len(stations) - 1)[0]
     if not shape.tapered:
@@ -76,4 +76,4 @@ def _sampled(shape: Swept, stations: Floats, of: Callable[[Section], Any]) -> Fl
 
 def _diagonal(section: Section, material: Any) -> Floats:
     """Return the six stiffnesses of a section; e2 and e3 are its first and second axis."""
-    return of_section(section, material).stiffness.diagonal
+    return section_properties(section, material).stiffness.diagonal

@@ -10,8 +10,8 @@ import numpy as np
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.beam.beam_nodal_forces import forces_in_space, nodal_forces_of_rods
-from softmark.interpreter.models.beam.load_lumping import of_force, of_line
-from softmark.interpreter.models.beam.tapered_sections import at_nodes, stiffnesses
+from softmark.interpreter.models.beam.load_lumping import lump_force, lump_line
+from softmark.interpreter.models.beam.tapered_sections import integrate_at_nodes, stiffnesses
 from softmark.interpreter.models.beam_frame import frame_selection
 from softmark.interpreter.models.beam_frame.frame_declaration import Frame6Dof
 from softmark.interpreter.models.beam_frame.frame_displacements import Shifts
@@ -60,7 +60,7 @@ class PreparedNetwork(Meshless):
 
     def warm(self) -> None:
         """Load libraries before timing; there is nothing to compile."""
-        factorisations.warm(len(self.problem.assembly.tangent(self.layout.rest, 1.0, projected=True).data))
+        factorisations.warm_up(len(self.problem.assembly.tangent(self.layout.rest, 1.0, projected=True).data))
 
     def solve(self, watch: Watch) -> Solution:
         """Find the static equilibrium from rest."""
@@ -74,7 +74,9 @@ class PreparedNetwork(Meshless):
         solution = static_result.solution_of(found, Shifts(self.layout, found.x))
         modes = frequencies_about(self.problem.assembly, found.x, self.layout.mass, self.problem.linear)
         seen = replace(
-            solution, notes=static_result.doubts(self.declared, found), vibrations=modes if found.solved else None
+            solution,
+            notes=static_result.uniqueness_warnings(self.declared, found),
+            vibrations=modes if found.solved else None,
         )
         carried = cache(lambda: self._carried(found.x))
         return replace(seen, carried=carried, stress=cache(lambda: self._stress(found.x)))
@@ -138,9 +140,9 @@ def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: BuildCon
     static = PreparedNetwork(declared, layout, elastic, problem, size, applied)
     if not isinstance(case.analysis, Dynamic):
         return static
-    from softmark.interpreter.models.beam_frame.frame_dynamics import moving
+    from softmark.interpreter.models.beam_frame.frame_dynamics import build_frame_dynamics
 
-    return moving(static, declared, case, layout, elastic, problem, alone)
+    return build_frame_dynamics(static, declared, case, layout, elastic, problem, alone)
 
 
 def rods(layout: Layout) -> RodElastic:
@@ -159,19 +161,19 @@ def _load(layout: Layout, load: Declared) -> Energy:
         case MomentLoad(where=where, moment=moment):
             from softmark.solvers.energies.rod_loads import RodMoments
 
-            node = int(layout.first[frame_selection.selected(where, layout.network)[0][0]])
+            node = int(layout.first[frame_selection.select_points_and_members(where, layout.network)[0][0]])
             return RodMoments(np.array([node]), np.array([moment]))
         case BodyForce(acceleration=g):
             for number, member in enumerate(layout.network.members):
-                areas = at_nodes(member, layout.stations(number), lambda section: [section.area])
+                areas = integrate_at_nodes(member, layout.stations(number), lambda section: [section.area])
                 forces[layout.nodes(number)] += areas * layout.case.material.density * np.array(g)
         case PointLoad(at=at, force=force):
-            number, s = frame_selection.at(layout.network, at) or (0, 0.0)
-            nodes, shares = of_force(s, force, layout.stations(number))
+            number, s = frame_selection.locate_on_member(layout.network, at) or (0, 0.0)
+            nodes, shares = lump_force(s, force, layout.stations(number))
             forces[layout.nodes(number)][nodes] += shares
         case LineForce(begin=begin, end=end, force=q):
             number, first, last = frame_selection.line(layout.network, begin, end) or (0, 0.0, 0.0)
-            forces[layout.nodes(number)] += np.outer(of_line(first, last, layout.stations(number)), q)
+            forces[layout.nodes(number)] += np.outer(lump_line(first, last, layout.stations(number)), q)
         case unknown:  # refused when a scene is checked
             raise TypeError(f"frames do not support loads of the type {type(unknown).__name__}")
     return RodForces(layout.rest, forces)

@@ -67,8 +67,8 @@ class Frame6Dof(Model):
         network: Network = case.shape  # type: ignore[assignment]
         found = [*self.refusals(declared, case), *_loads(declared, case, network), *_supports(declared, case, network)]
         if not found and case.supports and not plainly_held(case, network):
-            found += _held(self, case)
-        return [*found, *_stocky(declared, network), *_crossing(declared, case, network)]
+            found += _check_supports(self, case)
+        return [*found, *_stocky(declared, network), *_warn_of_crossing_members(declared, case, network)]
 
     @property
     def stress_law(self) -> tuple[str, str] | str:
@@ -98,7 +98,9 @@ def _loads(declared: Declared, case: Case, network: Network) -> Iterator[Diagnos
     """Yield errors for loads that act on no point or axis of the network."""
     for load in case.loads:
         match load.thing.action:
-            case PointLoad(at=at) if frame_selection.at(network, at) is None:
+            case PointLoad(locate_on_member=locate_on_member) if (
+                frame_selection.locate_on_member(network, locate_on_member) is None
+            ):
                 field, reason = "at", "off the axes of the members"
             case LineForce(begin=begin, end=end) if begin == end:
                 field, reason = "from", "the line has no length"
@@ -118,7 +120,7 @@ def _loads(declared: Declared, case: Case, network: Network) -> Iterator[Diagnos
 
 def _points(network: Network, where: object) -> int:
     """Return the number of points that a condition selects; 2 or more if it selects members."""
-    points, whole, part = frame_selection.selected(where, network)
+    points, whole, part = frame_selection.select_points_and_members(where, network)
     return len(points) + len(whole) + len(part)
 
 
@@ -127,7 +129,7 @@ def _supports(declared: Declared, case: Case, network: Network) -> Iterator[Diag
     for support in case.supports:
         if not isinstance(support.thing, (Fixed, Displaced, Hinged)):
             continue
-        points, _, part = frame_selection.selected(support.thing.where, network)
+        points, _, part = frame_selection.select_points_and_members(support.thing.where, network)
         field, reason = "where", ""
         if part:
             a, b = network.pairs[part[0]]
@@ -150,7 +152,7 @@ def plainly_held(case: Case, network: Network) -> bool:
     """
     moving = [support for support in case.supports if any(support.thing.displacement)]
     clamps = [support for support in case.supports if not isinstance(support.thing, Hinged)]
-    points = {s.name: set(frame_selection.selected(s.thing.where, network)[0]) for s in case.supports}
+    points = {s.name: set(frame_selection.select_points_and_members(s.thing.where, network)[0]) for s in case.supports}
     shared = any(
         points[s.name] & points[o.name] and set(s.thing.components) & set(o.thing.components)
         for s in moving for o in case.supports if o is not s
@@ -171,7 +173,7 @@ def _stops(one: Hinged, two: Hinged, here: Vector3, there: Vector3) -> bool:
     return any(abs(way[c]) > CLEAR * math.dist(here, there) > 0.0 for c in two.components)
 
 
-def _held(model: Frame6Dof, case: Case) -> list[Diagnostic]:
+def _check_supports(model: Frame6Dof, case: Case) -> list[Diagnostic]:
     """Return errors for supports that conflict, or leave the network free."""
     from softmark.interpreter.models.beam_frame.frame_layout import Layout
 
@@ -197,7 +199,7 @@ def _stocky(declared: Declared, network: Network) -> Iterator[Diagnostic]:
             return
 
 
-def _crossing(declared: Declared, case: Case, network: Network) -> Iterator[Diagnostic]:
+def _warn_of_crossing_members(declared: Declared, case: Case, network: Network) -> Iterator[Diagnostic]:
     """Yield a warning if members pass through each other without a joint."""
     pair = network.crossing()
     if pair is not None:

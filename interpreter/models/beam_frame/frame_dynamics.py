@@ -36,7 +36,7 @@ class MovingNetwork(MovingBeam):
         return Shifts(self.layout, x)
 
 
-def moving(
+def build_frame_dynamics(
     static: Prepared, declared: Declared, case: Case, layout: Layout, elastic: RodElastic, problem: Statics,
     applied: Sequence[tuple[Declared, Energy]],
 ) -> MovingNetwork:  # fmt: skip
@@ -46,13 +46,13 @@ def moving(
     """
     chart = JointChart(layout.rest, layout.joints)
     rods = MovingJointedRods(MovingRod(chart.nodes, elastic), layout.joints)
-    loads = [(load, MovingRodForces(_at_points(layout, energy))) for load, energy in applied]
+    loads = [(load, MovingRodForces(_forces_at_points(layout, energy))) for load, energy in applied]
     found = dynamics(case, problem, chart, rods, loads, layout.X, layout.axes, layout.mass())
     analysis: Any = case.analysis
     return MovingNetwork(static, declared, analysis, found, layout=layout)
 
 
-def _at_points(layout: Layout, energy: Energy) -> Floats:
+def _forces_at_points(layout: Layout, energy: Energy) -> Floats:
     """Return dead nodal forces summed at the points (p, 3), N."""
     assert isinstance(energy, RodForces)  # what turns sections in motion is refused
     found = np.zeros((layout.count, 3))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.beam.rigid_motions import AXES, point_rows
-from softmark.interpreter.models.beam.tapered_sections import at_nodes, inertia
+from softmark.interpreter.models.beam.tapered_sections import inertia, integrate_at_nodes
 from softmark.interpreter.models.beam_frame import frame_selection
 from softmark.interpreter.models.shared.support_constraints import Constraints
 from softmark.interpreter.problem.body_case import Case
@@ -112,7 +112,10 @@ class Layout:
     @cached_property
     def _shares(self) -> tuple[Floats, Floats]:
         """Mass (n,), kg, and moments of inertia about its own axes (n, 3), kg m^2, of every node."""
-        found = [at_nodes(member, self.stations(number), inertia) for number, member in enumerate(self.network.members)]
+        found = [
+            integrate_at_nodes(member, self.stations(number), inertia)
+            for number, member in enumerate(self.network.members)
+        ]
         whole = self.case.material.density * np.concatenate(found)
         return whole[:, 0], whole[:, 1:]
 
@@ -157,7 +160,7 @@ class Layout:
 
     def held_points(self, support: Declared) -> Ints:
         """Return the points that a support holds (k,)."""
-        points, whole, _ = frame_selection.selected(support.thing.where, self.network)
+        points, whole, _ = frame_selection.select_points_and_members(support.thing.where, self.network)
         inner = [self.point[self.nodes(m)] for m in whole]
         return np.unique(np.concatenate([np.array(points, dtype=np.int64), *inner]))
 

@@ -17,7 +17,9 @@ END = 1e-3  # of a member: what is selected this near to its end is the end
 
 
 @lru_cache(maxsize=256)
-def selected(condition: Condition, network: Network) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]:
+def select_points_and_members(
+    condition: Condition, network: Network
+) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]:
     """Return the points, whole members and partly selected members of a condition, each counted from 0.
 
     A member counts between its ends. Conditions are evaluated on axes: bounds over pieces of these decide, and where
@@ -26,7 +28,7 @@ def selected(condition: Condition, network: Network) -> tuple[tuple[int, ...], t
     """
     size = network.diagonal
     points = tuple(i for i, point in enumerate(network.points) if condition.holds(*point, size))
-    taken = [_along(condition, member, size) for member in network.members]
+    taken = [_condition_along_axis(condition, member, size) for member in network.members]
     whole = tuple(i for i, found in enumerate(taken) if found == {True} and _ends_in(network, i, points))
     part = tuple(i for i, found in enumerate(taken) if True in found and i not in whole)
     return points, whole, part
@@ -37,7 +39,7 @@ def _ends_in(network: Network, member: int, points: tuple[int, ...]) -> bool:
     return {n - 1 for n in network.pairs[member]} <= set(points)
 
 
-def _along(condition: Condition, member: Member, size: float) -> set[bool]:
+def _condition_along_axis(condition: Condition, member: Member, size: float) -> set[bool]:
     """Return the values of a condition along an axis, excluding its ends."""
     found: set[bool] = set()
     pending = [(END * member.length, (1.0 - END) * member.length, 0)]
@@ -56,7 +58,7 @@ def _along(condition: Condition, member: Member, size: float) -> set[bool]:
     return found
 
 
-def at(network: Network, point: Vector3) -> tuple[int, float] | None:
+def locate_on_member(network: Network, point: Vector3) -> tuple[int, float] | None:
     """Return the first member whose axis a point is on, from 0, and its station there, m; None off all axes."""
     for i, member in enumerate(network.members):
         if (s := on_axis(member, point)) is not None:

@@ -44,7 +44,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.statics.residual_resultant import relative_residual
+from softmark.solvers.statics.residual_forces import relative_residual
 from softmark.solvers.statics.static_equilibrium import Equilibrium
 
 if TYPE_CHECKING:
@@ -304,12 +304,14 @@ def prepare(model: Outside, declared: Declared, case: Case, workshop: BuildConte
     if reasons := model.reasons(case):
         return UnavailableModel(model.words_of(reasons), "unsupported")
     if isinstance(case.analysis, Dynamic):
-        return cast(Prepared, moving(model, declared, case, workshop))
+        return cast(Prepared, build_external_dynamics(model, declared, case, workshop))
     solid, _ = fem.build_static(model.solid, replace(declared, thing=model.solid), case, workshop)
     return cast(Prepared, PreparedOutside(model, declared, case, solid))
 
 
-def moving(model: Outside, declared: Declared, case: Case, workshop: BuildContext) -> PreparedExternalDynamics:
+def build_external_dynamics(
+    model: Outside, declared: Declared, case: Case, workshop: BuildContext
+) -> PreparedExternalDynamics:
     """Build the dynamic analysis by a program. Raises Fault."""
     solid, parts = fem.build_static(model.solid, replace(declared, thing=model.solid), case, workshop)
     masses = fem.mass_of(model.solid, case, solid.mesh, parts)[::3]

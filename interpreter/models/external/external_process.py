@@ -96,9 +96,9 @@ def run(
     except (OSError, ValueError) as error:
         return End("unstarted", None, 0.0, None, (), f"it could not be started ({error})")
     try:
-        how, status, usage = _watched(child, folder / LOG, begin + seconds, most)
+        how, status, usage = _wait_for_end(child, folder / LOG, begin + seconds, most)
     finally:
-        _killed(child, mark)
+        _kill_all(child, mark)
     spent = None if usage is None else usage.ru_utime + usage.ru_stime
     return _end(how, status, time.monotonic() - begin, spent, last_words(folder / LOG), (seconds, memory, most))
 
@@ -109,7 +109,7 @@ def _environment(folder: Path, threads: int, more: Mapping[str, str] | None, mar
     return {**os.environ, **counts, "TMPDIR": str(folder), **(more or {}), MARK: mark}
 
 
-def _watched(
+def _wait_for_end(
     child: subprocess.Popen[bytes], log: Path, until: float, most: int
 ) -> tuple[How, int | None, resource.struct_rusage | None]:
     """Return how a child ended, its wait status and resource usage; both None if it did not end by itself."""
@@ -119,7 +119,7 @@ def _watched(
     with log.open("wb") as out:
         while True:
             if open_ and select.select([pipe], [], [], TICK)[0]:
-                data = _some(pipe)
+                data = _read_available(pipe)
                 open_ = data != b""
                 out.write((data or b"")[: most - said])
                 said += len(data or b"")
@@ -130,13 +130,13 @@ def _watched(
             pid, status, usage = os.wait4(child.pid, os.WNOHANG)
             if pid:
                 child.returncode = os.waitstatus_to_exitcode(status)
-                out.write(_rest(pipe, most - said))
+                out.write(_read_rest(pipe, most - said))
                 return "done", child.returncode, usage
             if time.monotonic() > until:
                 return "timed_out", None, None
 
 
-def _some(pipe: int) -> bytes | None:
+def _read_available(pipe: int) -> bytes | None:
     """Return the content of a pipe; None if there is nothing yet, and empty at its end."""
     try:
         return os.read(pipe, 65536)
@@ -144,15 +144,15 @@ def _some(pipe: int) -> bytes | None:
         return None
 
 
-def _rest(pipe: int, most: int) -> bytes:
+def _read_rest(pipe: int, most: int) -> bytes:
     """Return what is left in a pipe whose program has ended; its children may still hold it open."""
     found = b""
-    while len(found) < most and (data := _some(pipe)):
+    while len(found) < most and (data := _read_available(pipe)):
         found += data
     return found[:most]
 
 
-def _killed(child: subprocess.Popen[bytes], mark: str) -> None:
+def _kill_all(child: subprocess.Popen[bytes], mark: str) -> None:
     """Kill all processes of a child, of its group, and those that left the group."""
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(child.pid, signal.SIGKILL)
@@ -211,11 +211,11 @@ def last_words(log: Path) -> tuple[str, ...]:
     """Return the last lines of a log, without blank ones and without terminal control sequences."""
     with suppress(OSError), log.open("rb") as read:
         read.seek(max(0, log.stat().st_size - 4 * LINES * WIDE))
-        lines = plain(read.read().decode("utf-8", "replace")).splitlines()
+        lines = strip_control_characters(read.read().decode("utf-8", "replace")).splitlines()
         return tuple(line.strip()[:WIDE] for line in lines if line.strip())[-LINES:]
     return ()
 
 
-def plain(text: str) -> str:
+def strip_control_characters(text: str) -> str:
     """Return text without control characters except line ends; a carriage return counts as one."""
     return _CONTROL.sub("", _ESCAPES.sub("", text).replace("\r", "\n").replace("\t", " "))

@@ -53,8 +53,8 @@ def reasons_of_mesh(model: Any, case: Case, moves: bool = False) -> list[Reason]
     """Return such features of the mesh, supports and loads only, independent of the solver."""
     if not isinstance(model, Fem):
         return [("the model", "only `fem(...)` has cells, nodes and a law that other programs know")]
-    analysis = of_motion(case) if moves else _of_analysis(case)
-    return [*analysis, *of_body(case), *_of_supports(case)]
+    analysis = unsupported_motion(case) if moves else _of_analysis(case)
+    return [*analysis, *unsupported_body(case), *_unsupported_supports(case)]
 
 
 def _of_model(model: Fem) -> Iterator[Reason]:
@@ -91,7 +91,7 @@ def _of_analysis(case: Case) -> Iterator[Reason]:
         yield f"disturbed = {case.analysis.disturbed}", "other programs start from rest"
 
 
-def of_motion(case: Case) -> Iterator[Reason]:
+def unsupported_motion(case: Case) -> Iterator[Reason]:
     """Yield unsupported features of a motion: a start not at rest, or loads and supports that vary."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
@@ -109,7 +109,7 @@ def of_motion(case: Case) -> Iterator[Reason]:
             yield f"support `{support.name}`", "in a dynamic analysis supported nodes must stay at rest"
 
 
-def of_body(case: Case) -> Iterator[Reason]:
+def unsupported_body(case: Case) -> Iterator[Reason]:
     """Yield unsupported features of a body and its material."""
     if case.planar in ("plane_stress", "axisymmetric"):
         yield case.planar, "a plate or a body of revolution is not exchanged as a solid"
@@ -127,7 +127,7 @@ def of_body(case: Case) -> Iterator[Reason]:
         yield "viscoelastic material", _NO_PAST
 
 
-def _of_supports(case: Case) -> Iterator[Reason]:
+def _unsupported_supports(case: Case) -> Iterator[Reason]:
     for support in case.supports:
         if support.thing.turns:
             yield (
@@ -165,7 +165,7 @@ def problem_of(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: 
 
     if found := (reasons_of_mesh if mesh else reasons)(prepared.model, case, motion is not None):
         raise NotTransferable(found)
-    stuff = _stuff if motion is None else _moduli
+    stuff = _transfer_material if motion is None else _moduli
     made, fixed = prepared.mesh, np.asarray(prepared.problem.fixed, dtype=np.int64)
     forces = sum((f for _, f in prepared.forces()), np.zeros_like(made.points))
     return Problem(
@@ -184,10 +184,10 @@ def problem_of(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: 
 
 def _moduli(own: MaterialRegion, strain: str, count: int) -> ExternalMaterial:
     """Return a material with its initial moduli and the word of its law."""
-    return replace(_stuff(own, "small", count), law=_law(own.case.material))
+    return replace(_transfer_material(own, "small", count), law=_law(own.case.material))
 
 
-def _stuff(own: MaterialRegion, strain: str, count: int) -> ExternalMaterial:
+def _transfer_material(own: MaterialRegion, strain: str, count: int) -> ExternalMaterial:
     """Return a material, and its cells."""
     import numpy as np
 

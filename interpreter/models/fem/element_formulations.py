@@ -39,7 +39,7 @@ DIRECT = {"linear": ("conjugate_gradients", "multigrid"), "precision": ("single"
 Clash = tuple[str, str, str, str, str]  # code, field, problem, label, help
 
 
-def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
+def check_formulation(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     """Return errors for a formulation that does not fit the element, law or analysis, or an incompressible solid."""
     found = []
     for code, field, problem, label, help in (*_fits(model, case), *_incompressible(model, declared, case)):
@@ -75,7 +75,7 @@ def _fits(model: Fem, case: Case) -> Iterator[Clash]:
                                             "`formulation`",
         )  # fmt: skip
     elif model.formulation == "mixed":
-        yield from _mixed(model, case)
+        yield from _check_mixed(model, case)
 
 
 def _no_split(case: Case) -> bool:
@@ -93,7 +93,7 @@ def _element_words(model: Fem) -> tuple[str, str]:
     return "only with hex8", "use `hex8`, or `tet10` with `formulation = mixed`"
 
 
-def _mixed(model: Fem, case: Case) -> Iterator[Clash]:
+def _check_mixed(model: Fem, case: Case) -> Iterator[Clash]:
     """Yield errors for options that pressure unknowns exclude."""
     if isinstance(case.analysis, Dynamic):
         help = "use `hex8` with `formulation = mean_dilatation` and a Poisson's ratio below 0.5, or a static analysis"
@@ -187,7 +187,7 @@ def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str)
     else:
         body = (mesh.cells, parts.dNdX, parts.w)
         made = MeanDilatation(
-            *body, split.shape, split.constraint, _of_cells(split.modulus, _volumes(case, mesh, parts))
+            *body, split.shape, split.constraint, _mean_bulk_modulus(split.modulus, _volumes(case, mesh, parts))
         )
     return _axisymmetric(made, case, mesh, parts)
 
@@ -223,7 +223,7 @@ def _mean(modulus: Any, w: Floats) -> float:
     return modulus if isinstance(modulus, float | int) else float((modulus * w).sum() / w.sum())
 
 
-def _of_cells(modulus: Any, w: Floats) -> Any:
+def _mean_bulk_modulus(modulus: Any, w: Floats) -> Any:
     """Return the bulk modulus of cells with one pressure, Pa: the harmonic mean V / int 1/M dV if M varies."""
     if isinstance(modulus, float | int):
         return modulus

@@ -22,7 +22,7 @@ from softmark.interpreter.models.fem.initial_guess import GuessModel, start_of
 from softmark.interpreter.models.postprocessing import nodal_forces, vibrations
 from softmark.interpreter.models.postprocessing.vibrations import frequencies_about
 from softmark.interpreter.models.shared import interaction_setup, mesh_notes, self_intersections, static_result
-from softmark.interpreter.models.shared.deformed_mesh import Deformed, displacement_of
+from softmark.interpreter.models.shared.deformed_mesh import DeformedBody, displacement_of
 from softmark.interpreter.models.shared.load_setup import mass_matrix, merge_loads, single_loads
 from softmark.interpreter.models.shared.material_regions import (
     MaterialRegion,
@@ -54,7 +54,7 @@ from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.mesh.element_interpolation import Integration, integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.model_reduction.cell_energies import fields_of_cells
-from softmark.solvers.statics.residual_resultant import resultant_on
+from softmark.solvers.statics.residual_forces import resultant_on
 from softmark.solvers.statics.static_equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ class PreparedSolid(MeshBasedModel):
         with factorisations.warm_up_in_parallel(entries):
             self._warm_cells()
         if entries >= factorisations.LARGE or self.problem.linear != Linear(modes=self.problem.linear.modes):
-            linear_solver.warm(self.problem.linear, self.problem.rest.dtype)
+            linear_solver.warm_up(self.problem.linear, self.problem.rest.dtype)
         if self.first is not None:
             self.first.prepared.warm()
 
@@ -172,7 +172,7 @@ class PreparedSolid(MeshBasedModel):
 
     def _loose(self, d: Floats) -> str:
         """Describe a motion (dofs,) that nothing resists."""
-        return static_result.unresisted(self.mesh.points, self.unknowns.moved(d).reshape(-1, 3))
+        return static_result.describe_free_motion(self.mesh.points, self.unknowns.moved(d).reshape(-1, 3))
 
     def finish(self, found: Equilibrium) -> Solution:
         """Return the solution of an equilibrium, with functions for its results."""
@@ -184,7 +184,7 @@ class PreparedSolid(MeshBasedModel):
         kept, adrift = interaction_setup.describe_free_motions(self, beside, x)
         pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
         doubts = (
-            *static_result.doubts(self.declared, found),
+            *static_result.uniqueness_warnings(self.declared, found),
             *self_intersections.intersection_warnings(self.declared, facts),
             *kept,
         )
@@ -193,7 +193,7 @@ class PreparedSolid(MeshBasedModel):
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
         met = interaction_setup.contact_state(self, u, beside, facts)
-        moved = Deformed(self.mesh, u, pressures=pressures, left=left, **met)
+        moved = DeformedBody(self.mesh, u, pressures=pressures, left=left, **met)
         modes = frequencies_about(
             interaction_setup.assembly_without_stabilization(self, beside), found.x, self.mass, self.problem.linear
         )
@@ -307,11 +307,11 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     if not isinstance(case.analysis, Dynamic):
         return apply_options(static, workshop, disturbance_of(case))
     from softmark.interpreter.models.shared.free_rigid_body_motion import include_free_rigid_bodies
-    from softmark.interpreter.models.shared.solid_dynamics import in_motion
+    from softmark.interpreter.models.shared.solid_dynamics import build_solid_dynamics
 
     known = (static.mesh, mass_of(model, case, static.mesh, parts), static.problem.assembly.internal, static.driven)
     return include_free_rigid_bodies(
-        in_motion(static, declared, case, *known, static.problem, len(static.muscles)), case
+        build_solid_dynamics(static, declared, case, *known, static.problem, len(static.muscles)), case
     )
 
 
@@ -443,11 +443,11 @@ def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> E
     """Return the energy with one rotation per cell and its initial stiffness, by full or selective integration."""
     G, rest = element_corotational.mean_gradients(elastic.dNdX, elastic.w), np.eye(3)[None]
     parts = elastic_parts(mesh, elastic, case.material, "small", model.integration == "selective")
-    K = np.sum([_at_rest(e, rest) for e in parts], axis=0)
+    K = np.sum([_initial_stiffness(e, rest) for e in parts], axis=0)
     return ElementCorotational(mesh.points, mesh.cells, G, K, rotations)
 
 
-def _at_rest(e: Elastic, rest: Floats) -> Floats:
+def _initial_stiffness(e: Elastic, rest: Floats) -> Floats:
     """Return the initial stiffness of each cell (m, 3a, 3a), N/m; a varying modulus enters as a weight."""
     if not e.varies:
         return element_corotational.element_stiffness(e.dNdX, e.w, e.law.dPdF(rest)[0])

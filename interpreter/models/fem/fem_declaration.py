@@ -255,7 +255,10 @@ class Fem(HasMaterial, Model):
             self._rotation(declared, case),
         ]
         found += options.explicit(self, declared, case)
-        found += [*options.doubts(self, declared, case), *element_formulations.doubts(self, declared, case)]
+        found += [
+            *options.check_options(self, declared, case),
+            *element_formulations.check_formulation(self, declared, case),
+        ]
         found.append(self.coarse(declared, case))
         return [d for d in found if d is not None]
 

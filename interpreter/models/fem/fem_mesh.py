@@ -32,8 +32,8 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
         shape = download_shape(model.mesh or case.shape, at)
         cuts = model.cuts(case, shape)
         try:
-            made = _made(model, case, shape, cuts)
-            workshop.meshes[key] = mesh_notes.with_quality(made, model, declared)
+            made = _make_mesh(model, case, shape, cuts)
+            workshop.meshes[key] = mesh_notes.distort_to_quality(made, model, declared)
         except UnknownElement as error:
             raise Fault(solver_options.unknown_element(declared, error)) from error
         except UnreadableMesh as error:
@@ -48,15 +48,15 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     return mesh
 
 
-def _made(model: Fem, case: Case, shape: Shape, cuts: Cuts) -> Mesh:
+def _make_mesh(model: Fem, case: Case, shape: Shape, cuts: Cuts) -> Mesh:
     """Return the mesh of a shape, with the groups of its file if the case has some. Raises Fault as `mesh_of` does."""
     kind = solid_element_name(model.element)
     if not case.groups:
         return shape.mesh(kind, model.size or 0.0, cuts)  # a file's has no size but its own
-    from softmark.interpreter.problem import group_conditions
+    from softmark.interpreter.problem import mesh_group_conditions
 
     mesh = shape.named(kind) if shape.prebuilt else shape.mesh(kind, model.size or 0.0, cuts)
-    group_conditions.check(case.groups, mesh)
+    mesh_group_conditions.check(case.groups, mesh)
     return mesh
 
 
@@ -64,7 +64,5 @@ def _takes() -> str:
     """Describe which cells of a file each element can be made of."""
     hexahedra, tetrahedra = ([n for n, e in ELEMENTS.items() if e.family == f] for f in ("hexahedra", "tetrahedra"))
     takes = "takes" if len(hexahedra) == 1 else "take"
-    return (
-        f"{solver_options.listed(hexahedra, 'and')} {takes} hexahedra; "
-        f"{solver_options.listed(tetrahedra, 'and')} take tetrahedra, or hexahedra that are split"
-    )
+    either, other = (solver_options.join_words(names, "and") for names in (hexahedra, tetrahedra))
+    return f"{either} {takes} hexahedra; {other} take tetrahedra, or hexahedra that are split"

@@ -14,7 +14,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.fem.fem_builder import PreparedSolid, build_static, elastic_of, mass_of
 from softmark.interpreter.models.postprocessing import nodal_forces, vibrations
 from softmark.interpreter.models.shared import solid_dynamics, static_result
-from softmark.interpreter.models.shared.deformed_mesh import Deformed, displacement_of
+from softmark.interpreter.models.shared.deformed_mesh import DeformedBody, displacement_of
 from softmark.interpreter.models.shared.mesh_based_model import MeshBasedModel
 from softmark.interpreter.models.shared.mesh_notes import mesh_facts
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
@@ -52,7 +52,7 @@ class DisplacementHistory:
 
 
 @dataclass(frozen=True)
-class MeshWithHistory(Deformed):
+class MeshWithHistory(DeformedBody):
     """Deformed mesh with its history; `aged` is the state from which a later time continues."""
 
     past: DisplacementHistory | None = None
@@ -165,7 +165,7 @@ class PreparedViscoelastic(MeshBasedModel):
         notes = (
             *static._misread_rotation(x),
             *static._beyond_its_law(x),
-            *static_result.doubts(static.declared, found),
+            *static_result.uniqueness_warnings(static.declared, found),
             *self._doubts(state),
         )
         none = state.memories.unknown
@@ -204,15 +204,15 @@ class PreparedViscoelastic(MeshBasedModel):
 # ------------------------------------------------------------------ building
 
 
-def in_motion(model: Fem, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
+def build_relaxation_dynamics(model: Fem, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build the dynamic analysis of a viscoelastic solid. Raises Fault."""
     from softmark.solvers.dynamics.implicit_midpoint import Midpoint
     from softmark.solvers.dynamics.viscoelastic_step import ViscoelasticStep
 
     static, parts = build_static(model, declared, case, workshop)
-    known = _remembered(model, static)
+    known = _energies_with_history(model, static)
     mesh, mass, pulling = static.mesh, mass_of(model, case, static.mesh, parts), len(static.muscles)
-    made = solid_dynamics.in_motion(
+    made = solid_dynamics.build_solid_dynamics(
         static, declared, case, mesh, mass, known.energies, static.driven, static.problem, pulling
     )
     remembering = ViscoelasticStep(known, isinstance(made.problem.integrator, Midpoint))
@@ -222,11 +222,11 @@ def in_motion(model: Fem, declared: Declared, case: Case, workshop: BuildContext
 def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build the quasistatic or dynamic analysis of a viscoelastic solid. Raises Fault."""
     if isinstance(case.analysis, Dynamic):
-        return in_motion(model, declared, case, workshop)
+        return build_relaxation_dynamics(model, declared, case, workshop)
     whole = case_at_full_size(case)
     static, _ = build_static(model, declared, whole, workshop)
     loads, problem = [energy for _, energy in static.driven], static.problem
-    memories, old = _remembered(model, static), problem.assembly
+    memories, old = _energies_with_history(model, static), problem.assembly
     assembly = Assembly(old.dofs, problem.fixed, memories.energies, static.unknowns.loads(loads), old.points)
     static = replace(static, problem=replace(problem, assembly=assembly, twin=None))
     owners = owners_of(whole, static.mesh, workshop, problem.fixed)
@@ -241,7 +241,7 @@ def owners_of(case: Case, mesh: Mesh, workshop: BuildContext, fixed: Ints) -> li
     return [held[dof][1] for dof in fixed.tolist()]
 
 
-def _remembered(model: Fem, static: PreparedSolid) -> BodyHistory:
+def _energies_with_history(model: Fem, static: PreparedSolid) -> BodyHistory:
     """Return the energies of pieces, with history variables if their material relaxes, and of foundations."""
     found: list[ViscoelasticHistory | Energy] = []
     for own, energy in zip(static.pieces, static.solid, strict=True):

@@ -135,7 +135,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     whole = case_at_full_size(case)
     static, _ = build_static(model, declared, whole, workshop)
     own: Any = static.problem.assembly.internal[0]
-    held, drained = _held(whole, static.mesh, own)
+    held, drained = _pressure_supports(whole, static.mesh, own)
     problem, old = static.problem, static.problem.assembly
     places = np.array(sorted(held), dtype=np.int64)
     values = np.array([held[b].thing.pressure for b in places.tolist()])
@@ -159,7 +159,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
     return _check_step_size(made, drained)
 
 
-def _held(case: Case, mesh: Mesh, energy: PoroelasticSolid) -> tuple[dict[int, Declared], Ints]:
+def _pressure_supports(case: Case, mesh: Mesh, energy: PoroelasticSolid) -> tuple[dict[int, Declared], Ints]:
     """Return the support of every held pressure, and the drained facets (f,). Raises Fault."""
     number = np.full(len(mesh.points), -1)
     number[mesh.cells[:, : energy.pressures.shape[1]]] = energy.pressures - 3 * energy.nodes

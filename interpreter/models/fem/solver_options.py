@@ -28,34 +28,34 @@ SYMMETRIC = ("cholesky", "conjugate_gradients")
 Clash = tuple[str, str, str, str]  # field, problem, label, help
 
 
-def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
+def check_options(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     """Return errors for incompatible options, and for linear solvers that are not installed."""
     clashes = (
-        *_of_elements(model, case),
-        *_of_motion(model, case),
-        *_of_levers(model, case),
-        *_of_forces(model, case),
-        *_of_path(model, case),
+        *_check_elements(model, case),
+        *_check_dynamics(model, case),
+        *_check_static_options(model, case),
+        *_check_linear_solver(model, case),
+        *_check_arc_length(model, case),
     )
     found = (*clashes, *_not_installed(model))
     return [diagnostic("E508", declared.at(field), problem, label, help) for field, problem, label, help in found]
 
 
-def listed(words: Iterable[str], last: str) -> str:
+def join_words(words: Iterable[str], last: str) -> str:
     """Return words as a list in text, such as `a, b or c`."""
     *first, end = words
     return f"{', '.join(first)} {last} {end}" if first else end
 
 
-def quoted(words: Iterable[str], last: str) -> str:
+def join_quoted(words: Iterable[str], last: str) -> str:
     """Return words as a list in text, each in backquotes."""
-    return listed((f"`{word}`" for word in words), last)
+    return join_words((f"`{word}`" for word in words), last)
 
 
 def unknown_element(declared: Declared, reason: object) -> Diagnostic:
     """Return the error for an element that does not exist."""
     at, problem = declared.at("element"), f"`{declared.name}` cannot be meshed: {reason}"
-    help = f"use `element = {quoted(ELEMENTS, 'or')[1:]}"
+    help = f"use `element = {join_quoted(ELEMENTS, 'or')[1:]}"
     return diagnostic("E508", at, problem, "no such mesh", help)
 
 
@@ -101,15 +101,15 @@ def check_grading(model: Fem, declared: Declared, case: Case) -> Diagnostic | No
     return diagnostic("E341", declared.at("refine_at"), problem, "no border there", help)
 
 
-def _of_elements(model: Fem, case: Case) -> Iterator[Clash]:
+def _check_elements(model: Fem, case: Case) -> Iterator[Clash]:
     """Yield the first error about integration and rotation."""
     known = model.strain == "finite" and case.material.finite_law() is not None
     table = PLANE if model.element in PLANE else ELEMENTS
     fit = [name for name, element in table.items() if model.integration in element.integrations]
     if model.element not in fit:
-        problem = f"{model.integration} integration is available for {listed(fit, 'and')}, not for {model.element}"
-        help = f"leave it out, or use {quoted(fit, 'or')}"
-        yield "integration", problem, f"only with {listed(fit, 'and')}", help
+        problem = f"{model.integration} integration is available for {join_words(fit, 'and')}, not for {model.element}"
+        help = f"leave it out, or use {join_quoted(fit, 'or')}"
+        yield "integration", problem, f"only with {join_words(fit, 'and')}", help
     elif model.integration == "selective" and known and case.material.finite_parts() is None:
         problem = f"the law of `{case.body.name}` has no separate isochoric and volumetric parts"
         yield (
@@ -126,7 +126,7 @@ def _of_elements(model: Fem, case: Case) -> Iterator[Clash]:
         yield "rotation", problem, "only with corotational", f"{help} `strain = corotational`"
 
 
-def _of_motion(model: Fem, case: Case) -> Iterator[Clash]:
+def _check_dynamics(model: Fem, case: Case) -> Iterator[Clash]:
     """Yield errors for options that only static analyses have."""
     if not isinstance(case.analysis, Dynamic):
         return
@@ -157,7 +157,7 @@ def _dashpot_error(declared: Declared, bed: Declared, analysis: Dynamic) -> Diag
     return diagnostic("E508", bed.at("damping"), problem, "not with explicit integration", "use an implicit integrator")
 
 
-def _of_levers(model: Fem, case: Case) -> Iterator[Clash]:
+def _check_static_options(model: Fem, case: Case) -> Iterator[Clash]:
     """Yield errors for options of static analyses that exclude each other."""
     if isinstance(case.analysis, Dynamic):
         return
@@ -195,7 +195,7 @@ def _of_levers(model: Fem, case: Case) -> Iterator[Clash]:
         )
 
 
-def _of_path(model: Fem, case: Case) -> Iterator[Clash]:
+def _check_arc_length(model: Fem, case: Case) -> Iterator[Clash]:
     """Yield errors for options that arc length continuation excludes."""
     if case.analysis.path != "arc_length":
         return
@@ -212,7 +212,7 @@ def _of_path(model: Fem, case: Case) -> Iterator[Clash]:
         yield "linear", problem, "not with arc length", "use `linear = auto`, or `path = load`"
 
 
-def _of_forces(model: Fem, case: Case) -> Iterator[Clash]:
+def _check_linear_solver(model: Fem, case: Case) -> Iterator[Clash]:
     """Yield an error for linear solvers of symmetric matrices with unsymmetric tangents."""
     reused, capped = model.factorisation == "reused", model.linear in SYMMETRIC
     follows = (

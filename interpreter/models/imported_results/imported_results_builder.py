@@ -14,18 +14,18 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.imported_results.imported_results_declaration import Results
+from softmark.interpreter.models.imported_results.matching_error import Unmatched
 from softmark.interpreter.models.imported_results.missing_points import find_missing_points
 from softmark.interpreter.models.imported_results.point_matching import POSITION, Floats, Matched, match_points
 from softmark.interpreter.models.imported_results.readers import read
-from softmark.interpreter.models.imported_results.readers.result_frames import counted
+from softmark.interpreter.models.imported_results.readers.result_frames import describe_count
 from softmark.interpreter.models.imported_results.result_file import ResultFile
 from softmark.interpreter.models.imported_results.support_compliance import (
     check_supports,
     compliance_warnings,
     displacement_warnings,
 )
-from softmark.interpreter.models.imported_results.unmatched_results import Unmatched
-from softmark.interpreter.models.shared.deformed_mesh import Deformed
+from softmark.interpreter.models.shared.deformed_mesh import DeformedBody
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Meshless, Prepared, Solution
 from softmark.interpreter.problem.body_case import Case, Fault, fault
 from softmark.interpreter.problem.data_sets import download_shape
@@ -113,7 +113,7 @@ class PreparedResults(Meshless):
         if self.times is not None:
             step = float(np.diff(self.times).max(initial=0.0))
             history, frames = History(self.times, lambda X: found.at(X, self.u), (), (), step), self.u
-        mesh = None if found.mesh is None else Deformed(found.mesh, last[0], self.times, frames)
+        mesh = None if found.mesh is None else DeformedBody(found.mesh, last[0], self.times, frames)
 
         def displacement(X: Floats) -> Floats:
             moved: Floats = found.at(X, last)[0]
@@ -177,7 +177,7 @@ def _unusable(declared: Declared, error: Unmatched) -> Fault:
 
 def _unused_content(told: ResultFile, case: Case) -> list[str]:
     """Describe the content of a file that is not used; plane cells are used only for plane bodies."""
-    seen = counted(len(told.flat[1]), told.flat[0]) if told.flat and case.planar else ""
+    seen = describe_count(len(told.flat[1]), told.flat[0]) if told.flat and case.planar else ""
     return [word for word in told.left if word != seen]
 
 
@@ -189,7 +189,7 @@ def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats | Non
     count, times, analysis = len(found.u), found.times, case.analysis
     said = {"times": count, "first": _end(times, 0), "last": _end(times, -1)}
     if isinstance(analysis, Dynamic):
-        return *_moving(declared, found, analysis.duration), said
+        return *_interpolate_to_duration(declared, found, analysis.duration), said
     at = analysis.at if isinstance(analysis, InState) else analysis.now if isinstance(analysis, Quasistatic) else None
     if at is None:
         return None, found.u[-1:], said
@@ -208,7 +208,7 @@ def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats | Non
     )
 
 
-def _moving(declared: Declared, found: Matched, duration: float) -> tuple[Floats, Floats]:
+def _interpolate_to_duration(declared: Declared, found: Matched, duration: float) -> tuple[Floats, Floats]:
     """Return times and displacements up to the end of a motion, interpolated linearly there. Raises Fault."""
     times, name = found.times, Path(declared.thing.path).name
     if times is None or len(times) < 2:

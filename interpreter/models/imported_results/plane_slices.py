@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.interpreter.models.imported_results.matching_error import SAME, Unmatched
 from softmark.interpreter.models.imported_results.result_file import Floats, Ints, ResultFile
-from softmark.interpreter.models.imported_results.unmatched_results import SAME, Unmatched
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
 from softmark.solvers.mesh.files.plane_cells import extrude_cells
 from softmark.solvers.mesh.mesh import Mesh

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.interpreter.models.imported_results.matching_error import SAME, Unmatched
 from softmark.interpreter.models.imported_results.plane_slices import must_be_one_layer, slice_of
 from softmark.interpreter.models.imported_results.result_file import ResultFile
-from softmark.interpreter.models.imported_results.unmatched_results import SAME, Unmatched
 from softmark.records import dataclass
 from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Mesh

@@ -94,7 +94,7 @@ def faces_of(case: Case, model: str) -> ImposedOnFaces:
     """Return what supports and loads impose on whole faces. Raises Fault if one selects something else."""
     found = ImposedOnFaces(case)
     for support in case.supports:
-        for face in _whole(case, support, support.thing.where, model):
+        for face in _whole_faces(case, support, support.thing.where, model):
             for c in support.thing.components:
                 amount = float(support.thing.displacement[c])
                 other = found.held.setdefault((face, c), (amount, support.name))
@@ -107,16 +107,16 @@ def faces_of(case: Case, model: str) -> ImposedOnFaces:
                         "use one support for each face",
                     )
     for load in case.loads:
-        _pull(found, load, model)
+        _add_face_stress(found, load, model)
     return found
 
 
-def _pull(found: ImposedOnFaces, load: Declared, model: str) -> None:
+def _add_face_stress(found: ImposedOnFaces, load: Declared, model: str) -> None:
     """Add the stress of a traction on whole faces. Raises Fault if it is not along the normal."""
     action = load.thing.action
     if not isinstance(action, SurfaceTraction):
         return  # refused as no load that it takes
-    for axis, side in _whole(found.case, load, action.where, model):
+    for axis, side in _whole_faces(found.case, load, action.where, model):
         slack = SAME * max(abs(t) for t in action.traction)
         if isinstance(found.case.shape, RoundPrism) and abs(found.case.prism.axis[axis]) < 0.5:
             raise _partly(load, model, "it pulls on a round side")
@@ -128,7 +128,7 @@ def _pull(found: ImposedOnFaces, load: Declared, model: str) -> None:
         found.pulled[axis] = found.pulled.get(axis, 0.0) + pull
 
 
-def _whole(case: Case, declared: Declared, where: Condition, model: str) -> list[Face]:
+def _whole_faces(case: Case, declared: Declared, where: Condition, model: str) -> list[Face]:
     """Return the whole faces that a condition selects. Raises Fault if it selects anything else."""
     found = _faces(case.shape, where)
     if not found:
@@ -201,16 +201,17 @@ def imposed_state(case: Case, word: str, model: Declared) -> ImposedState:
     faces = faces_of(case, model.name)
     stretches = [faces.stretch(axis) for axis in range(3)]
     if word == "simple_shear":
-        if (sheared := _sheared(faces, stretches)) is not None:
+        if (sheared := _imposed_shear(faces, stretches)) is not None:
             return _made(faces, [1.0, 1.0, 1.0], sheared, (sheared[0],))
-    elif (moved := _moved(faces, stretches, word)) is not None:
+    elif (moved := _imposed_axes(faces, stretches, word)) is not None:
         return _made(faces, stretches, None, tuple(moved))
     raise fault("E356", model.at("state"), f"the supports and loads of `{case.body.name}` do not impose the "
-                                           f"{word.replace('_', ' ')} state of `{model.name}`", _said(faces, stretches),
+                                           f"{word.replace('_', ' ')} state of `{model.name}`",
+                _describe_imposed(faces, stretches),
                 f"hold or load the faces as follows: {NEEDS[word]}")  # fmt: skip
 
 
-def _moved(faces: ImposedOnFaces, stretches: list[float | None], word: str) -> list[int] | None:
+def _imposed_axes(faces: ImposedOnFaces, stretches: list[float | None], word: str) -> list[int] | None:
     """Return the axes that are moved or loaded in a state of stretches; None if the state is not of the kind `word`.
 
     If wide grips hold the width in planar tension, it is added to the stretches.
@@ -219,9 +220,9 @@ def _moved(faces: ImposedOnFaces, stretches: list[float | None], word: str) -> l
     if word == "uniaxial":
         return known if len(known) == 1 else None
     if word == "equibiaxial":
-        return known if len(known) == 2 and _alike(faces, stretches, known) else None
+        return known if len(known) == 2 and _are_equal_axes(faces, stretches, known) else None
     if word == "planar" and len(known) == 1:
-        wide = _gripped(faces, known[0])
+        wide = _gripped_direction(faces, known[0])
         if wide is None:
             return None
         stretches[wide] = 1.0
@@ -237,7 +238,7 @@ def _is_still(stretch: float | None) -> bool:
     return stretch is not None and abs(stretch - 1.0) <= SAME
 
 
-def _said(faces: ImposedOnFaces, stretches: list[float | None]) -> str:
+def _describe_imposed(faces: ImposedOnFaces, stretches: list[float | None]) -> str:
     """Describe what supports and loads impose on each axis."""
     words = (
         f"{NAMES[a]} {'held' if abs(s - 1.0) <= SAME else 'stretched'}" if s is not None
@@ -247,20 +248,20 @@ def _said(faces: ImposedOnFaces, stretches: list[float | None]) -> str:
     return ", ".join(words)
 
 
-def _alike(faces: ImposedOnFaces, stretches: list[float | None], axes: list[int]) -> bool:
+def _are_equal_axes(faces: ImposedOnFaces, stretches: list[float | None], axes: list[int]) -> bool:
     """Return whether two axes have equal stretches, or equal stresses."""
     one, other = (stretches[a] if stretches[a] is not None else faces.pulled[a] for a in axes)
     kinds = {stretches[a] is None for a in axes}
     return len(kinds) == 1 and abs(one - other) <= SAME * max(abs(one), abs(other))  # type: ignore[operator, arg-type]
 
 
-def _gripped(faces: ImposedOnFaces, axis: int) -> int | None:
+def _gripped_direction(faces: ImposedOnFaces, axis: int) -> int | None:
     """Return the wider direction across an axis that its grips hold at both ends; None if they hold neither."""
     held = [c for c in range(3) if c != axis and faces.apart(axis, c) is not None]
     return max(held, key=faces.extent, default=None)
 
 
-def _sheared(faces: ImposedOnFaces, stretches: list[float | None]) -> tuple[int, int, float] | None:
+def _imposed_shear(faces: ImposedOnFaces, stretches: list[float | None]) -> tuple[int, int, float] | None:
     """Return the off-diagonal entry of F that two faces impose, and its size; None if they impose something else."""
     found = []
     for b in range(3):

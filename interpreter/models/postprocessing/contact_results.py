@@ -69,7 +69,7 @@ class Surface:
         return np.where(far > ON * size, np.nan, found)
 
 
-def spread(
+def nodal_friction_results(
     to_nodes: Callable[[Floats], Floats], A: Floats, slid: Floats, push: Floats, sticks: Floats
 ) -> dict[str, Floats]:
     """Return friction results at nodes; `to_nodes` sums values of contact points (p,) at nodes (n,), by their shares.
@@ -93,7 +93,7 @@ def index_by_place(X: Floats) -> Ints:
     return found
 
 
-def touch_of(case: Case, contact: RigidContact, X: Floats, x: Floats, u: Floats) -> ContactNumbers:
+def contact_result(case: Case, contact: RigidContact, X: Floats, x: Floats, u: Floats) -> ContactNumbers:
     """Return the result of a contact with undeformed nodes X (n, 3), m, displaced by u (3 n,).
 
     Moments are taken with nodes at x (n, 3).

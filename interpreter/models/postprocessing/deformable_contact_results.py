@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.interpreter.models.postprocessing.contact_results import Surface, index_by_place, spread
+from softmark.interpreter.models.postprocessing.contact_results import Surface, index_by_place, nodal_friction_results
 from softmark.interpreter.models.postprocessing.nodal_forces import force_at_nodes
 from softmark.interpreter.models.shared.rigid_contact_setup import plane_modulus
 from softmark.interpreter.results.reaction_results import ContactNumbers, Friction
@@ -48,7 +48,7 @@ def contact_result(
     sliding = contact if isinstance(contact, DeformableFriction) else DeformableFriction(contact, 0.0)
     hold, pressing, skin = sliding.hold(u), sliding.pressing, contact.skin
     own_facets, n = np.unique(skin.of), _outward(x, mesh.facets[np.unique(skin.of[hold.which])])
-    facets, both = mesh.facets[own_facets], _met(skin, hold, own_facets)
+    facets, both = mesh.facets[own_facets], _reported_surface_count(skin, hold, own_facets)
     f = -np.einsum("ni,ni->n", force_at_nodes(pressing, u) if force is None else force, n)
     nodes, g, near = np.unique(facets), np.full(len(x), np.nan), None
     if pressing.alone:  # of what meets itself forces tell where it touches
@@ -59,13 +59,13 @@ def contact_result(
     left = float(hold.N @ hold.far / max(float(hold.N.sum()), LEAST))
     least: float | None = min(pressing.least(u), float(np.nanmin(g[nodes], initial=np.inf)))
     if least == np.inf:  # farther apart than the barrier reaches
-        least = _across(skin, mesh, u)
-    rubbing, rubbed = (None, {}) if own is None else _rubbing(sliding, hold, skin, u, own, len(x))
+        least = _least_opposite_distance(skin, mesh, u)
+    rubbing, rubbed = (None, {}) if own is None else _friction_result(sliding, hold, skin, u, own, len(x))
     field = Surface(mesh.points, nodes, pressed, rubbed, both)
     return ContactNumbers(pressed.area / both, pressed.largest, least, left, field, rubbing)
 
 
-def _met(skin: ContactSurface, hold: TangentialCoupling, facets: Ints) -> int:
+def _reported_surface_count(skin: ContactSurface, hold: TangentialCoupling, facets: Ints) -> int:
     """Return the number of reported surfaces: 1 if a condition excludes the opposite surface, else 2."""
     there = np.isin(skin.home[hold.faces], facets)
     return SIDES if hold.N @ there >= 0.5 * hold.N.sum() else 1
@@ -105,7 +105,7 @@ def _gaps(skin: ContactSurface, places: Floats, nodes: Ints, mesh: Mesh, u: Floa
     return found
 
 
-def _across(skin: ContactSurface, mesh: Mesh, u: Floats) -> float | None:
+def _least_opposite_distance(skin: ContactSurface, mesh: Mesh, u: Floats) -> float | None:
     """Return the least distance across a fold or a slot, m; None if no parts of the surface face each other."""
     V, d = skin.places(u)[: skin.corners], skin.X.shape[1]
     c = (mesh.points + u.reshape(-1, 3))[mesh.facets[skin.home]]
@@ -116,7 +116,7 @@ def _across(skin: ContactSurface, mesh: Mesh, u: Floats) -> float | None:
     return None if found is None or not np.isfinite(found) else found
 
 
-def _rubbing(
+def _friction_result(
     contact: DeformableFriction, hold: TangentialCoupling, skin: ContactSurface, u: Floats, own: FrictionHistory, n: int
 ) -> tuple[Friction, dict[str, Floats]]:
     """Return the friction result, and nodal slip and sticking (n,); areas are half of both surfaces."""
@@ -127,4 +127,4 @@ def _rubbing(
     rows = abs(skin.M[skin.X.shape[1] * skin.corners :: skin.X.shape[1], : 3 * n : 3])
     N, sticks = np.zeros((2, skin.points))
     N[hold.which], sticks[hold.which] = hold.N, np.where(slides, 0.0, hold.N)
-    return told, spread(lambda values: rows.T @ values, skin.A, own.slid, N, sticks)
+    return told, nodal_friction_results(lambda values: rows.T @ values, skin.A, own.slid, N, sticks)

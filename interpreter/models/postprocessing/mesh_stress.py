@@ -39,7 +39,7 @@ def add_stress(scene: Scene, declared: Declared, case: Case, solution: Solution)
 
 def _at_rest_alone(solution: Solution) -> Callable[[], Stresses] | None:
     """Return the stress function of a model without a mesh, which has stress only in static analyses."""
-    moved = Settled(None, "section stress needs a static analysis of the beam")
+    moved = StoredStress(None, "section stress needs a static analysis of the beam")
     return solution.stress or (None if solution.displacement is None else moved)
 
 
@@ -64,9 +64,9 @@ class StressOfMesh:
         from softmark.solvers.stress_recovery.sampling_point_stress import StressUnavailable
 
         try:
-            return Settled, (self._made, None)
+            return StoredStress, (self._made, None)
         except StressUnavailable as none:
-            return Settled, (None, str(none))
+            return StoredStress, (None, str(none))
 
     @cached_property
     def _made(self) -> Stresses:
@@ -99,7 +99,7 @@ class StressOfMesh:
 
 
 @dataclass(frozen=True, eq=False)
-class Settled:
+class StoredStress:
     """Stored stress, or the reason why there is none."""
 
     stress: Stresses | None

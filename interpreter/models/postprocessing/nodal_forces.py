@@ -141,15 +141,17 @@ def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Seq
     exact = np.asarray(state, dtype=np.float64)
     moved = np.ascontiguousarray(u, dtype=np.float64).reshape(-1, 3)
     left = assembly.gradient(exact, 1.0)[: mesh.points.size].reshape(-1, 3)
-    own = {load.name: _plain(force_at_nodes(energy, moved.ravel())) for load, energy in loads}
+    own = {load.name: _without_moments(force_at_nodes(energy, moved.ravel())) for load, energy in loads}
     energy = float(sum(e.value(exact) for e in assembly.internal))
     work = {load.name: -float(e.value(moved.ravel())) if e.conservative else None for load, e in loads}
     x = mesh.points if small else mesh.points + moved
     pulling = (
-        sum((_plain(force_at_nodes(e, moved.ravel())) for e in muscles), np.zeros((len(x), 6))) if muscles else None
+        sum((_without_moments(force_at_nodes(e, moved.ravel())) for e in muscles), np.zeros((len(x), 6)))
+        if muscles
+        else None
     )
     return NodalForces(
-        mesh.points, moved, x, _plain(left), own, energy, work, None, turns_freely, axial, pulling=pulling
+        mesh.points, moved, x, _without_moments(left), own, energy, work, None, turns_freely, axial, pulling=pulling
     )
 
 
@@ -157,7 +159,7 @@ def add_foundation_forces(carried: NodalForces, beds: Mapping[str, Energy]) -> N
     """Add the forces of foundations; the strain energy remains that of the body."""
     u = carried.u.ravel()
     stored = sum(bed.value(u) for bed in beds.values())
-    each = {name: _plain(reported_forces(bed, force_at_nodes(bed, u))) for name, bed in beds.items()}
+    each = {name: _without_moments(reported_forces(bed, force_at_nodes(bed, u))) for name, bed in beds.items()}
     return replace(carried, energy=carried.energy - stored, beds=each)
 
 
@@ -168,11 +170,11 @@ def reported_forces(bed: Energy, forces: Floats) -> Floats:
 
 def add_rigid_contact_forces(carried: NodalForces, contacts: Mapping[str, RigidContact], case: Case) -> NodalForces:
     """Add the forces of rigid bodies in contact."""
-    from softmark.interpreter.models.postprocessing.contact_results import touch_of
+    from softmark.interpreter.models.postprocessing.contact_results import contact_result
 
     u = carried.u.ravel()
-    each = {name: _plain(force_at_nodes(contact, u)) for name, contact in contacts.items()}
-    touches = {name: touch_of(case, contact, carried.X, carried.x, u) for name, contact in contacts.items()}
+    each = {name: _without_moments(force_at_nodes(contact, u)) for name, contact in contacts.items()}
+    touches = {name: contact_result(case, contact, carried.X, carried.x, u) for name, contact in contacts.items()}
     return replace(carried, beds={**carried.beds, **each}, touches=touches)
 
 
@@ -183,7 +185,7 @@ def force_at_nodes(load: Energy, u: Floats) -> Floats:
     return -g.reshape(-1, 3)
 
 
-def _plain(forces: Floats) -> Floats:
+def _without_moments(forces: Floats) -> Floats:
     """Return forces with zero moments (n, 6)."""
     return np.hstack([forces, np.zeros_like(forces)])
 
@@ -194,7 +196,7 @@ def _plain(forces: Floats) -> Floats:
 def supported_nodes(case: Case, mesh: Mesh | None, thing: Any) -> list[SupportedNodes]:
     """Return the supports of a model on a mesh, or else of beams, in the order of the scene, with what each holds."""
     if mesh is not None:
-        return [_of_mesh(case, support, mesh) for support in case.supports]
+        return [_nodes_of_support(case, support, mesh) for support in case.supports]
     if case.shape.wired:
         from softmark.interpreter.models.beam_frame.frame_layout import Layout
 
@@ -206,23 +208,23 @@ def supported_nodes(case: Case, mesh: Mesh | None, thing: Any) -> list[Supported
     stations = np.array(thing.stations(case))
     found = held_by(case, stations.tolist())
     return [
-        SupportedNodes(name, mask, _along(stations, np.asarray(mask[:, :3].any(axis=1))))
+        SupportedNodes(name, mask, _represented_lengths(stations, np.asarray(mask[:, :3].any(axis=1))))
         for name, mask in found.items()
     ]
 
 
-def _along(stations: Floats, nodes: Bools) -> Floats:
+def _represented_lengths(stations: Floats, nodes: Bools) -> Floats:
     """Return the length that each held node of a beam represents (n,); 1 if there is none between held nodes."""
     half = 0.5 * np.diff(stations) * (nodes[:-1] & nodes[1:])
     found: Floats = np.concatenate([half, [0.0]]) + np.concatenate([[0.0], half])
     return found if found.any() else nodes.astype(float)
 
 
-def _of_mesh(case: Case, support: Declared, mesh: Mesh) -> SupportedNodes:
+def _nodes_of_support(case: Case, support: Declared, mesh: Mesh) -> SupportedNodes:
     """Return what a support holds on a mesh."""
-    from softmark.interpreter.models.shared.support_constraints import selected
+    from softmark.interpreter.models.shared.support_constraints import selected_nodes
 
-    nodes = selected(case, support, mesh)
+    nodes = selected_nodes(case, support, mesh)
     holds = np.zeros((len(nodes), 6), dtype=np.bool_)
     holds[:, list(support.thing.components)] = nodes[:, None]
     return SupportedNodes(support.name, holds, _weights(mesh, nodes), support in case.named_supports)
@@ -264,10 +266,10 @@ def reactions(carried: NodalForces, supports: Sequence[SupportedNodes]) -> dict[
             to_vector(carried.wrench(np.where(both, carried.left, 0.0)).force),
         )
         taken |= support.holds
-    return found | {name: _of_bed(carried, own) for name, own in carried.beds.items()}
+    return found | {name: _foundation_reaction(carried, own) for name, own in carried.beds.items()}
 
 
-def _of_bed(carried: NodalForces, forces: Floats) -> Reaction:
+def _foundation_reaction(carried: NodalForces, forces: Floats) -> Reaction:
     """Return the reaction of a foundation; its moment is about the centre of force magnitudes."""
     own, sizes = carried.wrench(forces), np.linalg.norm(forces[:, :3], axis=1)
     at: Floats = sizes @ carried.x / (float(sizes.sum()) or 1.0)

@@ -16,14 +16,20 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.fem import fem_builder
 from softmark.interpreter.models.fem.fem_builder import PreparedSolid
 from softmark.interpreter.models.reduced.reduced_declaration import PARTS, Modal, Pod
-from softmark.interpreter.models.reduced.reduced_space import Basis, Rest, gradient_of, modal_space, pod_space
+from softmark.interpreter.models.reduced.reduced_space import (
+    Basis,
+    FullModelAtRest,
+    gradient_of,
+    modal_space,
+    pod_space,
+)
 from softmark.interpreter.models.reduced.training_states import (
     Training,
-    beyond,
     extrapolates,
     repeats,
     scene_of,
-    trained,
+    train,
+    values_outside_training,
 )
 from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.deformed_mesh import MeshData, displacement_of
@@ -141,7 +147,7 @@ class Equations:
         )
 
 
-def _sampled(model: Modal | Pod, rest: Rest, basis: Basis) -> Equations:
+def _reduced_equations(model: Modal | Pod, rest: FullModelAtRest, basis: Basis) -> Equations:
     """Return the reduced equations, with sampled cells if the model requests them. Raises NotConverged."""
     whole = Equations(rest.static, basis)
     if model.cells == "all":
@@ -155,14 +161,14 @@ def _own_states(whole: Equations) -> Floats:
     problem, found = whole.statics(), []
     for share in PARTS:
         full = whole.static.problem.assembly
-        loads = [_Scaled(load, share) for load in full.loads]
+        loads = [_ScaledLoad(load, share) for load in full.loads]
         at = replace(problem, assembly=whole.assembly(full.internal, loads), target=share * problem.target)
         found.append(whole.basis.fields @ equilibrium(at).x)
     return np.array(found)
 
 
 @dataclass(frozen=True)
-class _Scaled(Energy):
+class _ScaledLoad(Energy):
     """Load times a factor."""
 
     load: Energy
@@ -193,7 +199,7 @@ class _Scaled(Energy):
 
 
 @dataclass(frozen=True)
-class Recovered(MeshData):
+class RecoveredMesh(MeshData):
     """Mesh of the full model with the displacements of its points, computed on first use."""
 
     fields: Floats
@@ -222,7 +228,7 @@ class PreparedReduced:
     """Reduced model: basis, reduced equations and report of both; `failure` is the reason if there are none."""
 
     declared: Declared
-    rest: Rest
+    rest: FullModelAtRest
     equations: Equations | None
     problem: Statics | None
     facts: dict[str, Any]
@@ -283,10 +289,12 @@ class PreparedReduced:
 
     def _finish(self, found: Equilibrium) -> Solution:
         fields = self.problem_fields
-        mesh = Recovered(self.rest.static.mesh, fields, found.x)
+        mesh = RecoveredMesh(self.rest.static.mesh, fields, found.x)
         solution = static_result.solution_of(found, mesh.at)
         error = partial(static_error, self.rest.static.problem, fields @ found.x)
-        return replace(solution, notes=static_result.doubts(self.declared, found), mesh=mesh, reduction_error=error)
+        return replace(
+            solution, notes=static_result.uniqueness_warnings(self.declared, found), mesh=mesh, reduction_error=error
+        )
 
     @property
     def problem_fields(self) -> Floats:
@@ -349,13 +357,13 @@ def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: BuildC
     own = replace(case_for(scene, full), analysis=case.analysis)
     static, parts = fem_builder.build_static(full.thing, full, own, workshop)
     mass = fem_builder.mass_of(full.thing, own, static.mesh, parts)
-    rest = Rest(static, sparse.diags(mass).tocsr() if mass.ndim == 1 else mass.tocsr())
+    rest = FullModelAtRest(static, sparse.diags(mass).tocsr() if mass.ndim == 1 else mass.tocsr())
     notes, facts = static.notes, _said(model)
     if isinstance(model, Modal):
         space = partial(modal_space, model, declared, rest)
     else:
-        training = trained(model, declared, own, static.mesh, workshop)
-        outside_of = beyond(training, scene)
+        training = train(model, declared, own, static.mesh, workshop)
+        outside_of = values_outside_training(training, scene)
         notes = (*notes, *extrapolates(declared, outside_of))
         facts |= _said_of(training, outside_of) | {"repeats": repeats(training, scene)}
         space = partial(pod_space, model, declared, rest, training)
@@ -369,7 +377,7 @@ def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: BuildC
             "free to move",
             f"add a support that holds `{own.body.name}`",
         ) from loose
-    return _moving(still, full, own, workshop) if isinstance(own.analysis, Dynamic) else still
+    return _build_dynamics(still, full, own, workshop) if isinstance(own.analysis, Dynamic) else still
 
 
 def _said(model: Modal | Pod) -> dict[str, Any]:
@@ -390,21 +398,21 @@ def _said_of(training: Training, outside_of: list[str]) -> dict[str, Any]:
 def _built(
     model: Modal | Pod,
     declared: Declared,
-    rest: Rest,
+    rest: FullModelAtRest,
     space: Callable[[], Basis],
     facts: dict[str, Any],
     notes: tuple[Diagnostic, ...],
 ) -> PreparedReduced:
     """Build the reduced model, or one with the reason why there are no equations. Raises Fault."""
     try:
-        equations = _sampled(model, rest, _moved(rest, space()))
+        equations = _reduced_equations(model, rest, _make_basis(rest, space()))
     except NotConverged as failed:
         return PreparedReduced(declared, rest, None, None, facts, notes, failed.reason)
     facts = facts | _said_of_equations(equations)
     return PreparedReduced(declared, rest, equations, equations.statics(), facts, notes)
 
 
-def _moved(rest: Rest, basis: Basis) -> Basis:
+def _make_basis(rest: FullModelAtRest, basis: Basis) -> Basis:
     """Return the basis. Raises NotConverged if loads have no effect in it beyond rounding."""
     forces = [gradient_of(load, np.zeros(rest.assembly.dofs)) for load in rest.assembly.loads]
     whole = np.linalg.norm(forces)
@@ -425,7 +433,7 @@ def _said_of_equations(equations: Equations) -> dict[str, Any]:
     return found
 
 
-def _moving(still: PreparedReduced, full: Declared, case: Case, workshop: BuildContext) -> MovingReduced:
+def _build_dynamics(still: PreparedReduced, full: Declared, case: Case, workshop: BuildContext) -> MovingReduced:
     """Build the dynamic analysis in the same space. Raises Fault."""
     whole: Any = fem_builder.prepare(full.thing, full, case, workshop)
     problem, equations = whole.problem, still.equations

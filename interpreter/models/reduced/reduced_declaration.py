@@ -38,9 +38,9 @@ class Reduced(Model):
         found = (
             _not_reducible(scene, declared, case),
             _linear(scene, declared),
-            _driven(declared, case),
-            _bedded(declared, case),
-            _touching(declared, case),
+            _check_imposed_displacements(declared, case),
+            _check_foundations(declared, case),
+            _check_contacts(declared, case),
         )
         return [*(d for d in found if d is not None), *self.turns(declared, case), *self.forgets(declared, case)]
 
@@ -138,7 +138,7 @@ class Pod(Reduced):
         found = super().scene_doubts(scene, declared, case)
         swept = self._no_sweep(scene, declared)
         if swept is None and not found:
-            swept = training_scenes.remeshed(scene, declared)
+            swept = training_scenes.check_same_mesh(scene, declared)
         return found + ([] if swept is None else [swept])
 
     def _training(self, declared: Declared) -> Diagnostic | None:
@@ -229,7 +229,7 @@ def _linear(scene: Scene, declared: Declared) -> Diagnostic | None:
     return diagnostic("E532", declared.at("cells"), problem, "nothing to sample", help)
 
 
-def _bedded(declared: Declared, case: Case) -> Diagnostic | None:
+def _check_foundations(declared: Declared, case: Case) -> Diagnostic | None:
     """Return an error for sampled cells with an elastic foundation, whose springs are not cells."""
     if not case.beds:
         return None
@@ -237,7 +237,7 @@ def _bedded(declared: Declared, case: Case) -> Diagnostic | None:
     return diagnostic("E532", declared.at("of"), problem, "elastic foundation", f"use `{declared.thing.of}` directly")
 
 
-def _touching(declared: Declared, case: Case) -> Diagnostic | None:
+def _check_contacts(declared: Declared, case: Case) -> Diagnostic | None:
     """Return an error for contacts, because the displacement fields are those of a body without contact."""
     if not case.contacts:
         return None
@@ -246,7 +246,7 @@ def _touching(declared: Declared, case: Case) -> Diagnostic | None:
                       "a contact", f"use `{declared.thing.of}` directly")  # fmt: skip
 
 
-def _driven(declared: Declared, case: Case) -> Diagnostic | None:
+def _check_imposed_displacements(declared: Declared, case: Case) -> Diagnostic | None:
     """Return an error for explicit integrators with imposed displacements, whose mass is coupled to all unknowns."""
     analysis = case.analysis
     moved = any(s.thing.tracked is not None or any(s.thing.displacement) for s in case.supports)

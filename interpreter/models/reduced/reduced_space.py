@@ -32,7 +32,7 @@ SMALL = 1e-6  # of the body's size: displacements between which forces are compa
 
 
 @dataclass(frozen=True)
-class Rest:
+class FullModelAtRest:
     """Finite element model about rest: stiffness and mass of free dofs, responses, imposed displacements."""
 
     static: PreparedSolid
@@ -128,7 +128,7 @@ class Basis:
         return self.V if self.lift is None else np.column_stack([self.V, self.lift])
 
 
-def modal_space(model: Modal, declared: Declared, rest: Rest) -> Basis:
+def modal_space(model: Modal, declared: Declared, rest: FullModelAtRest) -> Basis:
     """Return the space of vibration modes, linear responses and modal derivatives. Raises Fault."""
     _few_enough(model.modes, declared, rest)
     omega, modes = vibration_modes(rest.K, rest.M, model.modes)
@@ -137,12 +137,12 @@ def modal_space(model: Modal, declared: Declared, rest: Rest) -> Basis:
     static = np.column_stack(loaded)
     V = orthonormalize(np.column_stack([static, modes]), rest.M)[0]
     if model.derivatives and rest.static.model.strain != "small":
-        V = orthonormalize(np.column_stack([V, _curved(model, rest, static, omega, modes)]), rest.M)[0]
+        V = orthonormalize(np.column_stack([V, _modal_derivatives(model, rest, static, omega, modes)]), rest.M)[0]
     facts = {"frequencies_Hz": (omega / (2 * np.pi)).tolist()[:50]}
     return Basis(rest.placed(V), lift, facts)
 
 
-def _curved(model: Modal, rest: Rest, static: Floats, omega: Floats, modes: Floats) -> Floats:
+def _modal_derivatives(model: Modal, rest: FullModelAtRest, static: Floats, omega: Floats, modes: Floats) -> Floats:
     """Return the principal modal derivatives, as many as modes; modes are scaled to the response to loads."""
     reach = np.sqrt(np.max(np.sum(static * (rest.M @ static), axis=0), initial=0.0)) or 1.0
     sized = modes * reach * (omega[0] / omega) ** 2
@@ -150,7 +150,7 @@ def _curved(model: Modal, rest: Rest, static: Floats, omega: Floats, modes: Floa
     return principal_fields(found, rest.M, model.modes, 0.0).V
 
 
-def pod_space(model: Pod, declared: Declared, rest: Rest, training: Training) -> Basis:
+def pod_space(model: Pod, declared: Declared, rest: FullModelAtRest, training: Training) -> Basis:
     """Return the principal fields of the training states, without imposed displacements.
 
     Raises Fault, and NotConverged if training has failed.
@@ -172,12 +172,12 @@ def pod_space(model: Pod, declared: Declared, rest: Rest, training: Training) ->
     return Basis(W, _lift(rest), facts, states)
 
 
-def _lift(rest: Rest) -> Floats | None:
+def _lift(rest: FullModelAtRest) -> Floats | None:
     target = rest.static.problem.target
     return rest.lift(target) if np.any(target) else None
 
 
-def _few_enough(modes: int, declared: Declared, rest: Rest) -> None:
+def _few_enough(modes: int, declared: Declared, rest: FullModelAtRest) -> None:
     if modes <= len(rest.free):
         return
     raise fault(

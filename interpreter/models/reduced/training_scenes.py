@@ -43,7 +43,7 @@ def scenes(over: str | None, scene: Scene) -> Iterator[Setting]:
         yield Setting(words, other, {name: sweep_expansion.value_of(other, name) for name in names})
 
 
-def remeshed(scene: Scene, declared: Declared) -> Diagnostic | None:
+def check_same_mesh(scene: Scene, declared: Declared) -> Diagnostic | None:
     """Return an error for a sweep that varies the mesh of the reduced model, found without making a mesh."""
     model = declared.thing
     if model.over is None:

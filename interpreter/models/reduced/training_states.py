@@ -14,7 +14,7 @@ from softmark.interpreter.models.fem import fem_builder
 from softmark.interpreter.models.reduced.reduced_declaration import ADVICE
 from softmark.interpreter.models.reduced.training_scenes import scenes
 from softmark.interpreter.models.shared.prepared_model import BuildContext
-from softmark.interpreter.models.spring_network.stiffness_calibration import scaled
+from softmark.interpreter.models.spring_network.stiffness_calibration import scale_case
 from softmark.interpreter.planning.sweep_expansion import value_of
 from softmark.interpreter.problem.body_case import Case, case_for, fault
 from softmark.records import dataclass
@@ -43,14 +43,14 @@ class Training:
     seconds: tuple[float, float]
 
 
-def trained(model: Pod, declared: Declared, case: Case, mesh: Mesh, workshop: BuildContext) -> Training:
+def train(model: Pod, declared: Declared, case: Case, mesh: Mesh, workshop: BuildContext) -> Training:
     """Return the training states of a model, computed once for all models that share them. Raises Fault."""
     scene = scene_of(workshop, declared)
     key: Any = ("training", model.of, model.parts, model.over)
     if key not in workshop.meshes:
-        workshop.meshes[key] = _computed(model, declared, case, mesh, scene, workshop)
-        return known(workshop, key)
-    found = known(workshop, key)
+        workshop.meshes[key] = _compute_training(model, declared, case, mesh, scene, workshop)
+        return stored_training(workshop, key)
+    found = stored_training(workshop, key)
     workshop.borrowed = (
         workshop.borrowed[0] + found.seconds[0],
         workshop.borrowed[1] + found.seconds[1],
@@ -58,7 +58,7 @@ def trained(model: Pod, declared: Declared, case: Case, mesh: Mesh, workshop: Bu
     return found
 
 
-def known(workshop: BuildContext, key: Any) -> Training:
+def stored_training(workshop: BuildContext, key: Any) -> Training:
     """Return the training that a workshop has stored."""
     found: Training = workshop.meshes[key]
     return found
@@ -71,7 +71,9 @@ def scene_of(workshop: BuildContext, declared: Declared) -> Scene:
     return workshop.scene
 
 
-def _computed(model: Pod, declared: Declared, case: Case, mesh: Mesh, scene: Scene, workshop: BuildContext) -> Training:
+def _compute_training(
+    model: Pod, declared: Declared, case: Case, mesh: Mesh, scene: Scene, workshop: BuildContext
+) -> Training:
     wall, cpu = time.perf_counter(), time.process_time()
     states, settings, failed = [], [], []
     ranges: dict[str, list[Any]] = {"load": sorted(set(model.parts))}
@@ -85,7 +87,7 @@ def _computed(model: Pod, declared: Declared, case: Case, mesh: Mesh, scene: Sce
         bench = BuildContext({full.thing.meshed_as(own): mesh}, scene=workshop.scene, measured=workshop.measured)
         for part in dict.fromkeys(model.parts):
             words = f"{100 * part:g} % of the load{setting.words}"
-            static, _ = fem_builder.build_static(full.thing, full, scaled(own, part), bench)
+            static, _ = fem_builder.build_static(full.thing, full, scale_case(own, part), bench)
             try:
                 states.append(equilibrium(static.problem).x)
                 settings.append(words)
@@ -98,26 +100,26 @@ def _computed(model: Pod, declared: Declared, case: Case, mesh: Mesh, scene: Sce
 # ------------------------------------------------------------------ beyond the training
 
 
-def beyond(training: Training, scene: Scene) -> list[str]:
+def values_outside_training(training: Training, scene: Scene) -> list[str]:
     """Return which values of the scene lie outside the range of the training: `load`, or targets of its sweep."""
-    here = _here(training, scene)
-    return [name for name, seen in training.ranges.items() if not _within(here[name], seen)]
+    here = _values_of_scene(training, scene)
+    return [name for name, seen in training.ranges.items() if not _is_in_range(here[name], seen)]
 
 
-def _here(training: Training, scene: Scene) -> dict[str, Any]:
+def _values_of_scene(training: Training, scene: Scene) -> dict[str, Any]:
     """Return the values of the scene for what the training varied."""
     return {name: 1.0 if name == "load" else value_of(scene, name) for name in training.ranges}
 
 
 def repeats(training: Training, scene: Scene) -> bool:
     """Return whether the scene was itself a setting of the training, so that its error only measures reproduction."""
-    here = _here(training, scene)
+    here = _values_of_scene(training, scene)
     return not training.failed and all(
-        any(_within(here[name], [one]) for one in seen) for name, seen in training.ranges.items()
+        any(_is_in_range(here[name], [one]) for one in seen) for name, seen in training.ranges.items()
     )
 
 
-def _within(here: Any, seen: list[Any]) -> bool:
+def _is_in_range(here: Any, seen: list[Any]) -> bool:
     """Return whether a value lies in the range of those seen, by components; a text must be one of them."""
     if isinstance(here, str):
         return here in seen

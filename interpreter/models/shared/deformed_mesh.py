@@ -61,7 +61,7 @@ class MeshData:
 
 
 @dataclass(frozen=True)
-class Deformed(MeshData):
+class DeformedBody(MeshData):
     """Mesh with the displacements of its points."""
 
     displacement: Floats  # (n, 3) m
@@ -89,5 +89,5 @@ def fields_of_motion(mesh: Mesh, times: Floats, u: Floats) -> dict[str, Any]:
         return np.array([place.interpolate(one) for one in u])
 
     some = pick_evenly(len(times), FRAMES)
-    last = Deformed(mesh, u[-1], times[some], u[some])
+    last = DeformedBody(mesh, u[-1], times[some], u[some])
     return {"course": course, "displacement": displacement_of(mesh, u[-1]), "mesh": last}

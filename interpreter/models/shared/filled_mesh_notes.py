@@ -28,7 +28,7 @@ AWAY = 2.0  # tolerances: beyond this distance from the surface a warning is rep
 PER_FACET = np.array([[1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [1, 0, 1], [1, 1, 1]], dtype=float)
 
 
-def facts(shape: Shape, mesh: Mesh | None) -> dict[str, Any]:
+def filled_mesh_report(shape: Shape, mesh: Mesh | None) -> dict[str, Any]:
     """Return the `filled` part of a report, empty for other meshes; cached in the mesh."""
     if not isinstance(mesh, FilledMesh) or mesh.filling is None:
         return {}
@@ -68,7 +68,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
     """Yield warnings if a mesh is far from its surface, or if a public data set was not checked completely."""
     if not isinstance(mesh, FilledMesh) or mesh.filling is None:
         return
-    found, how = facts(case.shape, mesh)["filled"], mesh.filling
+    found, how = filled_mesh_report(case.shape, mesh)["filled"], mesh.filling
     if case.shape.file.startswith("data:"):
         said = repair_warning(case, how.surface), thickness_warning(declared, case, how.surface)
         yield from (d for d in said if d is not None)

@@ -80,7 +80,7 @@ def add_friction_result(
 
 def _nodal_friction(contact: RigidContact, push: Floats, sticks: Bools, slid: Floats, nodes: int) -> dict[str, Floats]:
     """Return the slip and the sticking state at nodes."""
-    from softmark.interpreter.models.postprocessing.contact_results import spread
+    from softmark.interpreter.models.postprocessing.contact_results import nodal_friction_results
 
     def to_nodes(values: Floats) -> Floats:
         """Sum values of contact points at nodes."""
@@ -88,7 +88,7 @@ def _nodal_friction(contact: RigidContact, push: Floats, sticks: Bools, slid: Fl
         np.add.at(found, contact.of, np.abs(contact.shares) * values[:, None])
         return found
 
-    return spread(to_nodes, contact.A, slid, push, np.where(sticks, push, 0.0))
+    return nodal_friction_results(to_nodes, contact.A, slid, push, np.where(sticks, push, 0.0))
 
 
 def resume_contacts(contacts: Mapping[str, Energy], past: Past) -> dict[str, Energy]:

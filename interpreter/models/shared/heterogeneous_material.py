@@ -21,13 +21,13 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.spatial_profiles import Profile
 from softmark.interpreter.models.shared.varying_quadrature import (
+    CellQuadrature,
     CellRule,
     Functions,
-    Resolved,
+    choose_quadrature,
+    constant_functions,
     key_of,
-    of_one,
-    of_stiffness,
-    resolved,
+    stiffness_functions,
 )
 from softmark.interpreter.problem.body_case import Case, Fault, fault
 from softmark.interpreter.problem.field_files import load_field, read_field
@@ -55,7 +55,7 @@ MISSED = 2e-3  # of the integral of a constant: less goes without a warning
 LOST = 1e-6  # of an integral: what a finer rule finds less is rounding, or next to nothing
 
 
-def values(profile: Profile, X: Floats) -> Floats:
+def evaluate_profile(profile: Profile, X: Floats) -> Floats:
     """Return a constant at points X (..., 3), m: (...). Raises Fault if a file that it is read from cannot be used."""
     try:
         found: Floats = profile.values(X.reshape(-1, 3), read_field).reshape(X.shape[:-1])
@@ -120,7 +120,7 @@ def _parts(mesh: Mesh, rule: CellRule | None) -> Integration | None:
     return None if rule is None else rule.integration(mesh)
 
 
-def stiffness_of(case: Case, mesh: Mesh, pressures: bool) -> Resolved | None:
+def stiffness_of(case: Case, mesh: Mesh, pressures: bool) -> CellQuadrature | None:
     """Return how cells integrate the constants in the energy of one material; None if these constants do not vary.
 
     For muscle these are its `tension` or `shortening`: its passive law does not vary.
@@ -131,10 +131,14 @@ def stiffness_of(case: Case, mesh: Mesh, pressures: bool) -> Resolved | None:
         return None
     if getattr(material, "turning", False) or getattr(material, "pulls", False):
         active = next((p for name, p in found.items() if name in ACTIVE), None)
-        return None if active is None else resolved(mesh, of_one(active, values), _rule(mesh), False)
+        return (
+            None
+            if active is None
+            else choose_quadrature(mesh, constant_functions(active, evaluate_profile), _rule(mesh), False)
+        )
     if not any(name in OF_LAWS for name in found):
         return None
-    return resolved(mesh, moduli_of(material, pressures), _rule(mesh), False)
+    return choose_quadrature(mesh, moduli_of(material, pressures), _rule(mesh), False)
 
 
 def moduli_vary(case: Case) -> bool:
@@ -145,14 +149,16 @@ def moduli_vary(case: Case) -> bool:
 
 def moduli_of(material: Any, pressures: bool) -> Functions:
     """Return the functions of the moduli of a material that `stiffness_of` integrates."""
-    return of_stiffness(material.young, material.poisson, pressures, values)
+    return stiffness_functions(material.young, material.poisson, pressures, evaluate_profile)
 
 
-def density_resolved(case: Case, mesh: Mesh) -> Resolved | None:
+def density_resolved(case: Case, mesh: Mesh) -> CellQuadrature | None:
     """Return how cells integrate the density of one material; None if it is a single number."""
     rho = case.material.density
     return (
-        resolved(mesh, of_one(rho, values), mesh.element.mass_quadrature(), True) if isinstance(rho, Profile) else None
+        choose_quadrature(mesh, constant_functions(rho, evaluate_profile), mesh.element.mass_quadrature(), True)
+        if isinstance(rho, Profile)
+        else None
     )
 
 
@@ -169,7 +175,7 @@ def must_be_in_range(case: Case, mesh: Mesh) -> None:
             mesh.points[mesh.cells],
             rule_positions(mesh, _finer_rule(mesh.kind)),
         ):
-            _must_be_allowed(case, profile, values(profile, X), X)
+            _must_be_allowed(case, profile, evaluate_profile(profile, X), X)
 
 
 def _sample_constants(case: Case, X: Floats) -> Any:
@@ -177,7 +183,7 @@ def _sample_constants(case: Case, X: Floats) -> Any:
     new = {}
     for name, profile in profiles(case.material).items():
         if name in OF_LAWS:
-            new[name] = values(profile, X)
+            new[name] = evaluate_profile(profile, X)
             _must_be_allowed(case, profile, new[name], X)
     return with_constants(case.material, new)
 
@@ -213,7 +219,7 @@ def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
         return map_arrays(found, lambda a: np.repeat(a, len(rule[1]), axis=1)) if mesh.element.constant else found
     own = _rule(mesh) if mesh.element.constant else rule
     X = rule_positions(mesh, own)
-    found = with_constants(material, {n: values(p, X) for n, p in profiles(material).items() if n in OF_LAWS})
+    found = with_constants(material, {n: evaluate_profile(p, X) for n, p in profiles(material).items() if n in OF_LAWS})
     if not (mesh.element.constant and found.sampled):
         return found
     mean = average_moduli(found, np.broadcast_to(own[1], X.shape[:2]))
@@ -269,7 +275,7 @@ class Density:
 
     def at(self, X: Floats) -> Floats:
         """Return the density at points X (m, q, 3), m: (m, q), kg/m^3. Raises Fault where the value is not allowed."""
-        found = values(self.profile, X)
+        found = evaluate_profile(self.profile, X)
         _must_be_allowed(self.case, self.profile, found, X)
         return found
 
@@ -327,10 +333,10 @@ def constant_statistics(case: Case, mesh: Mesh, profile: Profile) -> ConstantSta
     """Return the statistics on a mesh of a constant of the material of a case."""
     own, fine = _rule(mesh), _finer_rule(mesh.kind)
     X, w = rule_positions(mesh, fine), integrate_cells(mesh, rule=fine).w
-    c = values(profile, X)
-    coarse = values(profile, rule_positions(mesh, own)) * integrate_cells(mesh, rule=own).w
+    c = evaluate_profile(profile, X)
+    coarse = evaluate_profile(profile, rule_positions(mesh, own)) * integrate_cells(mesh, rule=own).w
     each, total = (c * w).sum(axis=1), float(w.sum())
-    seen = np.concatenate([c, values(profile, mesh.points[mesh.cells])], axis=1)
+    seen = np.concatenate([c, evaluate_profile(profile, mesh.points[mesh.cells])], axis=1)
     low, high = seen.min(axis=1), seen.max(axis=1)
     most, least = (_stiffness_measure(profile, v) for v in (high, low))
     with np.errstate(all="ignore"):
@@ -363,12 +369,12 @@ def constant_statistics(case: Case, mesh: Mesh, profile: Profile) -> ConstantSta
     return replace(found, outside=share, there=there, read=True)
 
 
-def _known_stiffness(case: Case, mesh: Mesh) -> Resolved | None:
+def _known_stiffness(case: Case, mesh: Mesh) -> CellQuadrature | None:
     """Return how cells integrate stiffness, as for a model with pressures if one was built on the mesh."""
     for pressures in (True, False):
         key = key_of(moduli_of(case.material, pressures), _rule(mesh), False) if moduli_vary(case) else None
         if key in mesh.selections:
-            found: Resolved = mesh.selections[key]
+            found: CellQuadrature = mesh.selections[key]
             return found
     return stiffness_of(case, mesh, False)
 
@@ -410,12 +416,12 @@ def cell_means(mesh: Mesh, each: Sequence[Part]) -> dict[str, Floats]:
         for name, known in found.items():
             constant = getattr(own.case.material, name)
             if isinstance(constant, Profile):
-                constant = (values(constant, rule_positions(own.mesh, rule)) * w).sum(axis=1) / w.sum(axis=1)
+                constant = (evaluate_profile(constant, rule_positions(own.mesh, rule)) * w).sum(axis=1) / w.sum(axis=1)
             known[own.which] = constant
     return found
 
 
-def facts(case: Case, mesh: Mesh, parts: Parts) -> dict[str, Any]:
+def varying_constants_report(case: Case, mesh: Mesh, parts: Parts) -> dict[str, Any]:
     """Return the `graded` part of a report."""
     return {
         "graded": {
@@ -424,7 +430,7 @@ def facts(case: Case, mesh: Mesh, parts: Parts) -> dict[str, Any]:
     }
 
 
-def _locks(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnostic]:
+def _warn_of_locking(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnostic]:
     """Yield a warning if the element locks at the largest Poisson's ratio of its cells, unless reported earlier."""
     before, known = (
         declared.thing.locking(declared, replace(case, other_material=replace(case.typical[0], poisson=nu), parts=()))
@@ -468,7 +474,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh, parts: Parts) -> Iterator[
                 "of the field, and the position of the body",
             )  # fmt: skip
         if profile.name == "poisson":
-            yield from _locks(declared, case, spread.most)
+            yield from _warn_of_locking(declared, case, spread.most)
         if spread.lost > MISSED:
             yield diagnostic(
                 "W402", declared.at("size" if declared.thing.own_mesh is None else "mesh"),

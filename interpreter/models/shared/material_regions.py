@@ -143,17 +143,17 @@ def representative_materials(case: Case, mesh: Mesh | None) -> tuple[Any, ...]:
     return heterogeneous_material.representative_materials(case, mesh, partial(_regions_of_elements, case, mesh))
 
 
-def facts(case: Case, mesh: Mesh | None) -> dict[str, Any]:
+def material_report(case: Case, mesh: Mesh | None) -> dict[str, Any]:
     """Return the report of parts and of varying constants on a mesh; empty for a homogeneous body."""
     found: dict[str, Any] = {}
     if case.parts and mesh is not None:
         from softmark.interpreter.models.shared import region_cells
 
-        found |= region_cells.facts(case, mesh)
+        found |= region_cells.region_report(case, mesh)
     if not case.uniform and mesh is not None:
         from softmark.interpreter.models.shared import heterogeneous_material
 
-        found |= heterogeneous_material.facts(case, mesh, partial(_regions_of_elements, case, mesh))
+        found |= heterogeneous_material.varying_constants_report(case, mesh, partial(_regions_of_elements, case, mesh))
     return found
 
 

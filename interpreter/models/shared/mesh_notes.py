@@ -25,7 +25,7 @@ LOST_VOLUME = 0.05  # share of the body's volume that a mesh may miss without a 
 SLIVER = 1e-3  # quality below which a cell of a file is named
 
 
-def with_quality(mesh: Mesh, model: Fem, declared: Declared) -> Mesh:
+def distort_to_quality(mesh: Mesh, model: Fem, declared: Declared) -> Mesh:
     """Return the mesh with nodes moved until its worst cell has the quality that the model requests. Raises Fault."""
     if model.quality is None:
         return mesh

@@ -32,7 +32,7 @@ def disturbance_of(case: Case) -> Disturbance | None:
     return None if kind == "none" else Disturbance(kind, analysis.amount, analysis.seed)
 
 
-def doubts(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+def check_perturbed_start(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
     """Return errors for a perturbed start of a model."""
     known = disturbance_of(case)
     if known is None:

@@ -195,7 +195,7 @@ def _must_be_disjoint(case: Case, mesh: Mesh) -> None:
 # ------------------------------------------------------------------ what is said of it
 
 
-def facts(case: Case, mesh: Mesh) -> dict[str, Any]:
+def region_report(case: Case, mesh: Mesh) -> dict[str, Any]:
     """Return the `regions` part of a report."""
     found = {}
     for part, own in zip(case.parts, materials_of_cells(case, mesh).taken, strict=True):

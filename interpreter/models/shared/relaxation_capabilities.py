@@ -50,7 +50,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
                          f"write {TIMED}, or use only the elastic law")  # fmt: skip
     else:
         yield from _incompatible_options(model, declared, case)
-        yield from (_of_solid if model.mesh_key() is not None else _of_beam)(model, declared, case)
+        yield from (_check_solid if model.mesh_key() is not None else _check_beam)(model, declared, case)
         yield from _steps(case)
 
 
@@ -86,22 +86,22 @@ def _incompatible_options(model: Any, declared: Declared, case: Case) -> Iterato
         )
 
 
-def _of_whom(declared: Declared, case: Case) -> tuple[Location, str]:
+def _material_owner(declared: Declared, case: Case) -> tuple[Location, str]:
     """Return where the material of a model is declared, and the name of its owner: the model, or else the body."""
     if getattr(declared.thing, "material", None) is not None:
         return declared.at("material"), declared.name
     return case.body.at("material"), case.body.name
 
 
-def _of_beam(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _check_beam(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors for a viscoelastic beam."""
     if not case.uniform:
-        at, named = _of_whom(declared, case)
+        at, named = _material_owner(declared, case)
         yield diagnostic("E362", at, f"`{named}` is viscoelastic with varying constants",
                          "cannot be combined", "use constants that do not vary")  # fmt: skip
 
 
-def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _check_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors for a viscoelastic solid."""
     if case.planar == "plane_stress":
         yield diagnostic(
@@ -113,7 +113,7 @@ def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic
         )
         return
     if not case.uniform:
-        at, named = _of_whom(declared, case)
+        at, named = _material_owner(declared, case)
         yield diagnostic(
             "E362",
             at,
@@ -124,15 +124,15 @@ def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic
         return
     for material in case.materials:
         if isinstance(material, Viscous):
-            yield from _of_law(model, declared, case, material)
+            yield from _check_law(model, declared, case, material)
 
 
-def _of_law(model: Any, declared: Declared, case: Case, material: Viscous) -> Iterator[Diagnostic]:
+def _check_law(model: Any, declared: Declared, case: Case, material: Viscous) -> Iterator[Diagnostic]:
     """Yield errors for a law without the relaxing part, or a strain measure in which that part is not defined."""
     from softmark.solvers.materials.viscoelastic_increment import relaxing_part
 
     if material.of == "whole" and model.formulation != "displacement":
-        whose = _of_whom(declared, case)[1]
+        whose = _material_owner(declared, case)[1]
         yield diagnostic("E362", declared.at("formulation"), f"all stress of `{whose}` relaxes (`of = "
                                                              f"whole`), but the pressures of `{declared.name}` "
                                                              "cannot relax", "not with `of = whole`",
@@ -140,7 +140,7 @@ def _of_law(model: Any, declared: Declared, case: Case, material: Viscous) -> It
     elif (
         model.strain == "finite" and material.law.finite_law() is not None and relaxing_part(material, "finite") is None
     ):
-        at, named = _of_whom(declared, case)
+        at, named = _material_owner(declared, case)
         yield diagnostic(
             "E362",
             at,

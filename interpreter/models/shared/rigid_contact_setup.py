@@ -47,7 +47,7 @@ def contacts_on(case: Case, mesh: Mesh) -> dict[str, RigidContact]:
     Raises Fault if a contact has no surface, shares facets with another, or overlaps at the start.
     """
     _must_be_once(case, mesh)
-    return {touch.name: _touching(case, touch, mesh) for touch in case.contacts}
+    return {touch.name: _contact_energy(case, touch, mesh) for touch in case.contacts}
 
 
 def _must_be_once(case: Case, mesh: Mesh) -> None:
@@ -151,7 +151,7 @@ def _force_of(action: object, case: Case, mesh: Mesh, volume: float) -> float:
     return 0.0
 
 
-def _touching(case: Case, touch: Touch, mesh: Mesh) -> RigidContact:
+def _contact_energy(case: Case, touch: Touch, mesh: Mesh) -> RigidContact:
     """Return the energy of one contact, with friction if declared."""
     gap = gap_of(touch.rigid.thing.shape)
     assert gap is not None  # refused when the scene is checked
@@ -163,7 +163,7 @@ def _touching(case: Case, touch: Touch, mesh: Mesh) -> RigidContact:
     nodes, areas = nodes[~still[nodes]], areas[~still[nodes]]
     barrier, posed = barrier_of(case, touch, mesh), PrescribedPosition(gap, touch)
     made = RigidContact(nodes, mesh.points[nodes], areas, barrier, posed, bool(case.planar), facets=facets)
-    made = replace(made, skin=_skin(case, mesh))
+    made = replace(made, skin=_crossable_surface(case, mesh))
     if steps := inner_steps(case, touch, mesh.points, facets):
         from softmark.solvers.contact.facet_contact_points import add_points_inside_facets
 
@@ -178,11 +178,11 @@ def _touching(case: Case, touch: Touch, mesh: Mesh) -> RigidContact:
         from softmark.solvers.contact.rigid_friction import add_friction
 
         made = add_friction(made, touch.thing.friction, posed.pose)
-    _must_be_apart(case, touch, made)
+    _check_initial_overlap(case, touch, made)
     return made
 
 
-def _skin(case: Case, mesh: Mesh) -> SurfaceTriangles:
+def _crossable_surface(case: Case, mesh: Mesh) -> SurfaceTriangles:
     """Return the surface through which a rigid body may enter or leave the body."""
     facets = np.asarray(mesh.facets)
     return surface_triangles(
@@ -231,14 +231,14 @@ def _must_meet_the_plane(case: Case, touch: Touch, gap: Gap) -> None:
     points = getattr(gap, "points", None)
     if points is None:
         return
-    from softmark.interpreter.problem.plane_of_contact import missed_plane_error
+    from softmark.interpreter.problem.out_of_plane_contact import missed_plane_error
 
     missed = missed_plane_error(touch.rigid, case.body, float(points[:, 2].min()), float(points[:, 2].max()))
     if missed is not None:
         raise Fault(missed)
 
 
-def _must_be_apart(case: Case, touch: Touch, made: RigidContact) -> None:
+def _check_initial_overlap(case: Case, touch: Touch, made: RigidContact) -> None:
     """Raise Fault if a rigid body overlaps the body at the start."""
     rest, start = np.zeros(int(made.stencils.max()) + 1), made.at(0.0)
     g = start.gaps(rest)
@@ -284,19 +284,19 @@ def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
 
 def _fully_held_nodes(case: Case, mesh: Mesh) -> Bools:
     """Return which nodes (n,) supports hold in all components; a rigid body may lie on them, because neither moves."""
-    from softmark.interpreter.models.shared.support_constraints import selected
+    from softmark.interpreter.models.shared.support_constraints import selected_nodes
 
     held: Bools = np.zeros((len(mesh.points), 3), dtype=np.bool_)
     for support in case.supports:
-        held[:, list(support.thing.components)] |= selected(case, support, mesh)[:, None]
+        held[:, list(support.thing.components)] |= selected_nodes(case, support, mesh)[:, None]
     return np.asarray(held.all(axis=1), dtype=np.bool_)
 
 
 def _supported_nodes(case: Case, mesh: Mesh) -> Bools:
     """Return which nodes (n,) named supports hold; a facet with only such nodes is not in contact."""
-    from softmark.interpreter.models.shared.support_constraints import selected
+    from softmark.interpreter.models.shared.support_constraints import selected_nodes
 
     found: Bools = np.zeros(len(mesh.points), dtype=np.bool_)
     for support in case.named_supports:
-        found |= selected(case, support, mesh)
+        found |= selected_nodes(case, support, mesh)
     return found

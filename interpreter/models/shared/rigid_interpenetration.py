@@ -27,7 +27,7 @@ DEEP = 0.01  # of the largest side of that: what is less is a touch
 
 
 @dataclass(frozen=True)
-class Thing:
+class MovingRigidBody:
     """Rigid body with its motion: `states` (t, 18) of a free body, or the `amplitude` of a prescribed one."""
 
     touch: Touch
@@ -64,13 +64,13 @@ def interpenetration_warnings(
     for name, (touch, amplitude) in touches.items():
         gap = gap_of(touch.rigid.thing.shape)
         assert gap is not None  # refused when the scene is checked
-        things.append(Thing(touch, gap, amplitude, states[:, names.index(name)] if name in names else None))
+        things.append(MovingRigidBody(touch, gap, amplitude, states[:, names.index(name)] if name in names else None))
     each = sorted(things, key=lambda thing: thing.states is None)  # free ones first
-    found = (_met(one, other, times) for one, other in combinations(each, 2) if one.states is not None)
+    found = (_overlap_warning(one, other, times) for one, other in combinations(each, 2) if one.states is not None)
     return tuple(said for said in found if said is not None)
 
 
-def _met(one: Thing, other: Thing, times: Floats) -> Diagnostic | None:
+def _overlap_warning(one: MovingRigidBody, other: MovingRigidBody, times: Floats) -> Diagnostic | None:
     """Return a warning if a free body and another body overlap at any time."""
     if (bounds := one.touch.rigid.thing.shape.bounds) is None:
         return None

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.energies.energy import Floats, Ints
-    from softmark.solvers.statics.winding import CellChain
+    from softmark.solvers.statics.winding_number import CellChain
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
@@ -84,13 +84,13 @@ def rotation_path(owners: Mapping[int, Declared], held: Ints, points: Floats, pe
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors if a rotation cannot be followed in load steps from rest."""
     for support in case.supports:
-        if support.thing.turns and (why := _why(model, case)):
+        if support.thing.turns and (why := _unsupported_reason(model, case)):
             yield diagnostic("E519", support.at(), f"`{declared.name}` does not support the rotation `{support.name}`: "
                                                    f"{why[0]}",
                              "needs load steps from rest", why[1])  # fmt: skip
 
 
-def _why(model: Any, case: Case) -> tuple[str, str] | None:
+def _unsupported_reason(model: Any, case: Case) -> tuple[str, str] | None:
     """Return the reason and the remedy; None if the rotation is supported."""
     analysis = case.analysis
     if model.reduces is not None:

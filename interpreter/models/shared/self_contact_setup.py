@@ -36,12 +36,15 @@ CLOSE = 1e-8  # of the size: surfaces that are nearer touch
 
 def pairs_on(case: Case, mesh: Mesh) -> dict[str, Any]:
     """Return the energy of every self-contact and every tie, by name. Raises Fault."""
-    return {p.name: (_tied if isinstance(p.thing, TiedWord) else _colliding)(case, p, mesh) for p in case.pairs}
+    return {
+        p.name: (_tie_energy if isinstance(p.thing, TiedWord) else _friction_contact_energy)(case, p, mesh)
+        for p in case.pairs
+    }
 
 
-def _colliding(case: Case, pair: Declared, mesh: Mesh) -> Energy:
+def _friction_contact_energy(case: Case, pair: Declared, mesh: Mesh) -> Energy:
     """Return the energy of one self-contact, with friction if declared."""
-    pressing = _pressing(case, pair, mesh)
+    pressing = _barrier_energy(case, pair, mesh)
     if not pair.thing.friction:
         return pressing
     from softmark.solvers.contact.deformable_friction import DeformableFriction
@@ -49,7 +52,7 @@ def _colliding(case: Case, pair: Declared, mesh: Mesh) -> Energy:
     return DeformableFriction(pressing, pair.thing.friction)
 
 
-def _pressing(case: Case, pair: Declared, mesh: Mesh) -> IpcContact:
+def _barrier_energy(case: Case, pair: Declared, mesh: Mesh) -> IpcContact:
     """Return the barrier energy of one self-contact. Raises Fault if its surfaces overlap at the start."""
     _must_be_installed(pair)
     said, several = pair.thing, int(number_mesh_pieces(mesh).max()) > 0
@@ -115,7 +118,7 @@ def _must_be_installed(pair: Declared) -> None:
         ) from error
 
 
-def _tied(case: Case, pair: Declared, mesh: Mesh) -> TieConstraint:
+def _tie_energy(case: Case, pair: Declared, mesh: Mesh) -> TieConstraint:
     """Return the energy of one tie. Raises Fault if it joins no surfaces."""
     said, of = pair.thing, number_mesh_pieces(mesh)
     which = _facets(case, pair, mesh)

@@ -194,9 +194,9 @@ class PreparedMotion:
         notes = (
             *_events(self.declared, track),
             *self_intersections.intersection_warnings(self.declared, facts),
-            *_unbalanced(self.declared, self.analysis, track),
+            *_energy_warning(self.declared, self.analysis, track),
             *_dissipation_warning(self.declared, track, self.problem),
-            *_unresolved(self.declared, self.analysis, found),
+            *_time_step_warning(self.declared, self.analysis, found),
         )
         facts |= {} if found is None else {"resolution": found.facts}
         status: Status = "capped" if missed else "converged"
@@ -334,7 +334,7 @@ def _friction_report(track: Trajectory, names: Sequence[str]) -> dict[str, Any]:
                          for n, seen in each.items()}}  # fmt: skip
 
 
-def _unbalanced(declared: Declared, analysis: Dynamic, track: Trajectory) -> tuple[Diagnostic, ...]:
+def _energy_warning(declared: Declared, analysis: Dynamic, track: Trajectory) -> tuple[Diagnostic, ...]:
     """Return a warning if energy appears without a source, or if numerical damping has removed most of it."""
     found, at = track.balance, declared.at()
     if found.gained:
@@ -372,7 +372,7 @@ def _dissipation_warning(declared: Declared, track: Trajectory, problem: Dynamic
     yield from dissipation_warnings(declared, np.array(problem.remembering.losses), moved, problem.remembering.unknown)
 
 
-def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None) -> tuple[Diagnostic, ...]:
+def _time_step_warning(declared: Declared, analysis: Dynamic, found: Resolution | None) -> tuple[Diagnostic, ...]:
     """Return a warning if the time step is too long for the slowest vibration that loads excite."""
     if found is None or not found.doubtful:
         return ()
@@ -422,7 +422,7 @@ def integrator_of(analysis: Dynamic) -> Integrator:
     return made
 
 
-def in_motion(
+def build_solid_dynamics(
     static: Prepared,
     declared: Declared,
     case: Case,

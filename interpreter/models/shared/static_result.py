@@ -23,7 +23,7 @@ CRITERIA = {
 }
 
 
-def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
+def uniqueness_warnings(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
     """Return warnings about an equilibrium that may not be unique."""
     at = declared.at()
     if found.facts.get("recovery", {}).get("elsewhere"):
@@ -84,13 +84,13 @@ def solve_static(
     try:
         found = find()
     except NotConverged as failure:
-        known = facts(failure.history, None, 0) | failure.facts
+        known = solver_report(failure.history, None, 0) | failure.facts
         loose = "" if failure.loose is None or words is None else f"; {words(failure.loose)}"
         return Solution("not_converged", f"{failure.reason}{loose}; {remedy}", known)
     return finish(found)
 
 
-def unresisted(X: Floats, d: Floats) -> str:
+def describe_free_motion(X: Floats, d: Floats) -> str:
     """Describe a motion d (n, 3) of points X (n, 3), m, that nothing resists."""
     size = np.linalg.norm(d, axis=1)
     moving = np.flatnonzero(size > 0.5 * size.max())
@@ -99,7 +99,7 @@ def unresisted(X: Floats, d: Floats) -> str:
     return f"no stiffness against a motion of {len(moving)} of its {len(X)} nodes, at {first}{more}"
 
 
-def facts(history: tuple[Iteration, ...], residual: float | None, steps: int) -> dict[str, object]:
+def solver_report(history: tuple[Iteration, ...], residual: float | None, steps: int) -> dict[str, object]:
     """Return the `solve` part of a report."""
     shown = [
         {"phase": i.phase, "load": i.load, "residual": _number(i.residual), "length": i.length} for i in history[-200:]
@@ -119,7 +119,7 @@ def _number(value: float) -> float | None:
 
 def solution_of(state: Equilibrium, displacement: Callable[[Floats], Floats]) -> Solution:
     """Return the solution of an equilibrium that met its tolerance, or that a cap stopped."""
-    known = facts(state.history, state.residual, state.load_steps)
+    known = solver_report(state.history, state.residual, state.load_steps)
     known["criterion"] = CRITERIA[state.criterion]
     known["stable"] = state.stable
     known["linear_solver"] = state.linear_solver

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.models.shared.varying_quadrature import ENOUGH, Functions, Resolved
+from softmark.interpreter.models.shared.varying_quadrature import ENOUGH, CellQuadrature, Functions
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.mesh.adaptive_quadrature import family_of
@@ -59,7 +59,7 @@ class Moduli:
     spread: Floats
 
 
-def softness(mesh: Mesh, functions: Functions, seen: Resolved) -> Softness:
+def softness(mesh: Mesh, functions: Functions, seen: CellQuadrature) -> Softness:
     """Return by how much harmonic means of the modulus along lines are below arithmetic ones; cached in the mesh."""
     key = softness, functions.profiles, functions.kept
     if key not in mesh.selections:
@@ -68,7 +68,7 @@ def softness(mesh: Mesh, functions: Functions, seen: Resolved) -> Softness:
     return found
 
 
-def _softness(mesh: Mesh, functions: Functions, seen: Resolved) -> Softness:
+def _softness(mesh: Mesh, functions: Functions, seen: CellQuadrature) -> Softness:
     special = np.zeros(len(mesh.cells), dtype=bool) if seen.rule is None else seen.rule.special
     rng = np.random.default_rng(len(mesh.cells))
     every = np.flatnonzero(special)
@@ -80,7 +80,7 @@ def _softness(mesh: Mesh, functions: Functions, seen: Resolved) -> Softness:
         weight = np.cumsum(np.abs(fine.values[0, own]) * fine.w[own])
         places = fine.xi[own][np.searchsorted(weight, rng.uniform(0.0, weight[-1], LINES)).clip(max=len(weight) - 1)]
         for axis, way in enumerate(local[row]):
-            loss[row, axis] = _along(mesh, functions, cell, places, way, fine.xi[own, axis])
+            loss[row, axis] = _line_mean_deficit(mesh, functions, cell, places, way, fine.xi[own, axis])
     return Softness(cells, loss, ways, len(every) / max(1, len(cells)))
 
 
@@ -98,7 +98,9 @@ def _axes(mesh: Mesh, cells: Ints) -> tuple[Floats, Floats]:
     return np.linalg.inv(J).swapaxes(1, 2), np.broadcast_to(np.eye(3), J.shape)
 
 
-def _along(mesh: Mesh, functions: Functions, cell: int, places: Floats, way: Floats, known: Floats) -> float:
+def _line_mean_deficit(
+    mesh: Mesh, functions: Functions, cell: int, places: Floats, way: Floats, known: Floats
+) -> float:
     """Return 1 minus the mean ratio of harmonic to arithmetic mean along lines through local points (k, 3)."""
     sides, limits = SIDES[family_of(mesh.element)]
     with np.errstate(all="ignore"):
@@ -151,7 +153,7 @@ def pressure_energies(mesh: Mesh, u: Floats, p: Floats | None, moduli: Moduli) -
     soft = moduli.compliance
     with np.errstate(all="ignore"):
         each = theta / soft if p is None else p.mean(axis=1)
-        mean = soft if p is None or p.shape[1] == 1 else _around(mesh, soft)
+        mean = soft if p is None or p.shape[1] == 1 else _neighbourhood_means(mesh, soft)
         stiff = np.where(soft > 0.0, moduli.spread / soft, 0.0)  # the arithmetic mean of K, Pa
     ways = (each * mean, theta)
     left = [np.where(soft > 0.0, V * (stiff * t**2 - 2.0 * t * each + each**2 * soft), 0.0) for t in ways]
@@ -160,7 +162,7 @@ def pressure_energies(mesh: Mesh, u: Floats, p: Floats | None, moduli: Moduli) -
     return min((1.0 + 4.0 * ENOUGH) * by_p, by_theta), float(energy.sum())  # p^2 has the miss of its own points
 
 
-def _around(mesh: Mesh, c: Floats) -> Floats:
+def _neighbourhood_means(mesh: Mesh, c: Floats) -> Floats:
     """Return means (m,) over each cell and its neighbours, because continuous pressures average over these."""
     corners, V = mesh.cells[:, : mesh.element.corners], mesh.volumes
     each, whole = (

@@ -11,7 +11,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.shared.heterogeneous_material import Part, moduli_of, moduli_vary, stiffness_of
 from softmark.interpreter.models.shared.stiffness_bounds import ALL, Moduli, energies, pressure_energies, softness
-from softmark.interpreter.models.shared.varying_quadrature import Resolved
+from softmark.interpreter.models.shared.varying_quadrature import CellQuadrature
 from softmark.solvers.energies.energy import Floats
 
 SOFTER = 0.01  # of the stiffness of a body: less goes without a warning
@@ -53,7 +53,7 @@ def stiffer_by(u: Floats, parts: Iterable[Part], p: Floats | None) -> float:
     return lost / total if total > 0.0 else 0.0
 
 
-def _means(own: Part, seen: Resolved | None) -> Moduli | None:
+def _means(own: Part, seen: CellQuadrature | None) -> Moduli | None:
     """Return the mean moduli of the cells of one material; None if it has no Young's modulus."""
     young, nu = (getattr(own.case.material, name, None) for name in ("young", "poisson"))
     ones = np.ones(len(own.mesh.cells))

@@ -20,13 +20,13 @@ from softmark.solvers.energies.energy import Floats, Ints
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.rotating_supports import RotationPath
     from softmark.solvers.mesh.mesh import Mesh
-    from softmark.solvers.statics.winding import CellChain
+    from softmark.solvers.statics.winding_number import CellChain
 
 
 SAME = 1e-12  # relative difference of imposed values that rounding may make
 
 
-def selected(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
+def selected_nodes(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
     """Return which nodes of a mesh (n,) a support holds; with `case.wide`, all of cut cells. Raises Fault if none."""
     from softmark.interpreter.models.shared.support_selection import (
         select_support,
@@ -125,18 +125,18 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
 
 def _chains(case: Case, mesh: Mesh) -> tuple[CellChain, ...]:
     """Return chains of cells between supports that hold rotations: rotating ones, and full clamps."""
-    from softmark.solvers.statics.winding import RotationSupport, find_cell_chains
+    from softmark.solvers.statics.winding_number import RotationSupport, find_cell_chains
 
     holds = range(2 if case.planar else 3)
     grips = [
-        RotationSupport(np.nonzero(selected(case, support, mesh))[0], support.thing.rotation)
+        RotationSupport(np.nonzero(selected_nodes(case, support, mesh))[0], support.thing.rotation)
         for support in case.supports
         if support.thing.turns or (support.thing.tracked is None and set(holds) <= set(support.thing.components))
     ]
     return find_cell_chains(mesh.points, mesh.cells, grips)
 
 
-def held_of(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> Constraints:
+def build_constraints(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> Constraints:
     """Return the constraints of a body on a mesh. Raises Fault."""
     return _solid_held(case, mesh, measured, 1.0)
 
@@ -146,7 +146,9 @@ def left_free(held: Constraints, piece: NDArray[np.bool_], more: list[Floats]) -
 
     Supports and `more` constraint rows (r, 6) about the same centre restrict them.
     """
-    return free_motions(_scaled(np.concatenate([held.of(piece), *more]), held.extent), held.centre, held.extent)
+    return free_motions(
+        _scale_rotations(np.concatenate([held.of(piece), *more]), held.extent), held.centre, held.extent
+    )
 
 
 def held_values(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> dict[int, tuple[float, Declared]]:
@@ -165,7 +167,7 @@ def _solid_held(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: floa
         for own, seen in foundation_setup.constraint_rows(case, mesh, held.centre):
             held.see(own, seen)
     for support in case.supports:
-        nodes = np.nonzero(selected(case, support, mesh))[0]
+        nodes = np.nonzero(selected_nodes(case, support, mesh))[0]
         must_lie_in_plane(case, support, mesh, nodes)
         rows = point_rows(mesh.points[nodes] - held.centre, support.thing.components)
         held.see(np.repeat(nodes, len(support.thing.components)), rows)
@@ -182,7 +184,7 @@ def join_motions(words: list[str]) -> str:
     return " and to ".join((", to ".join(words[:-1]), words[-1])) if len(words) > 1 else words[0]
 
 
-def _scaled(rows: Floats, extent: float) -> Floats:
+def _scale_rotations(rows: Floats, extent: float) -> Floats:
     """Return constraint rows with rotations in units of 1 / extent."""
     scaled: Floats = rows / extent ** np.array([0, 0, 0, 1, 1, 1])
     return scaled
@@ -191,12 +193,12 @@ def _scaled(rows: Floats, extent: float) -> Floats:
 def displacements(support: Declared, X: Floats, measured: Mapping[str, Any], share: float = 1.0) -> Floats:
     """Return the displacements (n, 3), m, that a support imposes on points X (n, 3) at a share. Raises Fault."""
     if support.thing.tracked is not None:
-        return share * _followed(support, X, measured)
+        return share * _tracked_displacements(support, X, measured)
     moved: Floats = support.thing.moved(X, share)
     return moved
 
 
-def _followed(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floats:
+def _tracked_displacements(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floats:
     """Return displacements (n, 3) of tracked points near X, by thin plate splines. Raises Fault."""
     from scipy.interpolate import RBFInterpolator
     from scipy.spatial import cKDTree
@@ -261,7 +263,7 @@ def _others(along: str) -> str:
 
 def must_be_held(case: Case, rows: Floats, centre: Floats, extent: float) -> None:
     """Raise Fault if the supports leave a rigid motion free."""
-    motions = free_motions(_scaled(rows, extent), centre, extent)
+    motions = free_motions(_scale_rotations(rows, extent), centre, extent)
     if not motions:
         return
     raise unsupported_fault(case, "it", motions)

@@ -18,7 +18,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.coordinate_conditions import Border, Condition
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.group_conditions import (
+from softmark.interpreter.problem.mesh_group_conditions import (
     cell_membership,
     facet_membership,
     node_membership,
@@ -38,7 +38,7 @@ from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.simplex_clipping import Pieces
 
 if TYPE_CHECKING:
-    from softmark.interpreter.problem.group_conditions import Members
+    from softmark.interpreter.problem.mesh_group_conditions import Members
     from softmark.solvers.mesh.mesh import Mesh
 
 SMALL = 1e-6  # of the body: a selection with less volume, or area, has none
@@ -154,7 +154,9 @@ def _found(condition: Condition, mesh: Mesh) -> SupportSelection:
         looked = [(edges, fractions(condition, edges, mesh))]
     for kind, f in looked:
         wide[np.unique(kind.nodes[f > SMALL])] = True
-    shares = [_share(kind, f, nodes) for kind, f in looked if float(f @ kind.sizes) > SMALL * kind.sizes.sum()]
+    shares = [
+        _spanned_fraction(kind, f, nodes) for kind, f in looked if float(f @ kind.sizes) > SMALL * kind.sizes.sum()
+    ]
     held = min((held for held, _ in shares), default=1.0)
     return SupportSelection(
         nodes, wide | nodes, held, max((beyond for _, beyond in shares), default=0.0), _layer(*looked[0], nodes)
@@ -185,7 +187,7 @@ def _layer(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float] | None:
     return (share, float(kind.sizes[spanned].sum()) / total) if thin else None
 
 
-def _share(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float]:
+def _spanned_fraction(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float]:
     """Return the part of selected fractions f (m,) that nodes span, and what they span beyond the border."""
     chosen, spanned = f * kind.sizes, nodes[kind.nodes].all(axis=1)
     total = float(chosen.sum())
@@ -247,7 +249,7 @@ def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
     number = np.repeat(np.arange(len(kind.nodes)), kind.simplices.shape[1])
     corners = kind.simplices.reshape(-1, kind.simplices.shape[2])
     crossed = np.zeros(len(kind.nodes), dtype=np.bool_)
-    followed = _followed(condition, kind, mesh)
+    followed = _border_following_fractions(condition, kind, mesh)
     beside = np.arange(len(corners))
     if not all(border.plane for border in condition.borders):
         beside = np.flatnonzero(undecided_simplices(condition, mesh.points[corners], mesh.extent))
@@ -268,7 +270,7 @@ def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
     return np.where(np.isnan(followed), found, followed)
 
 
-def _followed(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
+def _border_following_fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
     """Return selected fractions (m,) of curved cells with a whole face on the border and nothing beyond it; else nan.
 
     The part of such a cell beyond the border is thin: its volume is the integral of its depth over the face.
@@ -286,12 +288,15 @@ def _followed(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
         inside = selected_points(condition, mesh.points[kind.nodes[cells]].mean(axis=1), mesh.extent)
         at, side = np.nonzero(on[cells])
         faces = kind.nodes[cells[at][:, None], sides[side]]
-        share = np.bincount(at, _beyond(border, mesh.points[faces], mesh), minlength=len(cells)) / kind.sizes[cells]
+        share = (
+            np.bincount(at, _volume_beyond_border(border, mesh.points[faces], mesh), minlength=len(cells))
+            / kind.sizes[cells]
+        )
         found[cells] = np.where(inside, 1.0 - share, share)
     return found
 
 
-def _beyond(border: Border, faces: Floats, mesh: Mesh) -> Floats:
+def _volume_beyond_border(border: Border, faces: Floats, mesh: Mesh) -> Floats:
     """Return the volume (f,), m^3, between outward faces with nodes (f, k, 3) and a border on their inner side."""
     facet = mesh.element.facet
     xi, w = facet.quadrature()

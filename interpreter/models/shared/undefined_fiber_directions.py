@@ -58,12 +58,14 @@ def undefined_directions(rule: DirectionProfile, mesh: Mesh, axial: bool) -> Und
     key: Any = (undefined_directions, rule)
     if key not in mesh.selections:
         sampled = any(part.fields for part in rule.components)
-        mesh.selections[key] = _sampled(rule, mesh) if sampled else _by_intervals(rule, mesh, axial)
+        mesh.selections[key] = (
+            _undefined_volume_by_samples(rule, mesh) if sampled else _undefined_volume_by_intervals(rule, mesh, axial)
+        )
     found: UndefinedDirections | None = mesh.selections[key]
     return found
 
 
-def _by_intervals(rule: DirectionProfile, mesh: Mesh, axial: bool) -> UndefinedDirections | None:
+def _undefined_volume_by_intervals(rule: DirectionProfile, mesh: Mesh, axial: bool) -> UndefinedDirections | None:
     """Return the volume without a direction by interval arithmetic on subdivided cells."""
     element = mesh.element
     volumes = np.abs(mesh.volumes)
@@ -74,7 +76,7 @@ def _by_intervals(rule: DirectionProfile, mesh: Mesh, axial: bool) -> UndefinedD
     which, without, places = np.arange(len(mesh.cells)), 0.0, np.empty((0, 3))
     for depth in range(DEEP + 1):
         X = _positions(mesh, which, corners)
-        each = _enclosed(rule, X, element.order > 1)
+        each = _direction_bounds(rule, X, element.order > 1)
         sound = np.any([one.sound for one in each], axis=0) & ~np.any([one.may for one in each], axis=0)
         none = np.all([one.zero for one in each], axis=0) | np.any([one.none for one in each], axis=0)
         if none.any():
@@ -89,7 +91,7 @@ def _by_intervals(rule: DirectionProfile, mesh: Mesh, axial: bool) -> UndefinedD
         which = np.repeat(which, len(share))
     if len(which):
         X = _positions(mesh, which, corners)
-        odd = ~_alike(rule, X)
+        odd = ~_are_nearly_parallel(rule, X)
         which, X = which[odd], X[odd]
     if without == 0.0 and not len(which):
         return None
@@ -99,7 +101,7 @@ def _by_intervals(rule: DirectionProfile, mesh: Mesh, axial: bool) -> UndefinedD
     return UndefinedDirections(min(1.0, without / total), touched / total, tuple(map(float, place)))
 
 
-def _sampled(rule: DirectionProfile, mesh: Mesh) -> UndefinedDirections | None:
+def _undefined_volume_by_samples(rule: DirectionProfile, mesh: Mesh) -> UndefinedDirections | None:
     """Return the volume without a direction for rules with fields from files, by sampling at points of a finer rule."""
     finer = mesh.element.mass_quadrature()
     X = np.einsum("qa,mai->mqi", mesh.element.shape(finer[0]), mesh.points[mesh.cells]).reshape(-1, 3)
@@ -129,7 +131,7 @@ def _parts(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
     return found
 
 
-def _enclosed(rule: DirectionProfile, X: Floats, curved: bool) -> list[Values]:
+def _direction_bounds(rule: DirectionProfile, X: Floats, curved: bool) -> list[Values]:
     """Return interval bounds of each component of the direction over parts with corners X (n, c, 3)."""
     low, high = X.min(axis=1), X.max(axis=1)
     if curved:
@@ -137,7 +139,7 @@ def _enclosed(rule: DirectionProfile, X: Floats, curved: bool) -> list[Values]:
     return [bound_expression(part.root, low, high) for part in rule.components]
 
 
-def _alike(rule: DirectionProfile, X: Floats) -> Any:
+def _are_nearly_parallel(rule: DirectionProfile, X: Floats) -> Any:
     """Return in which parts (n, c, 3) the directions at the corners and the centre are nearly parallel (n,)."""
     at = np.concatenate([X, X.mean(axis=1, keepdims=True)], axis=1)
     with np.errstate(all="ignore"):

@@ -17,7 +17,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.beam.rigid_motions import point_rows
 from softmark.interpreter.models.shared.support_constraints import (
     Constraints,
-    held_of,
+    build_constraints,
     join_motions,
     left_free,
     unsupported_fault,
@@ -82,13 +82,15 @@ class UnsupportedBody:
     def _rows(self, contact: Any, u: Floats, piece: Bools) -> Floats:
         """Return constraint rows (r, 6) of a contact: normals of pressed points, all directions of sticking ones."""
         X, n, sticks = (
-            _met(contact, u, piece) if isinstance(contact, DynamicPatternEnergy) else _pressed(contact, u, piece)
+            _pressed_samples(contact, u, piece)
+            if isinstance(contact, DynamicPatternEnergy)
+            else _pressed_points(contact, u, piece)
         )
         moved = point_rows(X - self.held.centre, (0, 1, 2)).reshape(-1, 3, 6)
         return np.concatenate([np.einsum("pi,pij->pj", n, moved), moved[sticks].reshape(-1, 6)])
 
 
-def _pressed(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floats, Bools]:
+def _pressed_points(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floats, Bools]:
     """Return positions (p, 3), m, normals (p, 3) and sticking states of points that a rigid body presses on."""
     nodes = getattr(contact, "nodes", None)
     on = contact.pressures(u) > 0.0
@@ -98,7 +100,7 @@ def _pressed(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floats, Boo
     return contact.places(u)[on], contact.look(u)[1][on], sticks
 
 
-def _met(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floats, Bools]:
+def _pressed_samples(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floats, Bools]:
     """Return positions, normals and sticking states of contact samples between a piece and another piece."""
     from softmark.solvers.contact.deformable_friction import DeformableFriction
 
@@ -118,7 +120,7 @@ def find_unsupported_body(
 
     `dofs` is the number of unknowns. Raises Fault if a free piece has no contact that could hold it.
     """
-    held = held_of(case, mesh, measured)
+    held = build_constraints(case, mesh, measured)
     every = _pieces(mesh, beds)
     free = np.array([piece for piece in every if left_free(held, piece, [])])
     if not len(free):

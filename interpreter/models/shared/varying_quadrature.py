@@ -59,7 +59,7 @@ class Functions:
         return np.array([float(axis in used) for axis in range(3)])
 
 
-def of_stiffness(young: Any, poisson: Any, pressures: bool, look: Look) -> Functions:
+def stiffness_functions(young: Any, poisson: Any, pressures: bool, look: Look) -> Functions:
     """Return the moduli and their inverses: only E if Poisson's ratio is a single number, else mu and K.
 
     With `pressures`, the compliance of the volume enters the energy, and K may be infinite.
@@ -73,7 +73,7 @@ def of_stiffness(young: Any, poisson: Any, pressures: bool, look: Look) -> Funct
 
         def alone_bounds(low: Floats, high: Floats) -> tuple[Floats, Floats]:
             a, b = _bounds(young, low, high)
-            return np.stack([a, _over(b)]), np.stack([b, _over(a)])
+            return np.stack([a, _safe_inverse(b)]), np.stack([b, _safe_inverse(a)])
 
         return Functions(varying, alone, alone_bounds, 2 if pressures else 1, ((0, 1),))
 
@@ -87,15 +87,15 @@ def of_stiffness(young: Any, poisson: Any, pressures: bool, look: Look) -> Funct
         with np.errstate(all="ignore"):
             mu = E0 / (2.0 + 2.0 * b), E1 / (2.0 + 2.0 * a)
             soft = 3.0 * (1.0 - 2.0 * b) / E1, 3.0 * (1.0 - 2.0 * a) / E0
-        stiff = (_over(soft[1]), _over(soft[0]))
+        stiff = (_safe_inverse(soft[1]), _safe_inverse(soft[0]))
         second, last = (soft, stiff) if pressures else (stiff, soft)
-        rows = [mu, second, (_over(mu[1]), _over(mu[0]))] + ([] if pressures else [last])
+        rows = [mu, second, (_safe_inverse(mu[1]), _safe_inverse(mu[0]))] + ([] if pressures else [last])
         return np.stack([r[0] for r in rows]), np.stack([r[1] for r in rows])
 
     return Functions(varying, each, each_bounds, 2, ((0, 2),) if pressures else ((0, 2), (1, 3)))
 
 
-def of_one(profile: Profile, look: Look) -> Functions:
+def constant_functions(profile: Profile, look: Look) -> Functions:
     """Return the functions of a single constant, such as a density or a tension."""
 
     def values(X: Floats) -> Floats:
@@ -120,7 +120,7 @@ def _bounds(constant: Any, low: Floats, high: Floats) -> tuple[Floats, Floats]:
     return found.low, found.high
 
 
-def _over(a: Floats) -> Floats:
+def _safe_inverse(a: Floats) -> Floats:
     """Return 1 / a, infinite where a is not positive."""
     with np.errstate(all="ignore"):
         return np.where(a > 0.0, 1.0 / a, np.inf)
@@ -164,7 +164,7 @@ class CellRule:
 
 
 @dataclass(frozen=True)
-class Resolved:
+class CellQuadrature:
     """Quadrature of the constants of a material over the cells of a mesh, with its errors.
 
     `rule` has the points of cells that need their own; it is None if all cells keep the quadrature `own` of their
@@ -206,7 +206,7 @@ def polynomials(mesh: Mesh, xi: Floats, degree: int) -> Floats:
     return np.stack([along[i, :, 0] * along[j, :, 1] * along[k, :, 2] for i, j, k in powers], axis=1)
 
 
-def resolved(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> Resolved:
+def choose_quadrature(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> CellQuadrature:
     """Return the rule by which cells integrate functions, and its errors; cached in the mesh.
 
     `own` is the quadrature of the element, which cells keep where it is accurate enough. Raises any error of evaluating
@@ -214,17 +214,17 @@ def resolved(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> Resolve
     """
     key = key_of(functions, own, mass)
     if key not in mesh.selections:
-        mesh.selections[key] = _resolved(mesh, functions, own, mass)
-    found: Resolved = mesh.selections[key]
+        mesh.selections[key] = _choose_quadrature(mesh, functions, own, mass)
+    found: CellQuadrature = mesh.selections[key]
     return found
 
 
 def key_of(functions: Functions, own: Rule, mass: bool) -> Any:
     """Return the key of the result of `resolved` in the `selections` of a mesh."""
-    return resolved, functions.profiles, functions.kept, len(own[1]), mass
+    return choose_quadrature, functions.profiles, functions.kept, len(own[1]), mass
 
 
-def _resolved(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> Resolved:
+def _choose_quadrature(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> CellQuadrature:
     count = len(mesh.cells)
     middle = np.einsum("a,mai->mi", mesh.element.shape(np.array([mesh.element.centre]))[0], mesh.points[mesh.cells])
     floor = FLOOR * np.abs(functions.values(middle)).mean(axis=1)
@@ -257,7 +257,7 @@ def _resolved(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> Resolv
         rule, off = _rule(mesh, fine, functions.kept, own, w, special, degree)
         missed[special] += off * (size / total).max(axis=0)[special]
     means = sums / volumes
-    return Resolved(rule, missed, unseen, means, least, largest, volumes, fine, own, total[:, 0])
+    return CellQuadrature(rule, missed, unseen, means, least, largest, volumes, fine, own, total[:, 0])
 
 
 def _rule(

@@ -16,17 +16,23 @@ from softmark.interpreter.models.fem.fem_mesh import mesh_of
 from softmark.interpreter.models.postprocessing import nodal_forces
 from softmark.interpreter.models.postprocessing.vibrations import frequencies_about
 from softmark.interpreter.models.shared import static_result
-from softmark.interpreter.models.shared.deformed_mesh import Deformed, displacement_of
+from softmark.interpreter.models.shared.deformed_mesh import DeformedBody, displacement_of
 from softmark.interpreter.models.shared.load_setup import mass_matrix, merge_loads, single_loads
 from softmark.interpreter.models.shared.mesh_based_model import MeshBasedModel
 from softmark.interpreter.models.shared.mesh_notes import filled_notes, mesh_facts, sliver_note, volume_note
 from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, recover_springs
 from softmark.interpreter.models.shared.prepared_model import BuildContext, DeformedMesh, Prepared, Solution
-from softmark.interpreter.models.shared.solid_dynamics import PreparedMotion, in_motion
+from softmark.interpreter.models.shared.solid_dynamics import PreparedMotion, build_solid_dynamics
 from softmark.interpreter.models.shared.support_constraints import solid_supports
 from softmark.interpreter.models.shared.support_selection import held_notes
 from softmark.interpreter.models.spring_network.spring_declaration import Calibrated, MassSpring, Uniform
-from softmark.interpreter.models.spring_network.stiffness_calibration import Fit, FitTarget, NoFit, least, target_of
+from softmark.interpreter.models.spring_network.stiffness_calibration import (
+    Fit,
+    FitTarget,
+    NoFit,
+    minimize_error,
+    target_of,
+)
 from softmark.interpreter.problem.body_case import Case, fault
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
@@ -99,13 +105,13 @@ class PreparedSprings(MeshBasedModel):
         return recover_springs(self.disturbance, problem, self.mesh.points, cells)
 
     def _loose(self, d: Floats) -> str:
-        return static_result.unresisted(self.mesh.points, d.reshape(-1, 3))
+        return static_result.describe_free_motion(self.mesh.points, d.reshape(-1, 3))
 
     def _finish(self, found: Equilibrium) -> Solution:
         solution = static_result.solution_of(found, displacement_of(self.mesh, found.x.reshape(-1, 3)))
-        doubts = (*self._folded(found.x), *static_result.doubts(self.declared, found))
+        doubts = (*self._folded(found.x), *static_result.uniqueness_warnings(self.declared, found))
         modes = frequencies_about(self.problem.assembly, found.x, self.mass, self.problem.linear)
-        moved = Deformed(self.mesh, found.x.reshape(-1, 3))
+        moved = DeformedBody(self.mesh, found.x.reshape(-1, 3))
         seen = replace(solution, notes=doubts, mesh=moved, vibrations=modes if found.solved else None)
         return replace(seen, carried=cache(lambda: self._carried(found.x)))
 
@@ -200,14 +206,16 @@ def prepare(model: MassSpring, declared: Declared, case: Case, workshop: BuildCo
     known = {"applied": (*applied,), "density": case.material.density}
     built = replace(built, disturbance=disturbance_of(case), **known)
     if isinstance(model.stiffness, Calibrated):
-        built = _fitted(built, case, workshop)
-    return _moving(built, case) if isinstance(case.analysis, Dynamic) else built
+        built = _fit_stiffness(built, case, workshop)
+    return _build_dynamics(built, case) if isinstance(case.analysis, Dynamic) else built
 
 
-def _moving(built: PreparedSprings, case: Case) -> MovingSprings:
+def _build_dynamics(built: PreparedSprings, case: Case) -> MovingSprings:
     """Build the dynamic analysis of the network. Raises Fault."""
     mesh, declared = built.mesh, built.declared
-    moving = in_motion(built, declared, case, mesh, built.mass(), [built.springs], [*built.applied], built.problem)
+    moving = build_solid_dynamics(
+        built, declared, case, mesh, built.mass(), [built.springs], [*built.applied], built.problem
+    )
     return MovingSprings(built, declared, moving.analysis, moving.problem, mesh)
 
 
@@ -242,13 +250,13 @@ def statics_of(case: Case, mesh: Mesh, parts: Integration, springs: Springs, mea
 # ------------------------------------------------------------------ fitting
 
 
-def _fitted(built: PreparedSprings, case: Case, workshop: BuildContext) -> PreparedSprings:
+def _fit_stiffness(built: PreparedSprings, case: Case, workshop: BuildContext) -> PreparedSprings:
     """Return the network with its stiffness times the best factor. Raises Fault."""
     if workshop.scene is None:
         raise fault("E521", built.declared.at("stiffness"), f"`{built.declared.name}` has no scene for its calibration")
     target = target_of(workshop.scene, built.declared, case, workshop.measured)
     trial = statics_of(target.case, built.mesh, built.parts, built.springs, workshop.measured)
-    fit = least(lambda factor: _error(factor, built, trial, target))
+    fit = minimize_error(lambda factor: _error(factor, built, trial, target))
     if isinstance(fit, NoFit):
         return replace(built, target=target, fit=fit)
     springs = replace(built.springs, k=fit.factor * built.springs.k)

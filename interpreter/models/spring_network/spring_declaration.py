@@ -129,9 +129,9 @@ class MassSpring(Model):
         """Return errors about fitting it in this scene."""
         if not isinstance(self.stiffness, Calibrated):
             return []
-        from softmark.interpreter.models.spring_network.stiffness_calibration import doubts
+        from softmark.interpreter.models.spring_network.stiffness_calibration import check_calibration
 
-        return doubts(scene, declared, case)
+        return check_calibration(scene, declared, case)
 
     def _cauchy(self, declared: Declared, case: Case) -> Diagnostic | None:
         nu = case.largest_poisson

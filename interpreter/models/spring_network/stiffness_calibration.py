@@ -74,16 +74,16 @@ class FitTarget:
 # ------------------------------------------------------------------ what a scene can be fitted to
 
 
-def doubts(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
+def check_calibration(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
     """Return errors of a calibrated model: a metric without a reference, of another body, or at full load only."""
     try:
-        _checked(scene, model, case)
+        _calibration_target(scene, model, case)
     except Fault as found:
         return [found.diagnostic]
     return []
 
 
-def _checked(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Declared, Declared]:
+def _calibration_target(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Declared, Declared]:
     """Return metric, probe and reference of a calibrated model. Raises Fault."""
     calibrated, at = model.thing.stiffness, model.at("stiffness")
     metric = scene.declared[calibrated.metric]
@@ -135,15 +135,15 @@ def _scalable(model: Declared, reference: Declared, case: Case) -> None:
 # ------------------------------------------------------------------ the same case at a part of the load
 
 
-def scaled(case: Case, part: float) -> Case:
+def scale_case(case: Case, part: float) -> Case:
     """Return the static case with every load and every imposed displacement scaled by `part`."""
-    loads = tuple(_scaled(d, part) for d in case.loads)
-    supports = tuple(_scaled(d, part) for d in case.supports)
+    loads = tuple(_scale_declaration(d, part) for d in case.loads)
+    supports = tuple(_scale_declaration(d, part) for d in case.supports)
     analysis = case.analysis if isinstance(case.analysis, Static) else Static()  # a fit is made at rest
     return replace(case, loads=loads, supports=supports, analysis=analysis)
 
 
-def _scaled(declared: Declared, part: float) -> Declared:
+def _scale_declaration(declared: Declared, part: float) -> Declared:
     return replace(declared, thing=declared.thing.part(part))
 
 
@@ -152,11 +152,11 @@ def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, 
     from softmark.interpreter.metrics.metric_evaluation import measure_metric
     from softmark.interpreter.problem.probe_points import find_probe_points
 
-    metric, probe, reference = _checked(scene, model, case)
-    part = scaled(case, model.thing.stiffness.load)
+    metric, probe, reference = _calibration_target(scene, model, case)
+    part = scale_case(case, model.thing.stiffness.load)
     data = _data(reference, measured, model)
     place = find_probe_points(probe, case, lambda name: _data(scene.declared[name], measured, model).X)
-    known = _known(reference, data, part, place.X)
+    known = _reference_at_points(reference, data, part, place.X)
 
     def measure(displacement: Field) -> float:
         from softmark.interpreter.metrics.measurement import MetricInput
@@ -178,10 +178,10 @@ def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> 
     return measured[reference.name]
 
 
-def _known(reference: Declared, data: Measured | None, part: Case, X: Floats) -> Any:
+def _reference_at_points(reference: Declared, data: Measured | None, part: Case, X: Floats) -> Any:
     """Return the reference at the points of the probe, in the form that a metric needs."""
     from softmark.interpreter.metrics.measurement import ReferenceData
-    from softmark.interpreter.problem.theory_problems import solve_theory
+    from softmark.interpreter.problem.theory_dispatch import solve_theory
     from softmark.references.measured_data import MeasuredSurface
 
     if data is None:
@@ -215,7 +215,7 @@ class _Trials:
         return tuple((math.exp(s), None if e >= UNUSABLE else e) for s, e in sorted(self.found.items()))
 
 
-def least(error: Callable[[float], float | None]) -> Fit | NoFit:
+def minimize_error(error: Callable[[float], float | None]) -> Fit | NoFit:
     """Return the factor with the least error, by bracketing and then Brent's method (1973).
 
     The error is None where it is not known.

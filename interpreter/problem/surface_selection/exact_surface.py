@@ -92,7 +92,7 @@ def limit_of_facet_area(shape: Combined, condition: Condition, size: float) -> f
     """
     if condition.groups:
         return None
-    areas = [_flat(own.points[own.triangles], condition, shape.diagonal)[0] for own in shape.halved(size)]
+    areas = [_selected_flat_part(own.points[own.triangles], condition, shape.diagonal)[0] for own in shape.halved(size)]
     return areas[1] + (areas[1] - areas[0]) / 3.0
 
 
@@ -109,7 +109,7 @@ def pieces(shape: Shape) -> list[Piece] | None:
     if isinstance(shape, Cylinder | Tube):
         inner = _radius_condition(shape.origin, shape.axis, shape.radius, shape.section.hollow)
         sides = [_side_piece([side]) for side in shape.sides]
-        return [*_reverse_inner(sides), *(_plate(corners[None], inner) for corners in _ends(shape))]
+        return [*_reverse_inner(sides), *(_plate(corners[None], inner) for corners in _end_squares(shape))]
     if isinstance(shape, Revolution):
         return _revolved_pieces(shape)
     if isinstance(shape, Extruded):
@@ -183,7 +183,7 @@ def _plate(corners: Floats, *held: Condition) -> Piece:
         return _linear(np.eye(3), out * normal)
 
     def measure(condition: Condition, extent: float) -> Measured:
-        area, vector = _flat(corners, condition, extent)
+        area, vector = _selected_flat_part(corners, condition, extent)
         return area, vector, float(vector @ corners[0, 0])
 
     return Piece(measure, moved).within(*held)
@@ -219,10 +219,10 @@ def _side_piece(bands: Sequence[CylinderSide | ConeSide]) -> Piece:
         stretch = np.eye(3) + out / widest * (np.eye(3) - np.outer(axis, axis))
         return _linear(stretch, origin - stretch @ origin)
 
-    return Piece(lambda condition, extent: _add_up([_side(band, condition, extent) for band in bands]), moved)
+    return Piece(lambda condition, extent: _add_up([_selected_side(band, condition, extent) for band in bands]), moved)
 
 
-def _flat(corners: Floats, condition: Condition, extent: float) -> tuple[float, Floats]:
+def _selected_flat_part(corners: Floats, condition: Condition, extent: float) -> tuple[float, Floats]:
     """Return the selected part of flat parallelograms (f, 4, 3) or triangles (f, 3, 3)."""
     patches = Patches(corners, extent)
     found = select_patches(ConditionOnPatches.of(condition, patches))
@@ -242,7 +242,7 @@ def _faces(box: Box) -> Floats:
     return np.array(faces)
 
 
-def _ends(prism: Cylinder | Tube) -> Floats:
+def _end_squares(prism: Cylinder | Tube) -> Floats:
     """Return squares (2, 4, 3) around both ends, counter-clockwise from outside."""
     root, a = np.array(prism.origin), np.array(prism.axis)
     u, v = (prism.radius * np.array(e) for e in transverse(prism.axis))
@@ -307,7 +307,7 @@ def _polygonal(shape: Extruded) -> list[Floats]:
     return [*(shape.placed(np.array([own])) for own in sides), *(shape.placed(own) for own in ends)]
 
 
-def _side(side: CylinderSide | ConeSide, condition: Condition, extent: float) -> Measured:
+def _selected_side(side: CylinderSide | ConeSide, condition: Condition, extent: float) -> Measured:
     """Return the selected part of the side of a cylinder or a cone, with its normal away from the axis.
 
     It is integrated over strips between the axis and the side, each point representing the one right outside: an angle

@@ -170,7 +170,7 @@ def _remedy(case: Case, declared: Declared) -> str:
     return NEARER if element in WORDS and find_element(element).order > 1 else CURVED
 
 
-def doubts(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tuple[Diagnostic, ...]:
+def load_mismatch_warnings(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tuple[Diagnostic, ...]:
     """Return warnings if a model's mesh carries less or more of a surface load than the scene requires."""
     notes, at = [], declared.at("size") if "size" in declared.fields else declared.at()
     for name, r in found.items():

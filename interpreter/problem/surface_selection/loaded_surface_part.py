@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.language.coordinate_conditions import Condition
-from softmark.interpreter.problem.group_conditions import facet_membership, split_by_groups
+from softmark.interpreter.problem.mesh_group_conditions import facet_membership, split_by_groups
 from softmark.interpreter.problem.surface_selection.facet_deviation import deviations, settle_within_deviation
 from softmark.interpreter.problem.surface_selection.facet_patches import (
     ConditionOnPatches,

@@ -24,37 +24,37 @@ def selected_share(condition: Condition, shape: Swept, station: float) -> float:
     centre, frame = np.array(shape.centre(station)), np.array(shape.frame(station)[1:])
     extent, section = shape.diagonal, shape.section_at(station)
     if isinstance(section, Disc):
-        return _of_disc(condition, centre, frame, section.radius, extent)
+        return _disc_fraction(condition, centre, frame, section.radius, extent)
     if isinstance(section, Annulus):
         radii = section.radius, section.inner
-        whole, hole = (math.pi * r**2 * _of_disc(condition, centre, frame, r, extent) for r in radii)
+        whole, hole = (math.pi * r**2 * _disc_fraction(condition, centre, frame, r, extent) for r in radii)
         return (whole - hole) / section.area
     if not isinstance(section, Rectangle):
         raise TypeError(f"no area is known of a part of a {type(section).__name__}")
     half = 0.5 * np.array([section.width, section.height])
     corners = centre + np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half @ frame
-    return _of_flat(condition, corners[None], extent)
+    return _flat_fraction(condition, corners[None], extent)
 
 
-def _of_flat(condition: Condition, corners: Floats, extent: float, out: Out | None = None) -> float:
+def _flat_fraction(condition: Condition, corners: Floats, extent: float, out: Out | None = None) -> float:
     """Return the selected fraction of facets (f, k, 3) of equal size."""
     found = select_patches(ConditionOnPatches.of(condition, Patches(corners, extent, out)))
     local = 4.0 if corners.shape[1] == 4 else 0.5
     return (len(found.whole) + float(found.w.sum()) / local) / len(corners)
 
 
-def _of_disc(condition: Condition, centre: Floats, frame: Floats, radius: float, extent: float) -> float:
+def _disc_fraction(condition: Condition, centre: Floats, frame: Floats, radius: float, extent: float) -> float:
     """Return that of a disc: its core as a polygon, and rings of wedges whose chords are moved out to arcs."""
     turns = 2.0 * math.pi * np.arange(WEDGES + 1) / WEDGES
     rim = radius * np.stack([np.cos(turns), np.sin(turns)], axis=1) @ frame
     core = centre + RINGS[-1] * np.stack([np.zeros_like(rim[1:]), rim[:-1], rim[1:]], axis=1)
-    found = RINGS[-1] ** 2 * _of_flat(condition, core, extent)
+    found = RINGS[-1] ** 2 * _flat_fraction(condition, core, extent)
     for a, b in pairwise(rim):
-        found += _of_wedge(condition, a, b, centre, frame, extent) / WEDGES
+        found += _wedge_fraction(condition, a, b, centre, frame, extent) / WEDGES
     return min(1.0, found)
 
 
-def _of_wedge(condition: Condition, a: Floats, b: Floats, centre: Floats, frame: Floats, extent: float) -> float:
+def _wedge_fraction(condition: Condition, a: Floats, b: Floats, centre: Floats, frame: Floats, extent: float) -> float:
     """Return that of a disc's wedge between two radii (3,), without its core: by areas at the moved positions.
 
     They are cos^2 phi of those between chords, over that of the chords' ends, phi the angle from the wedge's middle.

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.language.coordinate_conditions import RELATIVE_TOLERANCE, Condition
-from softmark.interpreter.problem.group_conditions import split_by_groups
+from softmark.interpreter.problem.mesh_group_conditions import split_by_groups
 from softmark.interpreter.problem.surface_selection.facet_patches import Floats, Ints, Mask
 from softmark.solvers.mesh.simplex_clipping import Pieces, join_pieces
 
 if TYPE_CHECKING:
-    from softmark.interpreter.problem.group_conditions import Members
+    from softmark.interpreter.problem.mesh_group_conditions import Members
 
 ONE = 1e-9  # relative to the extent: closer points are merged
 
@@ -54,12 +54,12 @@ def _pieces(condition: Condition, pieces: Pieces, extent: float) -> tuple[Pieces
     curved = [b for b, border in enumerate(condition.borders) if border.plane is None]
     for b in range(len(condition.borders)):
         pieces = pieces if b in curved else _cut_crossed(condition, b, pieces, extent)
-    taken = pieces.chosen(np.flatnonzero(_selected(condition, pieces.corners, extent, curved)))
+    taken = pieces.chosen(np.flatnonzero(_are_selected(condition, pieces.corners, extent, curved)))
     for b in curved:
         pieces = _cut_crossed(condition, b, pieces, extent)
     if not curved:
         return taken, float(taken.sizes.sum())
-    return taken, float(pieces.sizes[_selected(condition, pieces.corners, extent, [])].sum())
+    return taken, float(pieces.sizes[_are_selected(condition, pieces.corners, extent, [])].sum())
 
 
 def cut_along(condition: Condition, pieces: Pieces, extent: float) -> Pieces:
@@ -83,7 +83,7 @@ def _levels(condition: Condition, b: int, X: Floats) -> Floats:
     return found
 
 
-def _selected(condition: Condition, corners: Floats, extent: float, uncut: Sequence[int]) -> Mask:
+def _are_selected(condition: Condition, corners: Floats, extent: float, uncut: Sequence[int]) -> Mask:
     """Return which pieces (p, 3, 3) are selected: all corners, as to borders that did not cut the piece.
 
     For other borders the corner that is farthest from it decides on which side the piece lies.

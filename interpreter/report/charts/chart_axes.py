@@ -52,7 +52,7 @@ def _mantissa(step: float) -> float:
     return round(step / 10.0 ** math.floor(math.log10(step) + 1e-9), 6)
 
 
-def whole(low: int, high: int, name: str, about: int = 6) -> Axis:
+def integer_axis(low: int, high: int, name: str, about: int = 6) -> Axis:
     """Return an axis of whole numbers."""
     high = max(high, low + 1)
     step = max(1, round(nice_step(high - low, about)))

@@ -41,11 +41,11 @@ class LabelPlace:
         return left - 3, self.y - 12, left + width + 3, self.y + 5
 
 
-def places(paths: Sequence[Path], names: Sequence[str | None], area: Box) -> dict[int, LabelPlace]:
+def place_labels(paths: Sequence[Path], names: Sequence[str | None], area: Box) -> dict[int, LabelPlace]:
     """Return a position for each name that fits without covering curves or names; None is not labelled."""
     named = [i for i, path in enumerate(paths) if names[i] is not None and any(path)]
     ends = {i: [p for p in paths[i] if p][-1] for i in named}
-    room = _Room(area, {i: [p for p in dense(paths[i]) if _in(p, area)] for i in named}, ends)
+    room = _Room(area, {i: [p for p in dense(paths[i]) if _is_inside(p, area)] for i in named}, ends)
     found = {}
     for i in named:
         crowd = any(math.dist(ends[i], ends[j]) < CLOSE for j in named if j != i)
@@ -83,7 +83,7 @@ class _Room:
         if chosen is not None:
             self.taken.append(chosen.box(name))
             if chosen.line:
-                self.lines = np.concatenate([self.lines, _between(*chosen.line, 3.0)])
+                self.lines = np.concatenate([self.lines, _points_between(*chosen.line, 3.0)])
         return chosen
 
     def fits(self, box: Box) -> bool:
@@ -99,12 +99,12 @@ class _Room:
         """Return the distance of a name from its end, in pixels, plus a penalty for everything its line crosses."""
         if place.line is None:
             return 0.0
-        steps = np.array(_between(*place.line, 3.0))
+        steps = np.array(_points_between(*place.line, 3.0))
         others = self.owners != index
-        crossed = len(np.unique(self.owners[others][_near(self.points[others], steps, 4.0)]))
-        wrong = int(_near(self.ends[self.named != index], steps, 9.0).sum())
+        crossed = len(np.unique(self.owners[others][_points_near(self.points[others], steps, 4.0)]))
+        wrong = int(_points_near(self.ends[self.named != index], steps, 9.0).sum())
         covered = sum(bool(_inside(steps, box).any()) for box in self.taken)
-        tangled = bool(_near(self.lines, steps, 5.0).any())
+        tangled = bool(_points_near(self.lines, steps, 5.0).any())
         return _length(place) + 12 * crossed + 40 * wrong + 200 * covered + 60 * tangled
 
 
@@ -118,13 +118,13 @@ def _inside(points: Any, box: Box) -> Any:
     return (box[0] < x) & (x < box[2]) & (box[1] < y) & (y < box[3])
 
 
-def _near(points: Any, steps: Any, reach: float) -> Any:
+def _points_near(points: Any, steps: Any, reach: float) -> Any:
     """Return which of the points (n, 2) are closer than `reach` to one of the steps (k, 2): (n,)."""
     apart = points[:, None, :] - steps[None, :, :]
     return ((apart * apart).sum(axis=2) < reach * reach).any(axis=1)
 
 
-def _in(point: Point, box: Box) -> bool:
+def _is_inside(point: Point, box: Box) -> bool:
     return box[0] < point[0] < box[2] and box[1] < point[1] < box[3]
 
 
@@ -142,10 +142,10 @@ def _candidates(end: Point, crowd: bool, led: bool) -> Iterator[LabelPlace]:
         yield LabelPlace(x + 22, y + dy + 4, "start", ((x + 6, y + dy / 4), (x + 19, y + dy)))
     for radius in (28.0, 46.0, 68.0, 96.0):
         for angle in ANGLES:
-            yield _led(end, radius, math.radians(angle))
+            yield _led_position(end, radius, math.radians(angle))
 
 
-def _led(end: Point, radius: float, angle: float) -> LabelPlace:
+def _led_position(end: Point, radius: float, angle: float) -> LabelPlace:
     """Return a position at a distance, with a leader line."""
     c, s = math.cos(angle), math.sin(angle)
     stop = end[0] + radius * c, end[1] + radius * s
@@ -171,10 +171,10 @@ def dense(path: Path) -> Iterator[Point]:
     for run in runs(path):
         yield run[0]
         for a, b in pairwise(run):
-            yield from _between(a, b, 6.0)
+            yield from _points_between(a, b, 6.0)
 
 
-def _between(a: Point, b: Point, step: float) -> list[Point]:
+def _points_between(a: Point, b: Point, step: float) -> list[Point]:
     """Return points from a (excluded) to b, about `step` pixels apart."""
     n = max(1, min(200, round(math.dist(a, b) / step)))
     return [(a[0] + (b[0] - a[0]) * i / n, a[1] + (b[1] - a[1]) * i / n) for i in range(1, n + 1)]

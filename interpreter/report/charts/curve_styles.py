@@ -15,7 +15,7 @@ Role = Literal["model", "reference", "rest", "phase", "bins"]
 
 
 @dataclass(frozen=True)
-class Look:
+class CurveStyle:
     """Style of one curve; `marker` is a key of MARKERS or empty."""
 
     role: Role
@@ -73,21 +73,21 @@ MARKERS: Mapping[str, Callable[[float, float], str]] = {
 }
 
 PHASE_DASHES = ("", "3 2", "8 3", "9 3 2 3")
-REST = Look("rest", dash="1 4")
+REST = CurveStyle("rest", dash="1 4")
 
 
-def model_look(index: int) -> Look:
+def model_look(index: int) -> CurveStyle:
     """Return the style of the model with this index; the first 315 all differ."""
     names = tuple(MARKERS)
-    return Look("model", index % COLOURS, MODEL_DASHES[index % len(MODEL_DASHES)], names[index % len(names)])
+    return CurveStyle("model", index % COLOURS, MODEL_DASHES[index % len(MODEL_DASHES)], names[index % len(names)])
 
 
-def reference_look(index: int) -> Look:
+def reference_look(index: int) -> CurveStyle:
     """Return the style of the reference with this index; from the seventh on, with markers."""
     marker = "" if index < len(REFERENCE_DASHES) else tuple(MARKERS)[index % len(MARKERS)]
-    return Look("reference", 0, REFERENCE_DASHES[index % len(REFERENCE_DASHES)], marker)
+    return CurveStyle("reference", 0, REFERENCE_DASHES[index % len(REFERENCE_DASHES)], marker)
 
 
-def phase_look(index: int) -> Look:
+def phase_look(index: int) -> CurveStyle:
     """Return the style of a solution phase: only marker and dash, because the colour is the model's."""
-    return Look("phase", 0, PHASE_DASHES[index % len(PHASE_DASHES)], tuple(MARKERS)[index % len(MARKERS)])
+    return CurveStyle("phase", 0, PHASE_DASHES[index % len(PHASE_DASHES)], tuple(MARKERS)[index % len(MARKERS)])

@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import cached_property
 
 from softmark.interpreter.report.charts.chart_axes import Axis
-from softmark.interpreter.report.charts.curve_labels import LabelPlace, Path, Point, places, runs
-from softmark.interpreter.report.charts.curve_styles import MARKERS, Look
-from softmark.interpreter.report.page.html_markup import plain, tag, text
+from softmark.interpreter.report.charts.curve_labels import LabelPlace, Path, Point, place_labels, runs
+from softmark.interpreter.report.charts.curve_styles import MARKERS, CurveStyle
+from softmark.interpreter.report.page.html_markup import strip_backticks, tag, text
 from softmark.records import dataclass
 
 
@@ -16,7 +16,7 @@ class Curve:
     """Curve of SI points, None at gaps; `column` is the index of its first column in the data table."""
 
     name: str
-    look: Look
+    look: CurveStyle
     points: tuple[Point | None, ...]
     column: int = 1
     columns: int = 1
@@ -58,14 +58,14 @@ class Chart:
         """Positions of the names of curves."""
         wanted = [curve.name if curve.named and self.labels else None for curve in self.curves]
         right, bottom = self.left + self.width + self.right, self.top + self.height
-        return places(self.paths, wanted, (self.left, self.top, right, bottom))
+        return place_labels(self.paths, wanted, (self.left, self.top, right, bottom))
 
     def svg(self) -> str:
         """Return the chart as SVG."""
         w, h = self.left + self.width + self.right, self.top + self.height + self.bottom
-        title = tag("title", text(plain(self.title)), id=f"{self.identity}-t")
+        title = tag("title", text(strip_backticks(self.title)), id=f"{self.identity}-t")
         clip = f'<clipPath id="{self.identity}-c">{self._plot()}</clipPath>'
-        desc = tag("desc", text(plain(self.desc)), id=f"{self.identity}-d")
+        desc = tag("desc", text(strip_backticks(self.desc)), id=f"{self.identity}-d")
         drawn = [_curve(c, path, i) for i, (c, path) in enumerate(zip(self.curves, self.paths, strict=True))]
         curves = tag("g", *drawn, clip_path=f"url(#{self.identity}-c)")
         named = [_name(self.curves[i], i, self.paths[i], place) for i, place in self.names.items()]
@@ -127,7 +127,7 @@ def _text(words: str, x: float, y: float, anchor: str, **attributes: object) -> 
     return tag("text", text(words), x=f"{x:.1f}", y=f"{y:.1f}", text_anchor=anchor, **attributes)
 
 
-def sample(look: Look) -> str:
+def sample(look: CurveStyle) -> str:
     """Return a short piece of the curve for a legend; hidden from screen readers."""
     line = tag("g", tag("path", d="M1 7H37"), stroke_dasharray=look.dash or None)
     mark = tag("path", class_="mark", d=MARKERS[look.marker](19, 7)) if look.marker in MARKERS else ""

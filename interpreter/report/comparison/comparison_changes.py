@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 from typing import Any
 
-from softmark.grammar.diagnostic import all_visible
+from softmark.grammar.diagnostic import make_all_visible
 from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.study.analysis.comparison_point import Spread
 from softmark.interpreter.study.analysis.result_changes import (
@@ -24,7 +24,7 @@ NOTHING = "No changes: same models, statuses and values; no time differs by more
 
 def changes_table(changes: Changes, colour: bool) -> str:
     """Return a block for each kind of change, likely causes first; a sentence if there are none."""
-    found = all_visible(changes)
+    found = make_all_visible(changes)
     paint = colour and not os.environ.get("NO_COLOR")
     blocks = [
         _block("environment", _facts(found.environment), paint),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from softmark.interpreter.report.comparison.comparison_changes import NOTHING, WORSE, plain_fact, seconds, value
-from softmark.interpreter.report.page.comment_markdown import LIMIT, MarkdownTable, Row, code, document, plain
+from softmark.interpreter.report.page.comment_markdown import LIMIT, MarkdownTable, Row, code, document, strip_markup
 from softmark.interpreter.study.analysis.result_changes import (
     Changes,
     FactChange,
@@ -45,12 +45,12 @@ def _worse(fact: FactChange) -> bool:
 
 
 def _fact(fact: FactChange) -> Row:
-    new = plain(plain_fact(fact.new))
-    return code(fact.what), plain(plain_fact(fact.old)), f"**{new}**" if _worse(fact) else new
+    new = strip_markup(plain_fact(fact.new))
+    return code(fact.what), strip_markup(plain_fact(fact.old)), f"**{new}**" if _worse(fact) else new
 
 
 def _status(change: StatusChange) -> Row:
-    old, new = (plain((s or "nothing").replace("_", " ")) for s in (change.old, change.new))
+    old, new = (strip_markup((s or "nothing").replace("_", " ")) for s in (change.old, change.new))
     if change.new in WORSE:
         new = f"**{new}**" + (f": {code(change.message)}" if change.message else "")
     return code(change.name), old, new
@@ -65,7 +65,12 @@ def _number(change: MetricChange) -> Row:
     if change.relative is not None:
         verdict = f"{100 * change.relative:+.3g} %"
     said = f"{verdict}: {code(change.reason)}" if change.reason else verdict
-    return code(change.metric), code(change.name), *(plain(value(v, unit)) for v in (change.old, change.new)), said
+    return (
+        code(change.metric),
+        code(change.name),
+        *(strip_markup(value(v, unit)) for v in (change.old, change.new)),
+        said,
+    )
 
 
 def _time(change: TimeChange) -> Row:
@@ -87,6 +92,6 @@ def _noise(changes: Changes) -> str:
 def _possible_causes(changes: Changes) -> str:
     """Return possible causes: changed texts, parameters, versions and machines."""
     facts = [*changes.scenes, *changes.environment]
-    told = [f"{plain(f.what)} {code(plain_fact(f.old))} → {code(plain_fact(f.new))}" for f in facts[:12]]
+    told = [f"{strip_markup(f.what)} {code(plain_fact(f.old))} → {code(plain_fact(f.new))}" for f in facts[:12]]
     more = [f"{len(facts) - 12} more"] if len(facts) > 12 else []
     return f"Differences: {'; '.join([*told, *more])}." if facts else ""

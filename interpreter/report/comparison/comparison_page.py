@@ -9,8 +9,8 @@ from softmark.interpreter.report.comparison.comparison_view import SceneView, se
 from softmark.interpreter.report.comparison.work_precision_diagram import Diagram, has_step_times, key
 from softmark.interpreter.report.page.figure_frame import details
 from softmark.interpreter.report.page.html_document import document, moment
-from softmark.interpreter.report.page.html_markup import count, listed, plain, prose, section, tag, text
-from softmark.interpreter.report.run.tables.provenance_table import listing, table_of
+from softmark.interpreter.report.page.html_markup import count, join_names, prose, section, strip_backticks, tag, text
+from softmark.interpreter.report.run.tables.provenance_table import scene_listing, table_of
 from softmark.interpreter.study.analysis.comparison_advice import Advice
 from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
 from softmark.interpreter.study.configurations.task_outcome import PointWarning
@@ -23,7 +23,7 @@ def page(comparison: ComparisonRecord) -> str:
     own = views(comparison)
     return document(
         f"{title(own)} – softmark comparison",
-        plain(conclusion(own)),
+        strip_backticks(conclusion(own)),
         _header(own, comparison),
         [(name, make(own, comparison)) for name, make in SECTIONS],
         "compare.json",
@@ -36,7 +36,9 @@ def page(comparison: ComparisonRecord) -> str:
 def title(own: Sequence[SceneView]) -> str:
     """Return the names of the compared scenes in one line."""
     titles = list(dict.fromkeys(view.title for view in own))
-    return listed(titles) if 0 < len(titles) <= 3 else count(len(titles), "scene") if titles else "Nothing to compare"
+    return (
+        join_names(titles) if 0 < len(titles) <= 3 else count(len(titles), "scene") if titles else "Nothing to compare"
+    )
 
 
 def conclusion(own: Sequence[SceneView]) -> str:
@@ -154,7 +156,7 @@ def _provenance(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
     """Return the command, the environment, the references and the scenes."""
     again = tag("p", "To rerun this comparison:")
     repeat = again + tag("pre", tag("code", text(comparison.command)), class_="command") if comparison.command else ""
-    scenes = [listing(scene) for scene in comparison.scenes]
+    scenes = [scene_listing(scene) for scene in comparison.scenes]
     box = table_of(comparison.environment)
     return section("provenance", "Provenance", repeat, _references(own), _warnings(own), box, *scenes)
 

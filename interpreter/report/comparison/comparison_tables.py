@@ -326,7 +326,7 @@ def distances(view: SceneView) -> str:
     reasons = {(r.row, r.column): r.reason for r in known.reasons}
     rows = []
     for i, name in enumerate(names):
-        kind = "reference" if known.kinds[i] == "reference" else _beyond(known.labels[i], name)
+        kind = "reference" if known.kinds[i] == "reference" else _label_suffix(known.labels[i], name)
         values = list(zip(known.matrix[i], names, strict=True))
         cells = [_distance(v, reasons.get((name, other)), i == j) for j, (v, other) in enumerate(values)]
         rows.append(row(row_head(name, kind), *cells))
@@ -338,7 +338,7 @@ def distances(view: SceneView) -> str:
     return table(caption, head, rows, "matrix") + csv_link(f"{view.scene}-distances", ["row", *names], lines)
 
 
-def _beyond(label: str, name: str) -> str:
+def _label_suffix(label: str, name: str) -> str:
     """Return the part of a label after the name of its model."""
     return label.removeprefix(name).removeprefix(", ")
 

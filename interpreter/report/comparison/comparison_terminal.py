@@ -7,7 +7,7 @@ import shutil
 import textwrap
 from collections.abc import Sequence
 
-from softmark.grammar.diagnostic import all_visible
+from softmark.grammar.diagnostic import make_all_visible
 from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.comparison.comparison_view import (
     CLOCKS,
@@ -17,7 +17,7 @@ from softmark.interpreter.report.comparison.comparison_view import (
     views,
 )
 from softmark.interpreter.report.comparison.study_answers import study_lines
-from softmark.interpreter.report.page.html_markup import plain
+from softmark.interpreter.report.page.html_markup import strip_backticks
 from softmark.interpreter.study.analysis.comparison_point import ComparedPoint
 from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
 from softmark.interpreter.study.analysis.study_results import ParetoAnswer
@@ -81,13 +81,13 @@ def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
 
 def _errors(own: Sequence[SceneView], beside: str, paint: bool, room: int) -> list[str]:
     """Return the title with the text `beside` it, the table, and its notes."""
-    blocks = [_style(all_visible(own[0].title) + beside, "bold", paint), _rows(own, paint)]
+    blocks = [_style(make_all_visible(own[0].title) + beside, "bold", paint), _rows(own, paint)]
     notes = [_plain_text(note) for note in (separate_problems_note(own), *_notes(own)) if note]
     return [*blocks, *(["\n".join(textwrap.fill(n, room, subsequent_indent="  ") for n in notes)] if notes else [])]
 
 
 def _at(view: SceneView, words: str) -> str:
-    return f"{all_visible(view.at)}: {words}" if view.at else words
+    return f"{make_all_visible(view.at)}: {words}" if view.at else words
 
 
 def _truncate(lines: Sequence[str]) -> list[str]:
@@ -98,7 +98,7 @@ def _truncate(lines: Sequence[str]) -> list[str]:
 
 def _plain_text(words: str) -> str:
     """Return text without markup of the page and without control characters."""
-    return plain(all_visible(words)).replace("\u00a0", " ").replace("\u202f", " ")
+    return strip_backticks(make_all_visible(words)).replace("\u00a0", " ").replace("\u202f", " ")
 
 
 def _rows(own: Sequence[SceneView], paint: bool) -> str:
@@ -131,7 +131,7 @@ def _row(
     cells += [str(point.dofs or "-"), "-" if point.iterations is None else str(point.iterations)]
     cells += [_time(view, point) if view.timed else "-"] if timed else []
     said = ["" if point.status == "converged" else status_of(point.status), "disturbed" * view.disturbed(point)]
-    return [all_visible(cell) for cell in (*cells, ", ".join(word for word in said if word))]
+    return [make_all_visible(cell) for cell in (*cells, ", ".join(word for word in said if word))]
 
 
 def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:

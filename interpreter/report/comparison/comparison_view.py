@@ -7,8 +7,8 @@ from dataclasses import replace
 from functools import cached_property
 
 from softmark.interpreter.language.number_formatting import format_quantity, group_digits, is_negligible
-from softmark.interpreter.report.charts.curve_styles import MODEL_DASHES, Look, model_look
-from softmark.interpreter.report.page.html_markup import listed
+from softmark.interpreter.report.charts.curve_styles import MODEL_DASHES, CurveStyle, model_look
+from softmark.interpreter.report.page.html_markup import join_names
 from softmark.interpreter.results.json_records import Json
 from softmark.interpreter.study.analysis.comparison_analysis import ErrorAnalysis, References, SceneAnalysis
 from softmark.interpreter.study.analysis.comparison_point import UNKNOWNS, ComparedPoint, Spread
@@ -104,7 +104,7 @@ class SceneView:
         return list({(p.key, p.label): p for p in reversed(self.points)}.values())[::-1]
 
     @cached_property
-    def looks(self) -> list[Look]:
+    def looks(self) -> list[CurveStyle]:
         """Style of each line: colour and marker of its model, dash by its index among the model's lines."""
         models = {model: i for i, model in enumerate(dict.fromkeys(line.model for line in self.lines))}
         seen: dict[str, int] = {}
@@ -164,7 +164,7 @@ def separate_problems_note(own: Sequence[SceneView]) -> str:
     names = list(dict.fromkeys(f"`{name}`" for view in own for name in view.analysis.problem))
     if not names:
         return ""
-    return f"The reference changes with {listed(names)}: only configurations with the same value are compared."
+    return f"The reference changes with {join_names(names)}: only configurations with the same value are compared."
 
 
 def scene_titles(entries: Sequence[Json], names: Sequence[str]) -> dict[str, str]:

@@ -19,8 +19,8 @@ from softmark.interpreter.report.charts.curve_labels import Point as Place
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
 from softmark.interpreter.report.comparison.comparison_view import CLOCKS, SceneView, status_of
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
-from softmark.interpreter.report.page.figure_frame import SHOWN, PlateColumn, plate
-from softmark.interpreter.report.page.html_markup import count, plain, prose, tag, text
+from softmark.interpreter.report.page.figure_frame import SHOWN, PlateColumn, figure_block
+from softmark.interpreter.report.page.html_markup import count, prose, strip_backticks, tag, text
 from softmark.interpreter.study.analysis.comparison_analysis import ErrorAnalysis
 from softmark.interpreter.study.analysis.comparison_point import UNKNOWNS, ComparedPoint, Spread
 from softmark.records import dataclass
@@ -102,7 +102,7 @@ class Diagram:
         )  # fmt: skip
         chart = replace(chart, under=Overlay(self, chart).markup())
         shown = [line.name for line in self.view.lines][:SHOWN] if len(self.view.lines) > SHOWN else None
-        return plate(chart, prose(self._caption(shown)), self._columns(), self._save(), open_=shown)
+        return figure_block(chart, prose(self._caption(shown)), self._columns(), self._save(), open_=shown)
 
     @property
     def title(self) -> str:
@@ -156,7 +156,7 @@ class Diagram:
         return [f"`{self.view.by_key[key].label}`" for key in self.known.front]
 
     def _desc(self) -> str:
-        front = ", ".join(plain(name) for name in self._front()) or "empty"
+        front = ", ".join(strip_backticks(name) for name in self._front()) or "empty"
         return f"Error and cost of {count(len(self.drawn), 'configuration')}; Pareto front, fastest first: {front}."
 
     def _caption(self, shown: Sequence[str] | None) -> str:

@@ -6,18 +6,18 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.models.external.exporters import FORMATS, Format
 
 FILE = "README.txt"
 
 
-def text(sheet: Mapping[str, Any], to: str) -> str:
+def readme_text(sheet: Mapping[str, Any], to: str) -> str:
     """Return the instructions: contents, how to solve the problems, and how results are evaluated."""
     scene = sheet["scene"]
     file = scene["standard"] or Path(scene["file"]).name
     lines = [
-        visible(scene["title"]),
+        make_visible(scene["title"]),
         "",
         f"Exported by softmark {sheet['softmark']} to {to}: {FORMATS[to].what}.",
         "exam.json contains the probe points, reference values there with their uncertainty, and the metrics and",

@@ -28,7 +28,7 @@ FILE = "exam.json"
 UNITS = "SI: points and displacements in m, times in s, forces in N, moments in N*m, stresses in Pa, energies in J"
 
 
-def sheet(scene: Scene, options: RunOptions) -> dict[str, Any]:
+def make_sheet(scene: Scene, options: RunOptions) -> dict[str, Any]:
     """Return the sheet without the exported models. Raises SceneError for probes whose points cannot be found."""
     asked, left = plan_of(scene), []
     known = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from softmark.interpreter.language.number_formatting import format_quantity
-from softmark.interpreter.report.page.comment_markdown import MarkdownTable, Row, code, document, plain
+from softmark.interpreter.report.page.comment_markdown import MarkdownTable, Row, code, document, strip_markup
 from softmark.interpreter.study.leaderboard.leaderboard_cells import Board, Cell
 from softmark.interpreter.study.leaderboard.leaderboard_changes import describe_change, describe_status
 
@@ -21,7 +21,7 @@ def comment(old: Board, new: Board) -> str:
     same = len(set(before) & set(after)) - sum(row[-1] not in ("new", "gone") for row in rows)
     counts = f"{len(after)} cells, {same} as before"
     note = "" if timed else " Times are not compared because the processors differ."
-    head = f"**Leaderboard: {plain(new.title)}.** {counts}, {len(rows)} changed.{note}"
+    head = f"**Leaderboard: {strip_markup(new.title)}.** {counts}, {len(rows)} changed.{note}"
     return document(head, [MarkdownTable("cells", COLUMNS, rows)])
 
 
@@ -31,11 +31,11 @@ def _by_key(board: Board) -> dict[Key, Cell]:
 
 def _row(key: Key, old: Cell | None, new: Cell | None, timed: bool) -> Row | None:
     case, model, name = key
-    who = f"{plain(model)} ({code(name)})" if name else plain(model)
+    who = f"{strip_markup(model)} ({code(name)})" if name else strip_markup(model)
     if old is None or new is None:
-        return plain(case), who, _cell_in_words(old), _cell_in_words(new), "new" if old is None else "gone"
+        return strip_markup(case), who, _cell_in_words(old), _cell_in_words(new), "new" if old is None else "gone"
     change = describe_change(old, new, timed)
-    return (plain(case), who, _cell_in_words(old), _cell_in_words(new), change) if change else None
+    return (strip_markup(case), who, _cell_in_words(old), _cell_in_words(new), change) if change else None
 
 
 def _cell_in_words(cell: Cell | None) -> str:
@@ -44,4 +44,4 @@ def _cell_in_words(cell: Cell | None) -> str:
     if cell.error is None:
         return describe_status(cell.status)
     time = "" if cell.time_s is None else f", {format_quantity(cell.time_s, 's', 3)}"
-    return plain(f"{format_quantity(cell.error, cell.unit, 3, percent=True)}{time}")
+    return strip_markup(f"{format_quantity(cell.error, cell.unit, 3, percent=True)}{time}")

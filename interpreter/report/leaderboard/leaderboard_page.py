@@ -7,7 +7,16 @@ from softmark.interpreter.report.leaderboard.case_cards import cards
 from softmark.interpreter.report.leaderboard.performance_profile_figures import profiles
 from softmark.interpreter.report.leaderboard.result_matrix import matrix
 from softmark.interpreter.report.page.html_document import document, moment
-from softmark.interpreter.report.page.html_markup import count, listed, plain, prose, section, several, tag, text
+from softmark.interpreter.report.page.html_markup import (
+    count,
+    join_few_names,
+    join_names,
+    prose,
+    section,
+    strip_backticks,
+    tag,
+    text,
+)
 from softmark.interpreter.report.run.tables.provenance_table import table_of
 from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
 from softmark.interpreter.study.leaderboard.leaderboard_cells import Board
@@ -26,8 +35,8 @@ def page(board: Board, compared: ComparisonRecord) -> str:
         ("provenance", _provenance(board)),
     ]
     return document(
-        f"{board.title} – softmark leaderboard", plain(_conclusion(board)), _header(board), sections, "board.json",
-        _curves(board, own), ["report.css", "compare.css", "board.css"], ["report.js"],
+        f"{board.title} – softmark leaderboard", strip_backticks(_conclusion(board)), _header(board), sections,
+        "board.json", _curves(board, own), ["report.css", "compare.css", "board.css"], ["report.js"],
     )  # fmt: skip
 
 
@@ -43,7 +52,7 @@ def _conclusion(board: Board) -> str:
     lost = sum(c.error is None for c in board.cells)
     said = [f"{n} {what}" for what, n in (*found, ("no error", lost)) if n]
     models, cells = count(len(board.models), "model"), count(len(board.cells), "cell")
-    return f"{count(len(board.cases), 'case')}, {models}, {cells}: {listed(said) or 'nothing assessed'}."
+    return f"{count(len(board.cases), 'case')}, {models}, {cells}: {join_names(said) or 'nothing assessed'}."
 
 
 def _header(board: Board) -> str:
@@ -61,7 +70,7 @@ def _merits(ranked: list[ModelStrengths]) -> str:
     rows = [
         tag("tr", tag("th", text(m.model), scope="row"),
             *(tag("td", _links(names)) for names in (m.right, m.quickest, m.closest, m.wrong)),
-            tag("td", text(several([f"{case} ({status.replace('_', ' ')})" for case, status in m.lost]) or "–")))
+            tag("td", text(join_few_names([f"{case} ({status.replace('_', ' ')})" for case, status in m.lost]) or "–")))
         for m in ranked
     ]  # fmt: skip
     table = tag("table", head, tag("tbody", *rows), class_="merits")

@@ -9,7 +9,7 @@ from softmark.interpreter.report.charts.chart_axes import linear, logarithmic
 from softmark.interpreter.report.charts.curve_styles import model_look
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
 from softmark.interpreter.report.page.embedded_csv import csv_link
-from softmark.interpreter.report.page.figure_frame import SHOWN, PlateColumn, hidden_models_note, plate
+from softmark.interpreter.report.page.figure_frame import SHOWN, PlateColumn, figure_block, hidden_models_note
 from softmark.interpreter.report.page.html_markup import section, tag, text
 from softmark.interpreter.study.leaderboard.leaderboard_cells import Board
 from softmark.interpreter.study.leaderboard.performance_profiles import (
@@ -67,4 +67,4 @@ def _plate(name: str, own: Sequence[PerformanceProfile], ends: tuple[float, floa
     rows = [(p.model, tau, share, p.of) for p in own for tau, share in p.steps]
     save = csv_link(f"profile-{name}", ["model", "tau", "share", "cases"], rows)
     said = tag("b", text(title)) + ". " + text(caption.format(own[0].of)) + hidden_models_note(len(own), len(shown))
-    return plate(chart, said, columns, save, open_=shown if len(own) > SHOWN else None)
+    return figure_block(chart, said, columns, save, open_=shown if len(own) > SHOWN else None)

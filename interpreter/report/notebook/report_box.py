@@ -12,7 +12,7 @@ from softmark.interpreter.report.run.figures.comparison_section import error_sta
 from softmark.interpreter.report.run.report_bodies import BodyResults, bodies
 from softmark.interpreter.report.run.report_header import title
 from softmark.interpreter.report.run.report_page import files_of
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.tables import expectation_table
 from softmark.interpreter.report.run.tables.results_table import Notes, ResultsTable
 from softmark.interpreter.report.view3d import shapes_section
@@ -28,7 +28,7 @@ WHERE = "`report.write(FOLDER)`"
 def inline(report: Report) -> str:
     """Return a report as a piece of HTML of bounded size."""
     # without the text of the scene no number of a line is a link: the listing is not here
-    findings = Findings(replace(report, scene={**report.scene, "text": ""}))
+    findings = ReportSummary(replace(report, scene={**report.scene, "text": ""}))
     mood, ended = findings.status
     above = [verdict(mood, f"{ended}."), tag("p", prose(findings.conclusion))]
     above += [_expectations(findings), messages(findings), _warning_summary(findings), *_results(findings)]
@@ -37,7 +37,7 @@ def inline(report: Report) -> str:
     return shell(title(findings), *above, drawn, _rest(findings))
 
 
-def _warning_summary(findings: Findings) -> str:
+def _warning_summary(findings: ReportSummary) -> str:
     """Return the number of warnings, with the first ones on demand."""
     warnings = findings.report.warnings
     if not warnings:
@@ -45,7 +45,7 @@ def _warning_summary(findings: Findings) -> str:
     return details(count(len(warnings), "warning"), expectation_table.warning_list(warnings[:ROWS]))
 
 
-def _expectations(findings: Findings) -> str:
+def _expectations(findings: ReportSummary) -> str:
     """Return the table of verdicts; those not met come first if there are too many to show."""
     judged = findings.report.expectations
     if not judged:
@@ -53,7 +53,7 @@ def _expectations(findings: Findings) -> str:
     if len(judged) <= ROWS:
         return expectation_table.table_of(findings)
     first = sorted(judged, key=_urgency)[:ROWS]
-    some = Findings(replace(findings.report, expectations=tuple(sorted(first, key=lambda e: e.line))))
+    some = ReportSummary(replace(findings.report, expectations=tuple(sorted(first, key=lambda e: e.line))))
     left = f"{len(judged) - ROWS} more expectations are in `report.expectations`."
     return expectation_table.table_of(some) + tag("p", prose(left), class_="quiet")
 
@@ -62,7 +62,7 @@ def _urgency(e: ExpectationResult) -> int:
     return 0 if e.passed is False else 1 if e.passed is None else 2
 
 
-def _results(findings: Findings) -> Sequence[str]:
+def _results(findings: ReportSummary) -> Sequence[str]:
     """Return a table for each body, their footnotes, and the errors that models state."""
     if not findings.everyone:
         return ()
@@ -71,7 +71,7 @@ def _results(findings: Findings) -> Sequence[str]:
     return *tables, notes.list(), error_statements(findings)
 
 
-def _table(findings: Findings, body: BodyResults, notes: Notes) -> str:
+def _table(findings: ReportSummary, body: BodyResults, notes: Notes) -> str:
     """Return the table of a body under its name, only the first rows if there are many."""
     heading = tag("p", tag("b", prose(f"`{body.name}`"))) if body.name else ""
     few = replace(body, results=body.results[:ROWS])
@@ -80,7 +80,7 @@ def _table(findings: Findings, body: BodyResults, notes: Notes) -> str:
     return heading + ResultsTable(findings, few, notes).html() + left
 
 
-def _shapes(findings: Findings) -> str:
+def _shapes(findings: ReportSummary) -> str:
     """Return the view of shapes, with fewer and coarser shapes than on the page; empty if there are none."""
     report = findings.report
     shaped = [n for n in (*report.references, *report.models) if findings.everyone[n].shape is not None]
@@ -89,14 +89,14 @@ def _shapes(findings: Findings) -> str:
         return ""
     models = {n: r for n, r in report.models.items() if n in few}
     references = {n: r for n, r in report.references.items() if n in few}
-    some = Findings(replace(report, models=models, references=references))
+    some = ReportSummary(replace(report, models=models, references=references))
     markup = shapes_section.section_of(some, max(300, min(POINTS, ROOM // (EACH * len(few)))), ROOM, stills=False)
     left = f"{len(shaped) - len(few)} more shapes are on the page that {WHERE} writes."
     more = tag("p", prose(left), class_="quiet") if len(shaped) > len(few) else ""
     return (isolated_frame("Deformed shapes", markup, *files_of(markup)) if markup else "") + more
 
 
-def _rest(findings: Findings) -> str:
+def _rest(findings: ReportSummary) -> str:
     """Return a sentence about further content of the report."""
     said = f"Numbers as a table: `report.frame()`; the full page, with curves and sources: {WHERE}."
     return tag("p", prose(said), class_="quiet")

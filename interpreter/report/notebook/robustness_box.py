@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from softmark.interpreter.report.notebook.box_frame import ROWS, if_it_fits, isolated_frame, shell, verdict
 from softmark.interpreter.report.page.html_markup import prose, tag
-from softmark.interpreter.report.robustness.robustness_page import conclusion, edges, silent, strips
+from softmark.interpreter.report.robustness.robustness_page import conclusion, edges, silent_points_section, strips
 from softmark.interpreter.study.robustness.robustness_record import Robustness
 
 WHERE = "`stress.write(FOLDER)`"
@@ -13,7 +13,7 @@ WHERE = "`stress.write(FOLDER)`"
 def inline(stress: Robustness) -> str:
     """Return a robustness study as a piece of HTML of bounded size."""
     said = [verdict("bad" if stress.silent else "good", conclusion(stress))]
-    said += [silent(stress, ROWS)] if stress.silent else []
+    said += [silent_points_section(stress, ROWS)] if stress.silent else []
     left = len(stress.silent) - ROWS
     said += [tag("p", prose(f"{left} more are in `stress.silent`."), class_="quiet")] if left > 0 else []
     tables = if_it_fits(edges(stress), "", WHERE)

@@ -9,9 +9,9 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.scene_sources import standard_name
 from softmark.interpreter.report.notebook.box_frame import LARGEST, ROWS, shell, table
 from softmark.interpreter.report.page.figure_frame import details
-from softmark.interpreter.report.page.html_markup import count, listed, prose, tag, text
+from softmark.interpreter.report.page.html_markup import count, join_names, prose, tag, text
 from softmark.interpreter.report.run.tables import expectation_table
-from softmark.interpreter.report.run.tables.scene_listing import coloured, value_shown
+from softmark.interpreter.report.run.tables.scene_listing import colour_line, value_shown
 from softmark.interpreter.results.prompt_representation import shorten
 from softmark.interpreter.results.run_report import ReportWarning
 
@@ -65,12 +65,12 @@ def _declared(scene: Scene) -> str:
 def _kind(kind: str, own: dict[str, Declared]) -> str:
     names = [f"`{shorten(name)}` ({shorten(d.constructor.name)})" for name, d in list(own.items())[:ROWS]]
     names += [f"{len(own) - ROWS} more"] if len(own) > ROWS else []
-    return tag("tr", tag("th", text(kind), scope="row"), tag("td", prose(listed(names))))
+    return tag("tr", tag("th", text(kind), scope="row"), tag("td", prose(join_names(names))))
 
 
 def _text(scene: Scene) -> str:
     lines = scene.source.text[: LARGEST // 10].splitlines()
-    shown = "\n".join(coloured(line) for line in lines[:LINES])
+    shown = "\n".join(colour_line(line) for line in lines[:LINES])
     left = scene.source.text.count("\n") + 1 - LINES
     more = tag("p", f"{left} more lines are in the file.", class_="quiet") if left > 0 else ""
     return details("Text of the scene", tag("pre", tag("code", shown)), more)

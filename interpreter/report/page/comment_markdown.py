@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from softmark.grammar.diagnostic import encodable, visible
+from softmark.grammar.diagnostic import make_encodable, make_visible
 from softmark.records import dataclass
 
 LIMIT = 65_536  # characters of a comment at GitHub; counted here as bytes of UTF-8, which are no fewer
@@ -43,26 +43,26 @@ def document(head: str, tables: Sequence[MarkdownTable], tail: str = "", limit: 
     return "\n\n".join([*blocks, *([tail] if tail else [])]) + "\n"
 
 
-def plain(text: str) -> str:
+def strip_markup(text: str) -> str:
     """Return a text without markup, table breaks or mentions of people."""
-    escaped = re.sub(r"([\\`*_~\[\]])", r"\\\1", _short(text).replace("&", "&amp;"))
+    escaped = re.sub(r"([\\`*_~\[\]])", r"\\\1", _shorten(text).replace("&", "&amp;"))
     escaped = escaped.replace("<", "&lt;").replace(">", "&gt;").replace("|", "&#124;")
     return re.sub(r"[@#](?=\w)", lambda sign: f"{sign[0]}\u200b", escaped)
 
 
 def code(text: str) -> str:
     """Return a text verbatim as code, inside or outside a table."""
-    told = _short(text)
+    told = _shorten(text)
     if not told or "|" in told:  # `|` ends a cell, in code too
-        return told and f"<code>{plain(told)}</code>"
+        return told and f"<code>{strip_markup(told)}</code>"
     fence = "`" * (max(map(len, re.findall("`+", told)), default=0) + 1)
     pad = " " if told[0] == "`" or told[-1] == "`" else ""
     return f"{fence}{pad}{told}{pad}{fence}"
 
 
-def _short(text: str) -> str:
+def _shorten(text: str) -> str:
     """Return a text on one line, with its middle omitted if it is long."""
-    line = " ".join(visible(encodable(word)) for word in text.split())
+    line = " ".join(make_visible(make_encodable(word)) for word in text.split())
     return line if len(line) <= LONGEST else f"{line[: LONGEST // 2]} … {line[-LONGEST // 3 :]}"
 
 

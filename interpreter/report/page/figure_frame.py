@@ -23,7 +23,7 @@ class PlateColumn:
     cells: Sequence[Sequence[str]]  # rows, symbols
 
 
-def plate(
+def figure_block(
     chart: Chart,
     caption: str,
     columns: Sequence[PlateColumn],

@@ -88,11 +88,11 @@ def part(name: str, beside: tuple[str, ...] = ()) -> str:
 
 def moment(written: str) -> str:
     """Return a time element in words; the text itself if it is not a date."""
-    words = in_words(written)
+    words = format_date(written)
     return text(written) if words == written else tag("time", words, datetime=written)
 
 
-def in_words(written: str) -> str:
+def format_date(written: str) -> str:
     """Return `23 November 2026, 17:54 UTC`; the text itself if it is not a date."""
     try:
         found = datetime.fromisoformat(written)

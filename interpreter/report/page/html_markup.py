@@ -57,7 +57,7 @@ def prose(message: str) -> str:
     return "".join(tag("code", text(piece)) if i % 2 else text(piece) for i, piece in enumerate(pieces))
 
 
-def plain(message: str) -> str:
+def strip_backticks(message: str) -> str:
     """Return a message without its backticks, for titles and for `desc`."""
     return _CODE.sub(r"\1", message)
 
@@ -73,12 +73,12 @@ def count(n: int, noun: str) -> str:
     return f"{n} {noun}" + ("" if n == 1 else "s")
 
 
-def listed(items: list[str]) -> str:
+def join_names(items: list[str]) -> str:
     """Return `a`, `a and b`, `a, b and c`."""
     return " and ".join([", ".join(items[:-1]), items[-1]]) if len(items) > 1 else "".join(items)
 
 
-def several(items: list[str], most: int = 8) -> str:
+def join_few_names(items: list[str], most: int = 8) -> str:
     """Return a list like `listed` if it is short; `a, b and 9 others` if it is long."""
     few = items if len(items) <= most else [*items[: most - 1], f"{len(items) - most + 1} others"]
-    return listed(few)
+    return join_names(few)

@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
-from softmark.interpreter.report.page.html_markup import plain, tag, text
+from softmark.interpreter.report.page.html_markup import strip_backticks, tag, text
 from softmark.interpreter.report.robustness.robustness_view import (
     Ruler,
     class_of,
@@ -37,7 +37,7 @@ def key(study: RobustnessStudyRecord) -> str:
 
 def _mark(x: float, y: float, name: str, size: float, alone: bool = False, title: str = "") -> str:
     """Return a coloured disc with the glyph of a class."""
-    said = tag("title", text(plain(title))) if title else ""
+    said = tag("title", text(strip_backticks(title))) if title else ""
     disc = tag("circle", cx=f"{x:.1f}", cy=f"{y:.1f}", r=size + 2.5)
     glyph = tag("text", text(class_of(name).sign), x=f"{x:.1f}", y=f"{y + 3.6:.1f}", text_anchor="middle")
     group = tag("g", said, disc, glyph, class_=f"stress-mark {name}")
@@ -56,7 +56,7 @@ def strip(study: RobustnessStudyRecord, asked: WalkedQuantity) -> str:
     height = TOP + ROW * len(rows) + 34
     drawn = [_row(model, points, scale, i) for i, (model, points) in enumerate(rows.items())]
     said = f"Classes of {len(rows)} models along {asked.name}"
-    pieces = (_nominal(asked, scale, len(rows)), *drawn, _ticks(scale, TOP + ROW * len(rows)))
+    pieces = (_nominal_line(asked, scale, len(rows)), *drawn, _ticks(scale, TOP + ROW * len(rows)))
     reach = f" from {scale.said(scale.marks[0])} to {scale.said(scale.marks[-1])}"
     caption = tag("code", text(asked.name)) + text(reach) + _nominal_words(asked)
     return _figure(said, (WIDTH, height), pieces, caption)
@@ -89,7 +89,7 @@ def _row(model: str, points: Sequence[tuple[Value, RobustnessPoint]], scale: Rul
     return tag("g", name, *bands, *marks)
 
 
-def _nominal(asked: WalkedQuantity, scale: Ruler, rows: int) -> str:
+def _nominal_line(asked: WalkedQuantity, scale: Ruler, rows: int) -> str:
     """Return a line at the nominal value of the scene."""
     if isinstance(asked.nominal, str) or asked.nominal not in scale.marks:
         return ""

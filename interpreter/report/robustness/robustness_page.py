@@ -7,19 +7,19 @@ from collections.abc import Sequence
 
 from softmark.interpreter.report.page.figure_frame import details
 from softmark.interpreter.report.page.html_document import document, moment
-from softmark.interpreter.report.page.html_markup import count, listed, plain, prose, section, tag, text
+from softmark.interpreter.report.page.html_markup import count, join_names, prose, section, strip_backticks, tag, text
 from softmark.interpreter.report.robustness import robustness_figures as stress_figures
 from softmark.interpreter.report.robustness.robustness_view import (
     CLASSES,
-    beyond,
     class_of,
     format_value,
     percent,
     point_tooltip,
-    reach,
+    status_beyond,
+    valid_range,
 )
 from softmark.interpreter.report.robustness.validity_range_text import gaps, nowhere_right
-from softmark.interpreter.report.run.tables.provenance_table import listing, scene_name, table_of
+from softmark.interpreter.report.run.tables.provenance_table import scene_listing, scene_name, table_of
 from softmark.interpreter.study.robustness.robustness_record import (
     ChoiceEdge,
     Robustness,
@@ -35,7 +35,7 @@ def page(stress: Robustness) -> str:
     """Return a complete HTML5 document of a `softmark-stress/1` result, without network access or other files."""
     return document(
         f"{stress.scene['title']} – softmark stress",
-        plain(conclusion(stress)),
+        strip_backticks(conclusion(stress)),
         _header(stress),
         [(name, make(stress)) for name, make in SECTIONS],
         "stress.json",
@@ -50,7 +50,7 @@ def conclusion(stress: Robustness) -> str:
     summary, counts = stress.summary, stress.summary.classes
     models = len(dict.fromkeys(m for study in stress.studies for m in study.models))
     ordered = [name for name in CLASSES if counts.get(name) and name != "silent"]
-    said = listed([f"{counts[name]} {class_of(name).words}" for name in ordered])
+    said = join_names([f"{counts[name]} {class_of(name).words}" for name in ordered])
     judged = summary.points - (counts.get("unjudged") or 0)
     none = "None was wrong without a warning." if judged or not summary.points else "Nothing was judged."
     last = f"{summary.silent} wrong without a warning!" if summary.silent else none
@@ -66,20 +66,24 @@ def _header(stress: Robustness) -> str:
 
 
 def _silent(stress: Robustness) -> str:
-    return section("silent", "Wrong without a warning", silent(stress)) if stress.silent else ""
+    return (
+        section("silent", "Wrong without a warning", silent_points_section(stress))
+        if stress.silent_points_section
+        else ""
+    )
 
 
-def silent(stress: Robustness, most: int | None = None) -> str:
+def silent_points_section(stress: Robustness, most: int | None = None) -> str:
     """Return the silently wrong points, at most `most`, with the command that repeats each."""
     file, plugins = scene_name(stress.scene, "-"), [p["file"] for p in stress.scene.get("plugins", ())]
     items = [
-        tag("li", tag("code", text(p.model)), ", ", prose(point_tooltip(p)), _command(again(file, p, plugins)))
+        tag("li", tag("code", text(p.model)), ", ", prose(point_tooltip(p)), _command(repeat_command(file, p, plugins)))
         for p in stress.silent[:most]
     ]
     return tag("div", tag("ul", *items), class_="callout bad")
 
 
-def again(file: str, point: RobustnessPoint, plugins: Sequence[str] = ()) -> str:
+def repeat_command(file: str, point: RobustnessPoint, plugins: Sequence[str] = ()) -> str:
     """Return the command that computes a point again."""
     parts = ["dsl", "run", file, *(part for own in plugins for part in ("--plugin", own))]
     parts += [part for n, t in point.texts.items() for part in ("-p", f"{n}={t}")]
@@ -131,11 +135,11 @@ def _range(own: list[ValidityEdge], unit: str) -> str:
         return tag("td", "–")
     if choices := [e for e in own if isinstance(e, ChoiceEdge)]:
         none = "no option" if any(e.wrong for e in choices) else ""
-        words = ", ".join(text(v) for v in reach(own, unit)) or none
+        words = ", ".join(text(v) for v in valid_range(own, unit)) or none
         said = [tag("small", _beyond(e, unit)) for e in own]
     else:
-        words = " … ".join(text(v) for v in reach(own, unit)) or nowhere_right(own)
-        between = gaps(own) if reach(own, unit) else ""
+        words = " … ".join(text(v) for v in valid_range(own, unit)) or nowhere_right(own)
+        between = gaps(own) if valid_range(own, unit) else ""
         sides = (_beyond(e, unit) for e in own if any(e.judged for e in own))
         said = [tag("small", line) for line in (text(between), *sides) if line]
     worst = next((e.word for e in own if e.word), "right")
@@ -143,7 +147,7 @@ def _range(own: list[ValidityEdge], unit: str) -> str:
 
 
 def _beyond(edge: ValidityEdge, unit: str) -> str:
-    met = beyond(edge, unit)
+    met = status_beyond(edge, unit)
     if isinstance(edge, ChoiceEdge):  # a choice has no sides
         return text(met or "right with all options")
     side = "above" if edge.direction == "up" else "below"
@@ -178,10 +182,16 @@ def _remedies(stress: Robustness) -> str:
             if e.word is not None and (e.reason or e.remedy):
                 found.setdefault((e.quantity, e.reason or "", e.remedy or ""), []).append(e.model)
     items = [
-        tag("li", tag("code", text(name)), ", ", listed([tag("code", text(m)) for m in dict.fromkeys(models)]), ": ",
-            prose("; ".join(piece for piece in (reason, remedy) if piece)))
+        tag(
+            "li",
+            tag("code", text(name)),
+            ", ",
+            join_names([tag("code", text(m)) for m in dict.fromkeys(models)]),
+            ": ",
+            prose("; ".join(piece for piece in (reason, remedy) if piece)),
+        )
         for (name, reason, remedy), models in found.items()
-    ]  # fmt: skip
+    ]
     return section("remedies", "How to extend the ranges", tag("ul", *items, class_="wanted")) if items else ""
 
 
@@ -211,7 +221,7 @@ def _point(point: RobustnessPoint) -> str:
 def _provenance(stress: Robustness) -> str:
     """Return the command, the environment and the scene."""
     repeat = tag("p", "To rerun this study:") + _command(stress.command) if stress.command else ""
-    return section("provenance", "Provenance", repeat, table_of(stress.environment or {}), listing(stress.scene))
+    return section("provenance", "Provenance", repeat, table_of(stress.environment or {}), scene_listing(stress.scene))
 
 
 SECTIONS = (

@@ -5,10 +5,10 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterator, Sequence
 
-from softmark.grammar.diagnostic import all_visible
+from softmark.grammar.diagnostic import make_all_visible
 from softmark.interpreter.language import units
 from softmark.interpreter.planning.varied_quantities import WalkedQuantity
-from softmark.interpreter.report.robustness.validity_range_text import ends, gaps, nowhere_right, options_by_class
+from softmark.interpreter.report.robustness.validity_range_text import gaps, nowhere_right, options_by_class, range_ends
 from softmark.interpreter.study.robustness.robustness_record import (
     ChoiceEdge,
     Robustness,
@@ -32,8 +32,8 @@ def table(found: Robustness, file: str, overrides: Sequence[str], colour: bool, 
     lines = [str(found.scene["title"])]
     for study in found.studies:
         lines += ["", *_study(study)]
-    lines = [all_visible(line) for line in (*lines, "", _counts(found.summary))]
-    lines += _silent(found, file, overrides, colour)
+    lines = [make_all_visible(line) for line in (*lines, "", _counts(found.summary))]
+    lines += _silent_point_lines(found, file, overrides, colour)
     if place:
         lines.append(f"report: {place}")
     return "\n".join(lines)
@@ -51,7 +51,7 @@ def _study(study: RobustnessStudyRecord) -> Iterator[str]:
         for model in models:
             own = study.edges_of(model, quantity.name)
             yield f"    {model:<{width}}  {_range(own, quantity.unit)}"
-            lines = dict.fromkeys(line for e in own for line in _beyond(e, quantity.unit))
+            lines = dict.fromkeys(line for e in own for line in _status_lines_beyond(e, quantity.unit))
             yield from (f"    {'':<{width}}    {line}" for line in lines)
 
 
@@ -63,14 +63,14 @@ def _range(edges: Sequence[ValidityEdge], unit: str) -> str:
     """Return `right 0.3 .. 0.4995`, or that the model is right nowhere, or that nothing was judged."""
     if isinstance(edges[0], ChoiceEdge):
         return "; ".join(f"{SAID.get(word, word)}: {', '.join(own)}" for word, own in options_by_class(edges[0]))
-    found = ends(edges, lambda value: number(value, unit))
+    found = range_ends(edges, lambda value: number(value, unit))
     if not found:
         return nowhere_right(edges)
     said = f"right at {found[0]}" if len(found) == 1 else f"right {' .. '.join(found)}"
     return "; ".join(piece for piece in (said, gaps(edges)) if piece)
 
 
-def _beyond(edge: ValidityEdge, unit: str) -> Iterator[str]:
+def _status_lines_beyond(edge: ValidityEdge, unit: str) -> Iterator[str]:
     """Yield the status beyond a limit, and what would move it."""
     if edge.word is None:
         return
@@ -98,7 +98,7 @@ def _counts(summary: RobustnessSummary) -> str:
     return said + (": no point was judged, so this has no meaning" if none else "")
 
 
-def _silent(found: Robustness, file: str, overrides: Sequence[str], colour: bool) -> Iterator[str]:
+def _silent_point_lines(found: Robustness, file: str, overrides: Sequence[str], colour: bool) -> Iterator[str]:
     """Yield points that look right and are wrong, with the commands that repeat them."""
     silent = [(s.metric, p) for s in found.studies for p in s.points if p.found.word == "silent"]
     if not silent:
@@ -108,7 +108,7 @@ def _silent(found: Robustness, file: str, overrides: Sequence[str], colour: bool
     for metric, point in silent[:MOST]:
         plugins = (p["file"] for p in found.scene.get("plugins", ()))
         command = ["dsl", "run", file, *(part for own in plugins for part in ("--plugin", own))]
-        for text in (*overrides, *(f"{n}={all_visible(t)}" for n, t in point.texts.items())):
+        for text in (*overrides, *(f"{n}={make_all_visible(t)}" for n, t in point.texts.items())):
             command += ["-p", text]
         command += ["--model", point.model]
         says = "" if point.found.states is None else f", stated error {100 * point.found.states:.2g} %"

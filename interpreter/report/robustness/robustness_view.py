@@ -8,7 +8,7 @@ from typing import Any
 
 from softmark.interpreter.language.number_formatting import format_quantity, typeset_number
 from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
-from softmark.interpreter.report.robustness.validity_range_text import ends, options_by_class
+from softmark.interpreter.report.robustness.validity_range_text import options_by_class, range_ends
 from softmark.interpreter.study.robustness.robustness_record import (
     ChoiceEdge,
     RobustnessPoint,
@@ -55,7 +55,7 @@ class Ruler:
     unit: str
     kind: str  # "log" | "gap" | "linear" | "turn"
     marks: tuple[Any, ...]  # values in order
-    ends: tuple[float, float]
+    range_ends: tuple[float, float]
 
     def at(self, value: Any) -> float:
         """Return the position of a value: 0 for the lowest, 1 for the highest."""
@@ -107,13 +107,13 @@ def format_value(value: Any, unit: str) -> str:
     return typeset_number(f"{value:.10g}" if 0.0 < GAP_LIMIT - value < 0.01 else f"{value:.{DIGITS}g}")
 
 
-def reach(own: Collection[ValidityEdge], unit: str) -> list[str]:
+def valid_range(own: Collection[ValidityEdge], unit: str) -> list[str]:
     """Return both ends of the range in which a model is right, or the options with which it is."""
     choice = next((e for e in own if isinstance(e, ChoiceEdge)), None)
-    return ends(own, lambda value: format_value(value, unit)) if choice is None else list(choice.right)
+    return range_ends(own, lambda value: format_value(value, unit)) if choice is None else list(choice.right)
 
 
-def beyond(edge: ValidityEdge, unit: str) -> str | None:
+def status_beyond(edge: ValidityEdge, unit: str) -> str | None:
     """Return the status beyond a limit, and where it starts; None if the model is right at all tested values."""
     if edge.word is None:
         return None

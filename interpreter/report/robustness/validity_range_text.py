@@ -9,7 +9,7 @@ from softmark.interpreter.study.robustness.robustness_record import ChoiceEdge, 
 Shown = Callable[[float], str]  # a value in its unit
 
 
-def ends(own: Collection[ValidityEdge], shown: Shown) -> list[str]:
+def range_ends(own: Collection[ValidityEdge], shown: Shown) -> list[str]:
     """Return both ends of the range in which a model is right, in all tested directions; one if they are equal."""
     found = [v for e in own for v in (e.first_right, e.last_right) if v is not None]
     return list(dict.fromkeys(shown(v) for v in (min(found), max(found)))) if found else []

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 
 
-def by_size(findings: Findings) -> dict[str, dict[str, float]]:
+def families_by_size(findings: ReportSummary) -> dict[str, dict[str, float]]:
     """Return family -> models with their numbers of unknowns, ascending; at least two different sizes."""
     found: dict[str, dict[str, float]] = {}
     for name, model in findings.report.models.items():
@@ -19,7 +19,7 @@ def by_size(findings: Findings) -> dict[str, dict[str, float]]:
     return _lines(found)
 
 
-def by_poisson(findings: Findings) -> dict[str, dict[str, float]]:
+def families_by_poisson(findings: ReportSummary) -> dict[str, dict[str, float]]:
     """Return family -> models with their Poisson's ratios, ascending; at least two different ones."""
     usual, found = scene_poisson(findings), dict[str, dict[str, float]]()
     for name, model in findings.report.models.items():
@@ -40,7 +40,7 @@ def _lines(found: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, floa
     return kept
 
 
-def scene_poisson(findings: Findings) -> float | None:
+def scene_poisson(findings: ReportSummary) -> float | None:
     """Return Poisson's ratio of the bodies' material, None if it is not unique."""
     values = {d.poisson for d in findings.declared.values() if d.kind == "body" and d.poisson is not None}
     return values.pop() if len(values) == 1 else None

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import field
 
-from softmark.interpreter.report.page.html_markup import listed
-from softmark.interpreter.report.run.report_summary import UNKNOWN, Findings, MetricColumn, Result
+from softmark.interpreter.report.page.html_markup import join_names
+from softmark.interpreter.report.run.report_summary import UNKNOWN, MetricColumn, ReportSummary, Result
 from softmark.records import dataclass
 
 
@@ -19,7 +19,7 @@ class BodyResults:
     metrics: tuple[MetricColumn, ...]
 
 
-def bodies(findings: Findings) -> tuple[BodyResults, ...]:
+def bodies(findings: ReportSummary) -> tuple[BodyResults, ...]:
     """Return the bodies of a report in the order of its results; one without a name if they cannot be distinguished.
 
     A metric that belongs to no body, such as a time, is in all of them.
@@ -28,7 +28,7 @@ def bodies(findings: Findings) -> tuple[BodyResults, ...]:
     groups: dict[str, list[str]] = {}
     for name in everyone:
         groups.setdefault(links.root(f"result {name}"), []).append(name)
-    if len(groups) < 2 or len(_declared(findings)) < 2:
+    if len(groups) < 2 or len(_declared_names(findings)) < 2:
         return (BodyResults("", tuple(everyone), findings.metrics),)
     return tuple(
         BodyResults(_name(findings, links, root), tuple(names), tuple(_of(findings, links, root)))
@@ -56,7 +56,7 @@ class _Links:
         self.parent[self.root(a)] = self.root(b)
 
 
-def _links(findings: Findings) -> _Links:
+def _links(findings: ReportSummary) -> _Links:
     links = _Links()
     for name, result in findings.everyone.items():
         own = list(_of_result(findings, name, result))
@@ -71,7 +71,7 @@ def _links(findings: Findings) -> _Links:
     return links
 
 
-def _of_result(findings: Findings, name: str, result: Result) -> Iterator[str]:
+def _of_result(findings: ReportSummary, name: str, result: Result) -> Iterator[str]:
     """Yield the links of a result to its body: its probes, its declaration, its metrics."""
     yield from (f"probe {probe}" for probe in result.probes)
     if (body := _body_of(findings, name)) is not None:
@@ -80,7 +80,7 @@ def _of_result(findings: Findings, name: str, result: Result) -> Iterator[str]:
     yield from (f"metric {metric}" for metric in result.metrics if metric in about)
 
 
-def _compared_with(findings: Findings, name: str) -> Iterator[str]:
+def _compared_with(findings: ReportSummary, name: str) -> Iterator[str]:
     """Yield the metrics and models that use measured data, which have no links of their own."""
     yield from (f"metric {m.name}" for m in findings.metrics if m.against == name and m.probe is not None)
     for other, result in findings.everyone.items():
@@ -88,20 +88,20 @@ def _compared_with(findings: Findings, name: str) -> Iterator[str]:
             yield f"result {other}"
 
 
-def _declared(findings: Findings) -> list[str]:
+def _declared_names(findings: ReportSummary) -> list[str]:
     return findings.report.names.of_kind("body")
 
 
-def _body_of(findings: Findings, name: str) -> str | None:
+def _body_of(findings: ReportSummary, name: str) -> str | None:
     """Return the body that a name is declared for."""
     return findings.declared.get(name, UNKNOWN).body
 
 
-def _name(findings: Findings, links: _Links, root: str) -> str:
+def _name(findings: ReportSummary, links: _Links, root: str) -> str:
     """Return the name of the body, such as `beam`; several names if bodies share their references."""
-    found = [name for name in _declared(findings) if links.root(f"body {name}") == root]
-    return listed(found) or "the rest"
+    found = [name for name in _declared_names(findings) if links.root(f"body {name}") == root]
+    return join_names(found) or "the rest"
 
 
-def _of(findings: Findings, links: _Links, root: str) -> Iterable[MetricColumn]:
+def _of(findings: ReportSummary, links: _Links, root: str) -> Iterable[MetricColumn]:
     return (m for m in findings.metrics if m.probe is None or links.root(f"metric {m.name}") == root)

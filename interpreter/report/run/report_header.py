@@ -5,19 +5,19 @@ from __future__ import annotations
 from softmark.interpreter.report.page.html_document import moment
 from softmark.interpreter.report.page.html_markup import prose, tag, text
 from softmark.interpreter.report.run import reused_results
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 
 SIGNS = {"good": "✓", "bad": "✗", "warn": "…"}
 
 
-def header(findings: Findings) -> str:
+def header(findings: ReportSummary) -> str:
     """Return the header of the page."""
     mood, words = findings.status
     sign = tag("span", SIGNS[mood], class_="sign", aria_hidden="true")
     status = tag("p", sign, " ", prose(words + "."), class_=f"callout {mood}")
     above = tag("p", "softmark report", class_="eyebrow")
     conclusion = tag("p", prose(findings.conclusion), class_="conclusion")
-    where = tag("p", _where(findings), class_="where")
+    where = tag("p", _run_line(findings), class_="where")
     return tag(
         "header",
         above,
@@ -29,13 +29,13 @@ def header(findings: Findings) -> str:
     )
 
 
-def title(findings: Findings) -> str:
+def title(findings: ReportSummary) -> str:
     """Return the title of the scene, or the name of its file."""
     scene = findings.report.scene
     return str(scene.get("title") or scene.get("file") or "Untitled scene")
 
 
-def _where(findings: Findings) -> str:
+def _run_line(findings: ReportSummary) -> str:
     """Return `21 November 2026, 08:33 UTC · silicone-beam.scene · AMD EPYC, 2 threads`."""
     env, scene = findings.report.environment, findings.report.scene
     threads = env.get("threads")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from softmark.interpreter.report.page.html_document import document
-from softmark.interpreter.report.page.html_markup import plain
+from softmark.interpreter.report.page.html_markup import strip_backticks
 from softmark.interpreter.report.run.figures import (
     centre_lines,
     comparison_section,
@@ -21,7 +21,7 @@ from softmark.interpreter.report.run.figures import (
     time_histories,
 )
 from softmark.interpreter.report.run.report_header import header, title
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.tables import (
     contact_table,
     expectation_table,
@@ -39,7 +39,7 @@ from softmark.interpreter.report.view3d import shapes_section
 from softmark.interpreter.results.run_report import Report
 
 # id of the section, who makes it ("" where it has nothing to show)
-SECTIONS: tuple[tuple[str, Callable[[Findings], str]], ...] = (
+SECTIONS: tuple[tuple[str, Callable[[ReportSummary], str]], ...] = (
     ("shapes", shapes_section.section_of),
     ("figure", centre_lines.section_of),
     ("table", comparison_section.section_of),
@@ -72,11 +72,11 @@ SECTIONS: tuple[tuple[str, Callable[[Findings], str]], ...] = (
 
 def render(report: Report) -> str:
     """Return a complete HTML5 document without network access; without JavaScript shapes are still pictures."""
-    findings = Findings(report)
+    findings = ReportSummary(report)
     sections = [(key, make(findings)) for key, make in SECTIONS]
     return document(
         f"{title(findings)} – softmark report",
-        plain(findings.conclusion),
+        strip_backticks(findings.conclusion),
         header(findings),
         sections,
         "report.json",

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from softmark.interpreter.language.number_formatting import format_quantity
-from softmark.interpreter.report.page.html_markup import count, listed
+from softmark.interpreter.report.page.html_markup import count, join_names
 from softmark.interpreter.results.declarations import DeclaredName
 from softmark.interpreter.results.run_report import ModelResult, ProbeResult, ReferenceResult, Report
 from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT, format_state
@@ -44,7 +44,7 @@ class MetricColumn:
 
 
 @dataclass(frozen=True)
-class Findings:
+class ReportSummary:
     """A report with the conclusions drawn from it."""
 
     report: Report
@@ -175,7 +175,7 @@ class Findings:
             if lost:
                 shown = [*lost[:3], f"{len(lost) - 3} more"] if len(lost) > 4 else lost
                 whole = count(len(results), noun)
-                yield f"{len(lost)} of {whole} gave no solution ({listed(shown)})"
+                yield f"{len(lost)} of {whole} gave no solution ({join_names(shown)})"
 
     def _first_closest(self) -> Iterator[str]:
         """Yield the models closest to the first reference, and to the first measured one."""
@@ -199,7 +199,7 @@ class Findings:
             if metric.against in said or not (best := self.best(metric)):
                 continue
             amount = self._amount(metric, best)
-            who = ("is " if len(best) == 1 else "are ") + listed([f"`{n}`" for n in best])
+            who = ("is " if len(best) == 1 else "are ") + join_names([f"`{n}`" for n in best])
             last = self._farthest(metric, best)
             said[str(metric.against)] = f"the closest to `{metric.against}` {who}: {amount} (`{metric.name}`){last}"
         return list(said.values())
@@ -233,14 +233,14 @@ class Findings:
         if self.report.partial:
             return "warn", "Unfinished: the run is in progress or was interrupted"
         if self.unsolved:
-            return "bad", f"Finished, without a solution for {listed([f'`{n}`' for n in self.unsolved])}"
+            return "bad", f"Finished, without a solution for {join_names([f'`{n}`' for n in self.unsolved])}"
         missed = sum(e.passed is False for e in self.report.expectations)
         if missed:
             return "bad", f"Finished, {count(missed, 'expectation')} not met"
         if not self.report.models:
             return "warn", "Finished, no model was run"
         if inverted := [f"`{n}`" for n, m in self.report.models.items() if m.inverted]:
-            return "bad", f"Finished, with inverted cells in {listed(inverted)}: not a physical state"
+            return "bad", f"Finished, with inverted cells in {join_names(inverted)}: not a physical state"
         ran = "everything that was run" if any(r.status in LEFT_OUT for r in self.everyone.values()) else "everything"
         return "good", f"Finished, {ran} converged" + (", every expectation met" if self._all_met else "")
 

@@ -9,20 +9,20 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
-from softmark.grammar.diagnostic import all_visible
+from softmark.grammar.diagnostic import make_all_visible
 from softmark.interpreter.language import units
 from softmark.interpreter.language.number_formatting import format_moment_unit, is_negligible
 from softmark.interpreter.report.run import reused_results
 from softmark.interpreter.report.run.figures import state_charts
 from softmark.interpreter.report.run.report_bodies import BodyResults, bodies
-from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, Result, value_of
+from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary, Result, value_of
 from softmark.interpreter.report.run.tables import (
     contact_table,
     error_statement_table,
     reaction_table,
     reference_agreement,
 )
-from softmark.interpreter.report.run.tables.results_table import ordered, stated_of
+from softmark.interpreter.report.run.tables.results_table import sort_metrics, stated_of
 from softmark.interpreter.results.run_report import (
     ExpectationResult,
     MetricResult,
@@ -60,7 +60,7 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
     report = _terminal_safe(report)
     paint = _Paint(terminal and not os.environ.get("NO_COLOR"))
     room = width or (max(80, shutil.get_terminal_size((WIDE, 24)).columns) if terminal else WIDE)
-    findings = Findings(report)
+    findings = ReportSummary(report)
     parts = [paint.bold(str(report.scene["title"])), ""]
     for number, body in enumerate(bodies(findings)):
         parts += [""] if number else []
@@ -86,18 +86,20 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
 
 def _terminal_safe(report: Report) -> Report:
     """Return the report with all external texts made safe for a terminal; the scene's text is unchanged."""
-    scene = {n: v if n == "text" else all_visible(v) for n, v in report.scene.items()}
+    scene = {n: v if n == "text" else make_all_visible(v) for n, v in report.scene.items()}
     models, references = ({n: _plain(r) for n, r in known.items()} for known in (report.models, report.references))
-    judged = tuple(replace(e, text=all_visible(e.text), reason=all_visible(e.reason)) for e in report.expectations)
+    judged = tuple(
+        replace(e, text=make_all_visible(e.text), reason=make_all_visible(e.reason)) for e in report.expectations
+    )
     return replace(report, scene=scene, models=models, references=references, expectations=judged)
 
 
 def _plain(result: Any) -> Any:
-    metrics = {n: replace(m, reason=all_visible(m.reason)) for n, m in result.metrics.items()}
-    shown = replace(result, message=all_visible(result.message), metrics=metrics)
+    metrics = {n: replace(m, reason=make_all_visible(m.reason)) for n, m in result.metrics.items()}
+    shown = replace(result, message=make_all_visible(result.message), metrics=metrics)
     if not isinstance(shown, ModelResult):
         return shown
-    return replace(shown, stated={n: replace(s, reason=all_visible(s.reason)) for n, s in shown.stated.items()})
+    return replace(shown, stated={n: replace(s, reason=make_all_visible(s.reason)) for n, s in shown.stated.items()})
 
 
 class _Paint:
@@ -125,14 +127,14 @@ EFFORT = ("unknowns", "newton", "time", "")
 class _Rows:
     """Table of one body."""
 
-    findings: Findings
+    findings: ReportSummary
     body: BodyResults
     paint: _Paint
 
     @property
     def metrics(self) -> list[MetricColumn]:
         """Columns: errors by reference, measurements, times, as on the page."""
-        return ordered(self.body.metrics)
+        return sort_metrics(self.body.metrics)
 
     @cached_property
     def _largest(self) -> dict[str, float]:
@@ -247,7 +249,7 @@ def _amount(value: float, unit_text: str) -> str:
     return format_moment_unit(f"{float(number):.6g} {unit}", unit_text)
 
 
-def _symmetry_notes(findings: Findings) -> list[str]:
+def _symmetry_notes(findings: ReportSummary) -> list[str]:
     """Return notes on models of a symmetric part: `push, held are of the quarter of layer that is modelled`."""
     same: dict[str, list[str]] = {}
     for metric in findings.metrics:
@@ -259,7 +261,7 @@ def _symmetry_notes(findings: Findings) -> list[str]:
     ]
 
 
-def _references_of_part(findings: Findings, metrics: Sequence[str]) -> str:
+def _references_of_part(findings: ReportSummary, metrics: Sequence[str]) -> str:
     """Return the references whose numbers are of the same part."""
     known = [n for n, r in findings.report.references.items() if any(value_of(r, m) is not None for m in metrics)]
     return f"; also of {', '.join(known)}" if known else ""
@@ -307,7 +309,7 @@ def _reading_notes(report: Report) -> list[str]:
     """Return notes on how measurements were read, such as units below a header or omitted rows."""
     known = report.references.items()
     measured = [(n, r.facts.get("notes") or ()) for n, r in known if "uncertainty" in r.facts]
-    return [all_visible(f"{name}: {note}") for name, notes in measured for note in notes]
+    return [make_all_visible(f"{name}: {note}") for name, notes in measured for note in notes]
 
 
 def _reference_notes(report: Report) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softmark.interpreter.report.page.html_document import in_words
+from softmark.interpreter.report.page.html_document import format_date
 from softmark.interpreter.report.page.html_markup import prose, tag
 from softmark.interpreter.results.run_report import Report
 
@@ -14,7 +14,7 @@ def sentence(report: Report, quote: str = "") -> str:
     by_date: dict[str, list[str]] = {}
     for result in report.outcomes:
         if result.kept:
-            by_date.setdefault(in_words(result.kept), []).append(f"{quote}{result.name}{quote}")
+            by_date.setdefault(format_date(result.kept), []).append(f"{quote}{result.name}{quote}")
     each = [f"reused from the run of {date}, with its times: {_listed(names)}" for date, names in by_date.items()]
     return f"{'; '.join(each)} (`--fresh` recomputes everything)" if each else ""
 

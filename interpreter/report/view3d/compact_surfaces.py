@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.report.page.html_markup import several
+from softmark.interpreter.report.page.html_markup import join_few_names
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.run_report import DrawnSurface
 from softmark.records import dataclass
@@ -36,12 +36,12 @@ def reduce_surfaces(shapes: Mapping[str, DrawnSurface], points: int = POINTS, ro
     """Thin surfaces to at most `points` points, keep as many frames as fit into `room` bytes, then thin further."""
     limit = points
     while True:
-        thin = {name: thinned(shape, limit) for name, shape in shapes.items()}
+        thin = {name: thin_surface(shape, limit) for name, shape in shapes.items()}
         frames = _affordable(thin, room)
         if frames >= 12 or limit <= 500 or not any(s.frames is not None for s in thin.values()):
             break
         limit //= 2
-    kept = {name: _sampled(shape, max(frames, 2)) for name, shape in thin.items()}
+    kept = {name: _thin_frames(shape, max(frames, 2)) for name, shape in thin.items()}
     return ReducedSurfaces(kept, tuple(notes_of(shapes, kept)))
 
 
@@ -55,7 +55,7 @@ def _affordable(shapes: Mapping[str, DrawnSurface], room: int) -> int:
     return min(FRAMES, int((room - fixed) / each)) if each else FRAMES
 
 
-def _sampled(shape: DrawnSurface, most: int) -> DrawnSurface:
+def _thin_frames(shape: DrawnSurface, most: int) -> DrawnSurface:
     """Return the surface with its first and last frame, and others evenly between them."""
     if shape.frames is None or shape.times is None or len(shape.times) <= most:
         return shape
@@ -76,18 +76,18 @@ def notes_of(given: Mapping[str, DrawnSurface], kept: Mapping[str, DrawnSurface]
         if shape.times is not None and own.times is not None and len(own.times) < len(shape.times):
             moments = "states" if shape.labels else "moments"
             coarse.setdefault(("at", len(shape.times), moments), {})[name] = len(own.times)
-    return [_coarser(*what, left) for what, left in coarse.items()]
+    return [_thinning_note(*what, left) for what, left in coarse.items()]
 
 
-def _coarser(how: str, total: int, things: str, left: Mapping[str, int]) -> str:
+def _thinning_note(how: str, total: int, things: str, left: Mapping[str, int]) -> str:
     """Return `a` and `b` are drawn with 1143 to 1198 of 1570 points."""
     low, high = min(left.values()), max(left.values())
     counts = f"{low}" if low == high else f"{low} to {high}"
     verb = "is" if len(left) == 1 else "are"
-    return f"{several([f'`{n}`' for n in left])} {verb} drawn {how} {counts} of {total} {things}."
+    return f"{join_few_names([f'`{n}`' for n in left])} {verb} drawn {how} {counts} of {total} {things}."
 
 
-def thinned(shape: DrawnSurface, limit: int, triangles: bool = False) -> DrawnSurface:
+def thin_surface(shape: DrawnSurface, limit: int, triangles: bool = False) -> DrawnSurface:
     """Return a surface with at most `limit` points (or triangles); the points in each grid cell are averaged.
 
     Vertex clustering by Rossignac and Borrel (1993). Frames, errors and other fields are averaged alike.
@@ -100,18 +100,18 @@ def thinned(shape: DrawnSurface, limit: int, triangles: bool = False) -> DrawnSu
     rest = shape.position if shape.frames is None else shape.frames[0]
     bare = DrawnSurface(rest, shape.triangles)  # cells are chosen by where points are at first: the rest comes once
     for _ in range(60):
-        small = _clustered(bare, cell)
+        small = _merge_points(bare, cell)
         if (len(small.triangles) if triangles else len(small.position)) <= limit:
             break
         cell *= 1.12
-    return _clustered(shape, cell)
+    return _merge_points(shape, cell)
 
 
-def _clustered(shape: DrawnSurface, cell: float) -> DrawnSurface:
+def _merge_points(shape: DrawnSurface, cell: float) -> DrawnSurface:
     """Return the surface with the points of each cubic cell (edge in m) merged."""
     rest = shape.position if shape.frames is None else shape.frames[0]
     keys = np.floor((rest - rest.min(axis=0)) / cell).astype(np.int64)
-    _, group = np.unique(_numbered(keys), return_inverse=True)
+    _, group = np.unique(_number_rows(keys), return_inverse=True)
     number = np.bincount(group).astype(float)
 
     def mean(values: Floats) -> Floats:
@@ -122,7 +122,7 @@ def _clustered(shape: DrawnSurface, cell: float) -> DrawnSurface:
 
     corners = group[shape.triangles]
     kept = (corners != np.roll(corners, 1, axis=1)).all(axis=1)
-    _, first = np.unique(_numbered(np.sort(corners[kept], axis=1)), return_index=True)
+    _, first = np.unique(_number_rows(np.sort(corners[kept], axis=1)), return_index=True)
     frames = None if shape.frames is None else mean(shape.frames.transpose(1, 0, 2)).transpose(1, 0, 2)
     error = None if shape.error is None else mean(shape.error)
     carried = tuple(c if c.values is None else replace(c, values=mean(c.values)) for c in shape.carried)
@@ -131,7 +131,7 @@ def _clustered(shape: DrawnSurface, cell: float) -> DrawnSurface:
     return replace(whole, error=error, carried=carried)
 
 
-def _numbered(keys: Ints) -> Ints:
+def _number_rows(keys: Ints) -> Ints:
     """Return one number (n,) for each row of non-negative integers (n, 3), in the same order, 10 times faster than
     rows.
     """
@@ -151,7 +151,7 @@ def bounds(shape: DrawnSurface) -> tuple[Floats, Floats]:
     return low, high
 
 
-def packed(name: str, shape: DrawnSurface, mesh: int) -> dict[str, Any]:
+def pack_surface(name: str, shape: DrawnSurface, mesh: int) -> dict[str, Any]:
     """Return a surface as `shapes.js` reads it: positions in 1/65535 of the box, errors in 1/65535 of the largest."""
     low, high = bounds(shape)
     span = np.where(high > low, high - low, 1.0)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.report.page.html_markup import several
+from softmark.interpreter.report.page.html_markup import join_few_names
 from softmark.interpreter.report.view3d.compact_surfaces import Floats, bounds, packed_triangles, shorts
 from softmark.interpreter.results.run_report import DrawnRigidBody, DrawnSurface
 from softmark.records import dataclass
@@ -75,4 +75,4 @@ def caption(shapes: Iterable[DrawnSurface], moment: str) -> str:
     if not names:
         return ""
     verb = "is rigid, and drawn" if len(names) == 1 else "are rigid, and drawn"
-    return f" {several(names)} {verb} translucent, where {'it is' if len(names) == 1 else 'they are'}{moment}."
+    return f" {join_few_names(names)} {verb} translucent, where {'it is' if len(names) == 1 else 'they are'}{moment}."

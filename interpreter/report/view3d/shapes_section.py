@@ -11,12 +11,20 @@ import numpy as np
 
 from softmark.interpreter.language.number_formatting import choose_scale, format_quantity, group_digits, typeset_number
 from softmark.interpreter.report.charts.line_chart import sample
-from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, format_short
 from softmark.interpreter.report.page.figure_frame import SHOWN, PlateColumn, data_table, details, hidden_models_note
-from softmark.interpreter.report.page.html_markup import count, plain, prose, section, several, tag, text
+from softmark.interpreter.report.page.html_markup import (
+    count,
+    join_few_names,
+    prose,
+    section,
+    strip_backticks,
+    tag,
+    text,
+)
 from softmark.interpreter.report.run.report_bodies import bodies
-from softmark.interpreter.report.run.report_summary import Findings, Result
-from softmark.interpreter.report.run.tables.line_probes import initially_shown, looks
+from softmark.interpreter.report.run.report_summary import ReportSummary, Result
+from softmark.interpreter.report.run.tables.line_probes import curve_styles, initially_shown
 from softmark.interpreter.report.view3d import rigid_bodies_view
 from softmark.interpreter.report.view3d.compact_surfaces import (
     POINTS,
@@ -24,13 +32,13 @@ from softmark.interpreter.report.view3d.compact_surfaces import (
     Floats,
     ReducedSurfaces,
     notes_of,
-    packed,
+    pack_surface,
     packed_triangles,
     reduce_surfaces,
     step_of,
 )
 from softmark.interpreter.report.view3d.shapes_toolbar import DECADES, FigureKind, colour_bar, time_bar, toolbar
-from softmark.interpreter.report.view3d.still_picture import CameraView, seen_box, still
+from softmark.interpreter.report.view3d.still_picture import CameraView, render_still, seen_box
 from softmark.interpreter.report.view3d.view_camera import letters, view_of
 from softmark.interpreter.results.run_report import DrawnSurface
 from softmark.records import dataclass
@@ -45,12 +53,12 @@ STAGE = "Shapes of all models. Arrow keys rotate, plus and minus zoom, 0 resets 
 STATISTICS = ("mean", "median", "95 %", "largest")
 
 
-def section_of(findings: Findings, points: int = POINTS, room: int = ROOM, stills: bool = True) -> str:
+def section_of(findings: ReportSummary, points: int = POINTS, room: int = ROOM, stills: bool = True) -> str:
     """Return the figure, with surfaces of at most `points` points, in about `room` bytes; empty without shapes.
 
     With `stills` there are pictures for readers without scripts.
     """
-    given = {n: r.shape for n, r in _ordered(findings) if r.shape is not None and _drawable(r.shape)}
+    given = {n: r.shape for n, r in _references_first(findings) if r.shape is not None and _drawable(r.shape)}
     if not given:
         return ""
     kept, figures = reduce_surfaces(given, points, room).shapes, []
@@ -62,7 +70,7 @@ def section_of(findings: Findings, points: int = POINTS, room: int = ROOM, still
     return section("shapes", "Shapes", *figures)
 
 
-def _ordered(findings: Findings) -> Iterator[tuple[str, Result]]:
+def _references_first(findings: ReportSummary) -> Iterator[tuple[str, Result]]:
     """Yield references first, as in the paper, then models."""
     yield from findings.report.references.items()
     yield from findings.report.models.items()
@@ -78,7 +86,7 @@ def _drawable(shape: DrawnSurface) -> bool:
 class _Shapes:
     """Figure of all surfaces."""
 
-    findings: Findings
+    findings: ReportSummary
     small: ReducedSurfaces
     key: str = ""  # the end of its ids
     body: str = ""
@@ -158,7 +166,9 @@ class _Shapes:
 
     def figure(self) -> str:
         """Return controls, pictures, colour bar, caption and numbers."""
-        bar = colour_bar(self.most, self.clipped, f"distance from {plain(self.against)}") if self.errors else ""
+        bar = (
+            colour_bar(self.most, self.clipped, f"distance from {strip_backticks(self.against)}") if self.errors else ""
+        )
         unknown = tag(
             "p",
             f"{'Errors and fields' if self.carried else 'Errors'} are available only "
@@ -186,7 +196,7 @@ class _Shapes:
 
     def _names(self) -> list[tuple[str, str, str, bool]]:
         """Return (name, colour sample, classes, shown) of each shape."""
-        known = looks(self.findings.report)
+        known = curve_styles(self.findings.report)
         return [(n, sample(known[n]), known[n].classes, n in self.first) for n in self.shapes]
 
     def _ghosts(self) -> list[tuple[int, str, bool]]:
@@ -207,7 +217,7 @@ class _Shapes:
             "canvas",
             class_="all",
             role="img",
-            aria_label=plain(f"All shapes, superimposed. {self._ranking()}"),
+            aria_label=strip_backticks(f"All shapes, superimposed. {self._ranking()}"),
         )
         columns = _columns_of(len(self.first))
         return tag(
@@ -217,7 +227,7 @@ class _Shapes:
 
     def _panel(self, name: str, drawn: str, classes: str, shown: bool) -> str:
         said = self._said(name)
-        canvas = tag("canvas", role="img", aria_label=plain(f"{name}: {said or 'deformed shape'}"))
+        canvas = tag("canvas", role="img", aria_label=strip_backticks(f"{name}: {said or 'deformed shape'}"))
         label = tag("p", drawn, tag("b", text(name)), tag("small", text(said)) if said else "")
         return tag("div", canvas, label, class_=f"panel {classes}", data_shown="yes" if shown else "no")
 
@@ -235,7 +245,7 @@ class _Shapes:
         top = self.clipped if self.beyond else self.most
         if not self.stills or (self.carried and not self.errors):
             return ""
-        return tag("noscript", still(self.first, self.view, top, words, f"shapes{self.key}"))
+        return tag("noscript", render_still(self.first, self.view, top, words, f"shapes{self.key}"))
 
     def _data(self) -> str:
         """Return the data of `shapes.js`."""
@@ -246,7 +256,7 @@ class _Shapes:
             if key not in meshes:
                 meshes[key] = len(meshes)
                 triangles.append(packed_triangles(shape.triangles))
-            packs.append(packed(name, shape, meshes[key]) | (self.carried.packed(name) if self.carried else {}))
+            packs.append(pack_surface(name, shape, meshes[key]) | (self.carried.packed(name) if self.carried else {}))
         beside: dict[str, Any] = {}
         if any(shape.instruments for shape in self.shapes.values()):
             beside, places = rigid_bodies_view.packed_instruments(self.shapes)
@@ -291,7 +301,7 @@ class _Shapes:
             colour = f" Colour is the distance from {self.against}, with the same scale for all.{self._cut()}"
         models = self.findings.report.models
         bare = [f"`{n}`" for n in self.shapes if self.errors and n not in self.errors and n in models]
-        plainly = f" {several(bare)} {'has' if len(bare) == 1 else 'have'} no error to show." if bare else ""
+        plainly = f" {join_few_names(bare)} {'has' if len(bare) == 1 else 'have'} no error to show." if bare else ""
         step = format_quantity(step_of(self.shapes), "m", 2)
         if self.carried:
             plainly += self.carried.caption(bool(self.errors))
@@ -306,7 +316,7 @@ class _Shapes:
         """Return the shapes beyond the scale of usual errors."""
         if not self.beyond:
             return ""
-        names, clip = several([f"`{n}`" for n in self.beyond]), format_quantity(self.clipped, "m", 3)
+        names, clip = join_few_names([f"`{n}`" for n in self.beyond]), format_quantity(self.clipped, "m", 3)
         verb = "goes" if len(self.beyond) == 1 else "go"
         return f" It ends at {clip} at first, so that typical errors can be distinguished; {names} {verb} beyond."
 
@@ -339,7 +349,7 @@ class _Shapes:
         for name, shape in zip(self.shapes, self._given, strict=True):
             found: list[Cell] = [None] * len(STATISTICS)
             if name in self.errors:
-                found = [short(v) for v in _statistics(self.errors[name])]
+                found = [format_short(v) for v in _statistics(self.errors[name])]
             rows.append([name, len(shape.position), len(shape.triangles), shape.measured_from, *found])
             rows[-1] += self.carried.row(name) if self.carried else []
         button = tag("button", "CSV of all points, as drawn now", type="button", class_="points live")

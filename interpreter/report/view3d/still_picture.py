@@ -8,8 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from softmark.interpreter.report.charts.viridis import viridis
-from softmark.interpreter.report.page.html_markup import plain, tag, text
-from softmark.interpreter.report.view3d.compact_surfaces import Floats, thinned
+from softmark.interpreter.report.page.html_markup import strip_backticks, tag, text
+from softmark.interpreter.report.view3d.compact_surfaces import Floats, thin_surface
 from softmark.interpreter.report.view3d.rigid_bodies_view import room_of
 from softmark.interpreter.results.run_report import DrawnSurface
 from softmark.records import dataclass
@@ -55,7 +55,7 @@ def seen_box(shapes: Mapping[str, DrawnSurface], view: CameraView) -> tuple[Floa
     return np.min([X.min(axis=0) for X in flat], axis=0), np.max([X.max(axis=0) for X in flat], axis=0)
 
 
-def still(
+def render_still(
     shapes: Mapping[str, DrawnSurface], view: CameraView, most: float, words: tuple[str, str], key: str = "shapes"
 ) -> str:
     """Return an SVG with a panel for each shape; `most`, m, is the top of the colours, `words` title and description.
@@ -70,14 +70,14 @@ def still(
     panels, room = [], room_of(shapes.values())
     for i, (name, shape) in enumerate(shapes.items()):
         x, y = (i % columns) * (CELL + GAP), (i // columns) * height
-        inside = _polygons(thinned(shape, POLYGONS, triangles=True), view, low, high, scale, most)
+        inside = _polygons(thin_surface(shape, POLYGONS, triangles=True), view, low, high, scale, most)
         for own in shape.instruments:
-            beside = thinned(DrawnSurface(room.within(own.at(-1)), own.triangles), POLYGONS, triangles=True)
+            beside = thin_surface(DrawnSurface(room.within(own.at(-1)), own.triangles), POLYGONS, triangles=True)
             inside += tag("g", _polygons(beside, view, low, high, scale, most), opacity=SEEN_THROUGH)
         label = tag("text", text(name), x=f"{CELL / 2:.0f}", y=f"{height - GAP:.0f}", text_anchor="middle")
         panels.append(tag("g", inside, label, transform=f"translate({x:.0f} {y:.0f})"))
-    title = tag("title", text(plain(words[0])), id=f"{key}-t")
-    desc = tag("desc", text(plain(words[1])), id=f"{key}-d")
+    title = tag("title", text(strip_backticks(words[0])), id=f"{key}-t")
+    desc = tag("desc", text(strip_backticks(words[1])), id=f"{key}-d")
     box = f"0 0 {columns * (CELL + GAP):.0f} {rows * height:.0f}"
     return tag("svg", title, desc, *panels, role="img", aria_labelledby=f"{key}-t {key}-d", viewBox=box)
 

@@ -11,12 +11,12 @@ import numpy as np
 
 from softmark.interpreter.language.number_formatting import choose_scale, format_quantity
 from softmark.interpreter.report.charts.chart_axes import linear
-from softmark.interpreter.report.page.embedded_csv import Cell, short
+from softmark.interpreter.report.page.embedded_csv import Cell, format_short
 from softmark.interpreter.report.page.figure_frame import PlateColumn
-from softmark.interpreter.report.page.html_markup import several, tag
+from softmark.interpreter.report.page.html_markup import join_few_names, tag
 from softmark.interpreter.report.view3d.compact_surfaces import Floats, shorts
 from softmark.interpreter.report.view3d.shapes_toolbar import colours, scale_below
-from softmark.interpreter.report.view3d.still_picture import CameraView, still
+from softmark.interpreter.report.view3d.still_picture import CameraView, render_still
 from softmark.interpreter.results.run_report import DrawnSurface, SurfaceField
 from softmark.records import dataclass
 
@@ -120,10 +120,10 @@ class FieldColours:
         """Return the first field as one picture with its colour bar, for readers without scripts."""
         scale = self.scales[0]
         low, high = scale.usual
-        shown = {n: _tinted(s, self.places[0], low) for n, s in first.items() if s.carried}
+        shown = {n: _with_field_colours(s, self.places[0], low) for n, s in first.items() if s.carried}
         words = f"Deformed shapes, by {scale.kind.words}", " ".join(self._said(n) for n in shown)
         bar = tag("div", colours(), _below(scale, scale.usual, "", ENDS), class_="colour-bar")
-        picture = still(shown, view, high - low, words, f"shapes{key}-carried") if shown else ""
+        picture = render_still(shown, view, high - low, words, f"shapes{key}-carried") if shown else ""
         return tag("noscript", picture, bar)
 
     def _said(self, name: str) -> str:
@@ -166,10 +166,12 @@ class FieldColours:
         """Return the meaning of the colours besides `errors`, the models without data, and limitations."""
         asked = []
         for scale in self.scales:
-            by = several([f"`{m}`" for m in scale.kind.metrics])
+            by = join_few_names([f"`{m}`" for m in scale.kind.metrics])
             asked.append(f"{scale.kind.words} (metric{'s' if len(scale.kind.metrics) > 1 else ''} {by})")
         said = " Colour can also be " if errors else " Colour is one of " if len(asked) > 1 else " Colour is "
-        said += f"{several(asked)}, recovered at the points of the surface{f', {self.when}' if self.when else ''},"
+        said += (
+            f"{join_few_names(asked)}, recovered at the points of the surface{f', {self.when}' if self.when else ''},"
+        )
         said += f" with the same scale for all models: at first it covers {USUAL:.0f}\u00a0% of the points of each."
         return said + "".join(f" {sentence}" for sentence in (*self._without(), *self._limits(), *self._coarse()))
 
@@ -181,7 +183,8 @@ class FieldColours:
                     every = all(n.reason == number.reason for n in shape.carried)
                     reasons.setdefault((number.reason, "" if every else number.words), []).append(f"`{name}`")
         for (reason, words), names in reasons.items():
-            yield f"No colours for {several(list(dict.fromkeys(names)))}{f', {words}' if words else ''}: {reason}."
+            who = join_few_names(list(dict.fromkeys(names)))
+            yield f"No colours for {who}{f', {words}' if words else ''}: {reason}."
 
     def _limits(self) -> Iterator[str]:
         for place in dict.fromkeys(n.limitless for s in self.models.values() for n in s.carried if n.limitless):
@@ -211,7 +214,7 @@ class FieldColours:
     def row(self, name: str) -> list[Cell]:
         """Return the values of a shape, in SI, for the file."""
         found = (v for i in self.places for v in self._statistics(name, i))
-        return [None if v is None else short(v) for v in found]
+        return [None if v is None else format_short(v) for v in found]
 
     def _statistics(self, name: str, i: int) -> tuple[float | None, float | None, float | None]:
         carried = self.given[name].carried
@@ -225,7 +228,7 @@ def _below(scale: FieldScale, ends: tuple[float, float], kind: str, words: str) 
     return scale_below(linear(*ends, scale.kind.words, scale.kind.unit, 6), kind, words)
 
 
-def _tinted(shape: DrawnSurface, i: int, low: float) -> DrawnSurface:
+def _with_field_colours(shape: DrawnSurface, i: int, low: float) -> DrawnSurface:
     """Return a shape whose error is the field's excess over the low end of the scale, for the still picture."""
     values = shape.carried[i].values
     return replace(shape, error=None if values is None else values - low)

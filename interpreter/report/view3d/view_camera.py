@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.view3d.compact_surfaces import Floats
 from softmark.interpreter.report.view3d.still_picture import CameraView, frame_of
 from softmark.interpreter.results.run_report import DrawnSurface
@@ -17,7 +17,7 @@ LETTERS = "xyz"
 PLANE = frozenset(word for word, body in BODIES.items() if body.planar)  # bodies in the x-y plane
 
 
-def view_of(findings: Findings, shapes: Iterable[DrawnSurface]) -> CameraView:
+def view_of(findings: ReportSummary, shapes: Iterable[DrawnSurface]) -> CameraView:
     """Return the initial view: longer horizontal direction from left to right, plane bodies in the picture plane."""
     names = findings.report.names
     if (own := names.of_kind("body")) and all(names.declared[name].word in PLANE for name in own):
@@ -33,6 +33,6 @@ def letters(view: CameraView) -> str:
     return "".join(LETTERS[int(np.abs(row).argmax())] for row in view.frame)
 
 
-def upward(findings: Findings) -> Floats:
+def upward(findings: ReportSummary) -> Floats:
     """Return the direction (3,) against gravity; z without gravity."""
     return 0.0 - np.array(findings.report.names.down)  # without the sign of a zero

@@ -110,7 +110,7 @@ def orders_of(line: RefinementLine, metrics: Sequence[str], points: Sequence[Com
     found = refinement_of(line)
     if isinstance(found, str):
         return None
-    probes = [_limit(found, probe) for probe in _shared([p for _, p in found.members])]
+    probes = [_limit(found, probe) for probe in _common_probes([p for _, p in found.members])]
     alone = [m for m in metrics if not probes or any(p.metric(m).by_itself for _, p in found.members)]
     values = {m: _metric_limit(found, m) for m in alone}
     limits = probes or [own for own in values.values() if own is not None]
@@ -164,7 +164,7 @@ def _errors(members: Sequence[tuple[float, ComparedPoint]], metric: str, points:
     return ErrorTrend(unit_of(points, metric), cut, found)
 
 
-def _shared(members: Sequence[ComparedPoint]) -> list[str]:
+def _common_probes(members: Sequence[ComparedPoint]) -> list[str]:
     """Return probes with the same points in all members."""
     first, *others = (p.probes for p in members)
     return [n for n, probe in first.items() if all(n in own and probe.alike(own[n]) for own in (first, *others))]

@@ -68,7 +68,9 @@ def _lines(who: tuple[str, str, str | None], members: Sequence[ComparedPoint]) -
     for rest, own in groups.items():
         ordered = sorted(own, key=lambda p: -float(p.numbers.get(varied, 0.0)))
         fixed = tuple(item for item in rest if item not in common)
-        found.append(RefinementLine(*who, varied if len(own) > 1 else None, fixed, tuple(_from_coarse(ordered))))
+        found.append(
+            RefinementLine(*who, varied if len(own) > 1 else None, fixed, tuple(_sort_coarse_to_fine(ordered)))
+        )
     return found
 
 
@@ -115,7 +117,7 @@ def _changes(members: Sequence[ComparedPoint], name: str, what: Callable[[Compar
     return any(len(values) > 1 for values in seen.values())
 
 
-def _from_coarse(ordered: list[ComparedPoint]) -> list[ComparedPoint]:
+def _sort_coarse_to_fine(ordered: list[ComparedPoint]) -> list[ComparedPoint]:
     """Order members from coarse to fine: by growing number of segments or falling cell size."""
     sizes = [p.dofs for p in ordered if p.dofs]
     return ordered[::-1] if len(sizes) > 1 and sizes[0] > sizes[-1] else ordered

@@ -129,7 +129,7 @@ def answer_pareto(
     judged = judge_points(own, asked.error, UNKNOWNS if asked.cost else clock, allow_contaminated)
     if asked.cost is not None:
         what, unit = asked.cost, unit_of(own, asked.cost)
-        candidates = _by_metric(judged.candidates, asked.cost, own)
+        candidates = _with_metric_as_effort(judged.candidates, asked.cost, own)
     elif clock == UNKNOWNS:
         what, unit, candidates = "unknowns", "1", list(judged.candidates.values())
     else:
@@ -142,7 +142,9 @@ def answer_pareto(
     )  # fmt: skip
 
 
-def _by_metric(candidates: Mapping[str, Candidate], metric: str, points: Sequence[ComparedPoint]) -> list[Candidate]:
+def _with_metric_as_effort(
+    candidates: Mapping[str, Candidate], metric: str, points: Sequence[ComparedPoint]
+) -> list[Candidate]:
     """Return the candidates that have a metric, with it as their effort."""
     values = {p.key: p.metric(metric).value for p in points}
     return [replace(c, effort=Spread.exact(float(v))) for c in candidates.values() if (v := values[c.key]) is not None]

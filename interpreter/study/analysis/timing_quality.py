@@ -120,7 +120,7 @@ def summarize_cost(records: Sequence[Record], asked: int = FEWEST, pace: float |
     kept = [r for r in runs if not disturbances(r, pace)]
     contaminated = len(kept) < min(FEWEST, asked)
     used = runs if contaminated else kept
-    steady = _steady(used, asked, pace)
+    steady = _undisturbed_runs(used, asked, pace)
     steps = _steps(used, "wall_s")
     wall, cpu = _solutions(used, "wall_s"), _solutions(steady, "cpu_s")
     step_cpu = _steps(steady, "cpu_s")
@@ -136,7 +136,7 @@ def summarize_cost(records: Sequence[Record], asked: int = FEWEST, pace: float |
         "setup_cpu_s": summarize_spread([_setup(r, 1) for r in steady]),
         "phases": _phases(records, steady, cpu["median"]),
         "memory_bytes": _median(used, lambda r: r["memory"].get("peak")),
-        "memory_added_bytes": _median(used, _added),
+        "memory_added_bytes": _median(used, _added_memory),
         "frame_s": None if foreign else (frame_cpu if by_cpu else frame)["median"],
         "frame_basis": "cpu" if by_cpu else "wall",
         "flags": _flags(runs, used, contaminated, asked, pace),
@@ -146,7 +146,7 @@ def summarize_cost(records: Sequence[Record], asked: int = FEWEST, pace: float |
     }
 
 
-def _steady(runs: Sequence[Record], asked: int, pace: float | None) -> Sequence[Record]:
+def _undisturbed_runs(runs: Sequence[Record], asked: int, pace: float | None) -> Sequence[Record]:
     """Return runs with undisturbed CPU times, or all runs if these are too few."""
     kept = [r for r in runs if not set(SLOWING) & set(disturbances(r, pace))]
     return kept if len(kept) >= min(FEWEST, asked) else runs
@@ -179,7 +179,7 @@ def _setup(run: Record, clock: int) -> float:
     return float(run["setup"]["mesh"][clock] + run["setup"]["set-up"][clock])
 
 
-def _added(run: Record) -> float | None:
+def _added_memory(run: Record) -> float | None:
     """Return the bytes that building and solving needed beyond the program itself."""
     peak, before = run["memory"].get("peak"), run["memory"].get("before")
     return None if peak is None or before is None else max(0, peak - before)

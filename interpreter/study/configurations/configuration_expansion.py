@@ -170,7 +170,7 @@ def _expand_list(override: Override) -> Iterator[Override]:
 
 
 def _written(override: Override, node: tree.Expression) -> Override:
-    return replace(override, node=node, text=f"{override.name}={source_layout.flat(node)}")
+    return replace(override, node=node, text=f"{override.name}={source_layout.format_on_one_line(node)}")
 
 
 # ------------------------------------------------------------------ families

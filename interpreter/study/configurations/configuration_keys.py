@@ -62,9 +62,9 @@ def _text(scene: Scene) -> str:
 
 def _refined_words(scene: Scene, whole: Collection[str]) -> str:
     """Return models that references refine as text, without their size unless it matters."""
-    refined = [n for n in _refined(scene) if n not in whole]
+    refined = [n for n in _refined_models(scene) if n not in whole]
     behind = [n for n in with_dependencies(scene, refined) if n not in (*refined, *whole)]
-    own = [words_of(_unsized(scene.declared[n])) for n in refined]
+    own = [words_of(_without_size(scene.declared[n])) for n in refined]
     return "".join((*own, *(words_of(scene.declared[n]) for n in behind)))
 
 
@@ -91,7 +91,7 @@ def needed_models(scene: Scene, model: str) -> tuple[str, ...]:
     return tuple(n for n in scene.declared if n in needed)
 
 
-def _refined(scene: Scene) -> list[str]:
+def _refined_models(scene: Scene) -> list[str]:
     """Return the models that references refine, each at sizes of its own."""
     found: dict[str, None] = {}
     for reference in scene.of_kind("reference").values():
@@ -99,7 +99,7 @@ def _refined(scene: Scene) -> list[str]:
     return list(found)
 
 
-def _unsized(model: Declared) -> Declared:
+def _without_size(model: Declared) -> Declared:
     """Return a model without its size, which a reference chooses."""
     if "size" not in model.thing.finely:
         return model

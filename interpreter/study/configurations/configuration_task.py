@@ -97,11 +97,11 @@ def _performed(task: PointTask) -> PointOutcome:
     if model is None:
         why = "no probe or metric uses this model: add one of its body"
         return failed_outcome(task, why, references=references)
-    truths = None if truth is None else {truth.model: _truth(report, truth)}
+    truths = None if truth is None else {truth.model: _reference_statements(report, truth)}
     return PointOutcome(task.key, _point(scene, report, model), references, truths)
 
 
-def _truth(report: Report, asked: TruthRequest) -> TruthStatement:
+def _reference_statements(report: Report, asked: TruthRequest) -> TruthStatement:
     """Return the statements of a model that serves as the reference about its own error."""
     result = report.models.get(asked.model)
     if result is None:
@@ -149,16 +149,16 @@ def _point(scene: Scene, report: Report, model: ModelResult) -> Json:
         "status": model.status, "message": model.message, "outline": model.outline, "size": dict(model.size),
         "solve": solve, "errors": errors, "measured_from": trace_references(scene, report, model.name, errors),
         "probes": {n: _probe(p) for n, p in model.probes.items()},
-        "warnings": [PointWarning(w.code, w.message) for w in _concerned(scene, report, model)],
+        "warnings": [PointWarning(w.code, w.message) for w in _own_warnings(scene, report, model)],
         "resolution": resolution_of(scene, model.name),
     }  # fmt: skip
     if model.stated:
-        point["stated"] = _stated(scene, model)
+        point["stated"] = _stated_error(scene, model)
     cleaned: Json = to_plain_json(point)
     return cleaned
 
 
-def _stated(scene: Scene, model: ModelResult) -> PointStated:
+def _stated_error(scene: Scene, model: ModelResult) -> PointStated:
     """Return the model's stated error of the first relative metric against something, and of all (`of`)."""
     relative = (
         n for n, m in scene.of_kind("metric").items()
@@ -171,7 +171,7 @@ def _stated(scene: Scene, model: ModelResult) -> PointStated:
     return PointStated(own.value, own.unit, own.parts, own.reason, own.doubts, first, model.stated)
 
 
-def _concerned(scene: Scene, report: Report, model: ModelResult) -> list[ReportWarning]:
+def _own_warnings(scene: Scene, report: Report, model: ModelResult) -> list[ReportWarning]:
     """Return warnings without those about other models, except models from which this one is made."""
     own = with_dependencies(scene, [model.name])
     others = [d.location for n, d in scene.of_kind("model").items() if n not in own]
@@ -203,7 +203,7 @@ def _errors(scene: Scene, report: Report, model: ModelResult) -> dict[str, Point
     found = {
         name: PointError(
             result.value, result.unit, _against(asked[name]), result.reason, result.uncertainty,
-            _by_itself(scene, asked[name]) or None,
+            _needs_no_probe(scene, asked[name]) or None,
         )
         for name, result in model.metrics.items()
         if (asked[name].thing.looked_at or asked[name].thing.concerned) is not None
@@ -213,7 +213,7 @@ def _errors(scene: Scene, report: Report, model: ModelResult) -> dict[str, Point
     return found
 
 
-def _by_itself(scene: Scene, metric: Declared) -> bool:
+def _needs_no_probe(scene: Scene, metric: Declared) -> bool:
     """Return whether a metric uses no probe, or forces at one: convergence of displacements is then irrelevant."""
     return metric.thing.probe_in(scene) is None or isinstance(metric.thing, ForceMetric)
 

@@ -32,11 +32,11 @@ def resolution_of(scene: Scene, model: str) -> dict[str, Any]:
     problem = [d for d in scene.declared.values() if d.kind in PROBLEM]
     found = {}
     for declared in (*problem, *whole):
-        for name, value in _finely(declared).items():
+        for name, value in _resolution_fields(declared).items():
             if value is not None and (declared is own or name not in found):
                 found[name] = float(value)
-    digest = hashlib.sha256("".join(words_of(_without(d)) for d in (*problem, *whole)).encode()).hexdigest()
-    size = _finely(own).get("size")
+    digest = hashlib.sha256("".join(words_of(_without_resolution(d)) for d in (*problem, *whole)).encode()).hexdigest()
+    size = _resolution_fields(own).get("size")
     return {"of": found, "formal": formal_orders(scene, own), "problem": digest, "meshed": size is not None,
             "counts": None if size is None else _counts(scene, own, size)}  # fmt: skip
 
@@ -50,13 +50,13 @@ def _counts(scene: Scene, model: Declared, size: float) -> list[int] | None:
     return None if counts is None else list(counts)
 
 
-def _without(declared: Declared) -> Declared:
+def _without_resolution(declared: Declared) -> Declared:
     """Return a declaration of a model or an analysis without its resolution."""
-    names = dict.fromkeys(_finely(declared))
+    names = dict.fromkeys(_resolution_fields(declared))
     return replace(declared, thing=replace(declared.thing, **names)) if names else declared
 
 
-def _finely(declared: Declared) -> dict[str, Any]:
+def _resolution_fields(declared: Declared) -> dict[str, Any]:
     """Return the resolution in a declaration of a model or a dynamic analysis, by field."""
     thing = declared.thing
     if declared.kind == "model":

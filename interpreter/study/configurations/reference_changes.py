@@ -67,14 +67,14 @@ def mark_problems(points: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Return the points, each with its `problem`: its varied values that change the reference of errors."""
     changing: dict[str, set[str]] = {}
     for scene in dict.fromkeys(str(p["scene"]) for p in points):
-        changing[scene] = _changing([p for p in points if str(p["scene"]) == scene])
+        changing[scene] = _changing_names([p for p in points if str(p["scene"]) == scene])
     return [
         {**p, "problem": {n: t for n, t in (p.get("variation") or {}).items() if n in changing[str(p["scene"])]}}
         for p in points
     ]
 
 
-def _changing(points: Sequence[Mapping[str, Any]]) -> set[str]:
+def _changing_names(points: Sequence[Mapping[str, Any]]) -> set[str]:
     """Return names of which two values, all else being equal, have different references."""
     names = dict.fromkeys(n for p in points for n in p.get("variation") or {})
     return {name for name in names if _changes(name, points)}

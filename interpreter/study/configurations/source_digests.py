@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from softmark.interpreter.language.field_schema import _fields
-from softmark.interpreter.language.plugin_words import FILES
+from softmark.interpreter.language.loaded_plugin import FILES
 
 PARTS = ("grammar", "interpreter", "references", "solvers")
 SILENT = ("cli", "report")  # packages that only present results

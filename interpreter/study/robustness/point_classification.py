@@ -12,7 +12,7 @@ import re
 from softmark.interpreter.results.error_statements import StatedError
 from softmark.interpreter.results.state_results import LEFT_OUT
 from softmark.interpreter.study.configurations.task_outcome import PointError, PointSummary, TruthStatement
-from softmark.interpreter.study.robustness.reference_trust import LeanOutcome
+from softmark.interpreter.study.robustness.reference_uncertainty import LeanOutcome
 from softmark.interpreter.study.robustness.robustness_record import ClassifiedPoint
 from softmark.interpreter.verification.error_estimate import DOUBTS, is_doubt
 
@@ -41,10 +41,10 @@ def classify(
         return ClassifiedPoint(status, message=message, code=code, warnings=codes, status=status)
     if status in LEFT_OUT:
         return ClassifiedPoint("unjudged", message=message or "it was not computed", warnings=codes, status=status)
-    return _judged(outcome, metric, within, uncertainty, doubt, codes)
+    return _classify_answer(outcome, metric, within, uncertainty, doubt, codes)
 
 
-def _judged(
+def _classify_answer(
     outcome: LeanOutcome, metric: str, within: float, uncertainty: float | None, doubt: str | None,
     codes: tuple[str, ...],
 ) -> ClassifiedPoint:  # fmt: skip

@@ -16,7 +16,7 @@ from softmark.interpreter.study.configurations.configuration_expansion import Sc
 from softmark.interpreter.study.configurations.configuration_task import is_about
 from softmark.interpreter.study.configurations.task_outcome import PointTask, TruthRequest
 from softmark.interpreter.study.robustness.point_classification import ABOUT_REFERENCES
-from softmark.interpreter.study.robustness.reference_trust import theory_of
+from softmark.interpreter.study.robustness.reference_uncertainty import theory_of
 from softmark.interpreter.study.robustness.robustness_record import ClassifiedPoint
 from softmark.interpreter.validation.scene_checks import apply_overrides
 from softmark.records import dataclass

@@ -20,9 +20,9 @@ from softmark.interpreter.planning.robustness_plan import (
 )
 from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
 from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject
-from softmark.interpreter.study.robustness import pair_maps
+from softmark.interpreter.study.robustness import validity_maps
 from softmark.interpreter.study.robustness.point_classification import classify
-from softmark.interpreter.study.robustness.reference_trust import LeanOutcome, uncertainty_of
+from softmark.interpreter.study.robustness.reference_uncertainty import LeanOutcome, uncertainty_of
 from softmark.interpreter.study.robustness.robustness_points import Values, VariedScene
 from softmark.interpreter.study.robustness.robustness_record import (
     ClassifiedPoint,
@@ -218,14 +218,14 @@ class StudyTrial:
         if not self.asked.mapped:
             return []
         found = []
-        for x, y in pair_maps.quantity_pairs(self.asked.quantities):
+        for x, y in validity_maps.quantity_pairs(self.asked.quantities):
             for model in self.asked.models:
                 if self._depends(model, x) and self._depends(model, y):
                     found.append((model, x, y, self._levels(x), self._levels(y)))
         return found
 
     def _levels(self, quantity: WalkedQuantity) -> list[Value]:
-        return pair_maps.grid_levels(
+        return validity_maps.grid_levels(
             quantity, [w for (_, name), own in self.walks.items() if name == quantity.name for w in own]
         )
 
@@ -273,5 +273,5 @@ class StudyTrial:
         for model, x, y, xs, ys in self._grids():
             places = {(a, b): (self.ground.values({x.name: a, y.name: b}), model) for a in xs for b in ys}
             known = {at: self.points[place].found for at, place in places.items() if place in self.points}
-            found.append(pair_maps.map_of(model, x, y, xs, ys, known))
+            found.append(validity_maps.map_of(model, x, y, xs, ys, known))
         return found

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from softmark.interpreter.results import json_validation
 from softmark.interpreter.study.configurations.task_outcome import PointTask
-from softmark.interpreter.study.robustness.reference_trust import LeanOutcome, reduce_outcome
+from softmark.interpreter.study.robustness.reference_uncertainty import LeanOutcome, reduce_outcome
 from softmark.interpreter.study.workers import worker_pool
 from softmark.interpreter.study.workers.task_journal import Journal
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from softmark.interpreter.planning.parameter_walk import Walk
 from softmark.interpreter.planning.varied_quantities import WalkedQuantity
-from softmark.interpreter.study.robustness.edge_remedies import reason_of, remedy_of
 from softmark.interpreter.study.robustness.robustness_record import WORST, ChoiceEdge, ClassifiedPoint, ValidityEdge
+from softmark.interpreter.study.robustness.validity_edge_remedies import reason_of, remedy_of
 
 At = Callable[[str, str, float | str], ClassifiedPoint | None]  # model, quantity, value -> class of the point
 
@@ -42,7 +42,7 @@ def edge_of(
     return replace(edge, remedy=remedy_of(beyond, quantity, outlines, right, edge))
 
 
-def _right_there(model: str, quantity: WalkedQuantity, value: str, at: At, models: Sequence[str]) -> list[str]:
+def _models_right_at(model: str, quantity: WalkedQuantity, value: str, at: At, models: Sequence[str]) -> list[str]:
     """Return other models that are right with an option with which this one is not."""
     found = ((other, at(other, quantity.name, value)) for other in models if other != model)
     return [other for other, seen in found if seen is not None and seen.word == "right"]
@@ -64,5 +64,5 @@ def choice_of(
     edge = replace(edge, word=worst.word, reason=f"{option}: {reason_of(worst)}")
     if worst.word == "unjudged":  # an unknown reference is no failure of the model
         return edge
-    others = _right_there(model, quantity, option, at, models)
+    others = _models_right_at(model, quantity, option, at, models)
     return replace(edge, remedy=remedy_of(worst, quantity, outlines, others, edge))

@@ -47,7 +47,7 @@ def _place(source: Source | None, span: Span | None, scene: Scene) -> list[Any] 
         return None
     for name, field, at in _anchors(scene):
         if at.source == source and at.span.start <= span.start and span.end <= at.span.end:
-            return [name, field, *_shifted(span, at.span, -1)]
+            return [name, field, *_shift_span(span, at.span, -1)]
     raise NoDeclaration(f"{source.name}:{span.line}")
 
 
@@ -57,7 +57,7 @@ def _found(at: list[Any] | None, scene: Scene) -> tuple[Source | None, Span | No
     name, field, *offsets = at
     declared = scene.declared[name]
     anchor = declared.fields[field] if field else declared.location
-    return anchor.source, Span(*_shifted(Span(*offsets), anchor.span, 1))
+    return anchor.source, Span(*_shift_span(Span(*offsets), anchor.span, 1))
 
 
 def _anchors(scene: Scene) -> Iterator[tuple[str, str, Location]]:
@@ -66,7 +66,7 @@ def _anchors(scene: Scene) -> Iterator[tuple[str, str, Location]]:
         yield from ((name, field, at) for field, at in declared.fields.items())
 
 
-def _shifted(span: Span, begin: Span, sign: int) -> tuple[int, int, int, int, int, int]:
+def _shift_span(span: Span, begin: Span, sign: int) -> tuple[int, int, int, int, int, int]:
     """Return a span relative to its anchor (-1), or back (1): columns are relative only in the first line."""
     first = 0 if sign > 0 else begin.line
 

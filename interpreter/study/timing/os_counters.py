@@ -35,11 +35,11 @@ class OsCounters:
     @classmethod
     def now(cls, cores: frozenset[int] = frozenset()) -> OsCounters:
         """Read all counters; steal is that of `cores`, or of all if none are given."""
-        switches, (avg10, total) = _switches(), _known(_pressure) or (None, None)
-        lines = _known(_processors) or {}
+        switches, (avg10, total) = _switches(), _read_counter(_pressure) or (None, None)
+        lines = _read_counter(_processors) or {}
         steal = sum(s for n, (_, s) in lines.items() if not cores or n in cores) if lines else None
         busy = tuple(b for _, (b, _) in sorted(lines.items()))
-        waited = _known(_waited)
+        waited = _read_counter(_waiting_time)
         return cls(time.perf_counter(), time.process_time(), *switches, waited, total, avg10, steal, busy)
 
     def since(self, start: OsCounters) -> dict[str, Any]:
@@ -69,7 +69,7 @@ def _less(now: Any, then: Any) -> Any:
     return None if now is None or then is None else now - then
 
 
-def _known(read: Callable[[], Read]) -> Read | None:
+def _read_counter(read: Callable[[], Read]) -> Read | None:
     """Return a counter's value, or None if this system lacks it."""
     try:
         return read()
@@ -86,7 +86,7 @@ def _switches() -> tuple[int | None, int | None]:
     return usage.ru_nivcsw, usage.ru_nvcsw
 
 
-def _waited() -> float:
+def _waiting_time() -> float:
     """Return the seconds that the calling thread waited for a processor."""
     return int((PROC / "thread-self/schedstat").read_text().split()[1]) * 1e-9
 
@@ -127,7 +127,10 @@ def memory_use() -> dict[str, int | None]:
 
     `ru_maxrss` starts with the parent's memory at the start of this process, so the kernel's own counter is preferred.
     """
-    return {"now": _known(lambda: _status("VmRSS")), "peak": _known(lambda: _status("VmHWM")) or _largest()}
+    return {
+        "now": _read_counter(lambda: _status("VmRSS")),
+        "peak": _read_counter(lambda: _status("VmHWM")) or _largest(),
+    }
 
 
 def _status(name: str) -> int:
@@ -150,4 +153,4 @@ def _largest() -> int | None:
 
 def load_average() -> float | None:
     """Return the number of running or waiting tasks, mean of the last minute."""
-    return _known(lambda: os.getloadavg()[0])
+    return _read_counter(lambda: os.getloadavg()[0])

@@ -68,7 +68,7 @@ class PhaseClock:
         self._spent, self._open = {}, [OTHER]
         undo: list[tuple[Any, str, Any]] = []
         try:
-            undo.extend(_replaced(self._clocked))
+            undo.extend(_install_clocks(self._clocked))
             self._since = time.process_time()
             return solve()
         finally:
@@ -99,7 +99,7 @@ class PhaseClock:
         return clocked
 
 
-def _replaced(
+def _install_clocks(
     clocked: Callable[[Callable[..., Any], str], Callable[..., Any]],
 ) -> Iterator[tuple[Any, str, Any]]:
     """Add clocks to all functions in the tables, wherever they are bound; yield owner, name and original of each."""

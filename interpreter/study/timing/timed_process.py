@@ -68,7 +68,7 @@ def main() -> int:
     die_with_parent()
     try:
         asked = json.loads(sys.stdin.buffer.read())
-        record = _guarded(asked)
+        record = _run_guarded(asked)
     except ValueError as error:
         record = _failed(f"the job cannot be read: {error}")
     with os.fdopen(answer, "w", encoding="utf-8") as out:
@@ -76,7 +76,7 @@ def main() -> int:
     return 0
 
 
-def _guarded(asked: Mapping[str, Any]) -> Record:
+def _run_guarded(asked: Mapping[str, Any]) -> Record:
     """Return the record of a job, with a status and a message if it fails."""
     from softmark.interpreter.problem.body_case import Fault
 
@@ -102,7 +102,7 @@ def time_job(job: TimingJob, cores: Sequence[int], phases: bool = False) -> Reco
     """Return the record of one run; with `phases`, that of its phases, which slow the run. Raises NotTimed, Fault."""
     _bind_processors(job, cores)
     scene, declared, case = _scene(job)
-    prepared, setup, before = _prepared(job, scene, declared, case)
+    prepared, setup, before = _prepare_model(job, scene, declared, case)
     prepared.warm()
     where = _clocks() if phases else None
     found = _solutions(prepared, job, where)
@@ -120,8 +120,10 @@ def time_job(job: TimingJob, cores: Sequence[int], phases: bool = False) -> Reco
     if last.spent is not None:
         record |= {"clock": WHOLE if last.spent.most else OWN, "memory": {}}
     if where is not None:
-        parts = {} if last.spent is not None else _spent(where, found.warmed)  # our clocks would not see its phases
-        return record | {"phases": parts, "output_s": _written(job, last)}
+        parts = (
+            {} if last.spent is not None else _phase_times(where, found.warmed)
+        )  # our clocks would not see its phases
+        return record | {"phases": parts, "output_s": _time_writing(job, last)}
     return record | {
         "warmed": found.warmed,
         "wall_s": [r.wall for r in found.runs],
@@ -177,7 +179,7 @@ def _scene(job: TimingJob) -> tuple[Scene, Declared, Case]:
     return scene, declared, case_for(scene, declared)
 
 
-def _prepared(job: TimingJob, scene: Scene, declared: Declared, case: Case) -> tuple[Prepared, Record, int | None]:
+def _prepare_model(job: TimingJob, scene: Scene, declared: Declared, case: Case) -> tuple[Prepared, Record, int | None]:
     """Return the prepared model, the cost of building it, and the bytes held before. Raises Fault.
 
     If kernels or libraries were loaded meanwhile, it is built again, unless that takes too long.
@@ -262,22 +264,22 @@ class TimedSolutions:
 def _solutions(prepared: Prepared, job: TimingJob, where: PhaseClock | None) -> TimedSolutions:
     """Solve once, and then again until the solutions have taken long enough."""
     gc.collect()
-    before, first = measure_pace(), _clocked(prepared, where)
+    before, first = measure_pace(), _time_solution(prepared, where)
     if not first.good or first.wall > job.patience_s:
         return TimedSolutions([first], paces=[before, measure_pace()], during=first.during)
     compiling = _compilations()
     found = TimedSolutions([], warmed=True, paces=[measure_pace()])
     while not found.runs or sum(r.wall for r in found.runs) < job.least_s:
-        found.runs.append(_clocked(prepared, where))
+        found.runs.append(_time_solution(prepared, where))
         found.paces.append(measure_pace())
         if not found.runs[-1].good:
             break
     found.compiled = compiling()
-    found.during = _summed([r.during for r in found.runs])
+    found.during = _sum_counters([r.during for r in found.runs])
     return found
 
 
-def _summed(stretches: Sequence[Record]) -> Record:
+def _sum_counters(stretches: Sequence[Record]) -> Record:
     """Return the sums of the counters of several time intervals."""
     whole: Record = {}
     for name, last in stretches[-1].items():
@@ -286,10 +288,10 @@ def _summed(stretches: Sequence[Record]) -> Record:
     return whole
 
 
-def _clocked(prepared: Prepared, where: PhaseClock | None) -> TimedSolution:
+def _time_solution(prepared: Prepared, where: PhaseClock | None) -> TimedSolution:
     """Solve once between two readings of the counters, which take half a millisecond outside the timed interval."""
     cores = frozenset(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else frozenset()
-    solve = partial(prepared.solve, _unwatched)
+    solve = partial(prepared.solve, _ignore_iteration)
     begin = OsCounters.now(cores)
     wall, cpu = time.perf_counter(), time.process_time()
     solution = solve() if where is None else where.around(solve)
@@ -299,7 +301,7 @@ def _clocked(prepared: Prepared, where: PhaseClock | None) -> TimedSolution:
     return TimedSolution(solution, wall, cpu, OsCounters.now(cores).since(begin))
 
 
-def _unwatched(iteration: object) -> None:
+def _ignore_iteration(iteration: object) -> None:
     """Ignore an iteration."""
 
 
@@ -347,14 +349,14 @@ def quantiles(ordered: Sequence[float]) -> dict[str, float] | None:
     return {n: ordered[max(0, math.ceil(q * count) - 1)] for n, q in QUANTILES.items()} if count else None
 
 
-def _spent(where: PhaseClock, warmed: bool) -> dict[str, float]:
+def _phase_times(where: PhaseClock, warmed: bool) -> dict[str, float]:
     """Return the CPU seconds of one solution by phases, as means over the timed ones."""
     counted = where.solutions[1:] if warmed else where.solutions
     names = dict.fromkeys(name for spent in counted for name in spent)
     return {name: statistics.fmean(spent.get(name, 0.0) for spent in counted) for name in names}
 
 
-def _written(job: TimingJob, solution: Solution) -> float | None:
+def _time_writing(job: TimingJob, solution: Solution) -> float | None:
     """Return the CPU seconds of writing the deformed mesh, or its state at some points, to a file, without imports."""
     import tempfile
 

@@ -253,7 +253,7 @@ def exclusive_timing(say: Say = _ignore_message) -> Iterator[None]:
     except ImportError:
         yield
         return
-    handle = _opened(lock_file())
+    handle = _open_lock_file(lock_file())
     if handle is None:
         yield
         return
@@ -278,7 +278,7 @@ def exclusive_timing(say: Say = _ignore_message) -> Iterator[None]:
         time.sleep(TURN)
 
 
-def _opened(file: Path) -> int | None:
+def _open_lock_file(file: Path) -> int | None:
     """Open the file, creating it if necessary; in a public folder, a file of another user may only be read."""
     careful = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
     for flags in (os.O_RDONLY, os.O_RDWR | os.O_CREAT):

@@ -55,7 +55,7 @@ class Journal:
         """Open the journal of a folder, creating it if necessary; `fresh` clears it. Raises JournalRefused, OSError."""
         folder.mkdir(parents=True, exist_ok=True)
         journal = cls(folder / NAME)
-        journal._lock = _locked(folder / LOCK)
+        journal._lock = _lock_journal(folder / LOCK)
         try:
             journal._start(fresh)
         except BaseException:
@@ -78,7 +78,7 @@ class Journal:
                 f"with `--out`"
             )
         for entry in lines[1:]:
-            if not _sound(entry):
+            if not _has_identity(entry):
                 continue
             if _authentic(entry):
                 self.entries.setdefault(identity(entry), entry)
@@ -86,7 +86,7 @@ class Journal:
                 self.foreign += 1
         if fresh:
             replace(self.path, "")  # a new file: a hard link or symbolic link keeps its target unchanged
-        self._file = _opened(self.path, os.O_RDWR | os.O_APPEND)
+        self._file = _open_journal(self.path, os.O_RDWR | os.O_APPEND)
         os.ftruncate(self._file, len(whole) if lines else 0)
         if not lines:
             self.entries.clear()
@@ -145,7 +145,7 @@ class Journal:
         self.close()
 
 
-def _sound(entry: Json) -> bool:
+def _has_identity(entry: Json) -> bool:
     """Return whether an entry has an identity; others are ignored."""
     named = isinstance(entry.get("kind"), str) and isinstance(entry.get("key"), str)
     return named and type(entry.get("repeat", 0)) is int
@@ -168,14 +168,14 @@ def _text(entry: Json) -> bytes:
 def _contents(path: Path) -> bytes:
     """Return the bytes of a journal, empty if there is no file. Raises JournalRefused, OSError."""
     try:
-        descriptor = _opened(path, os.O_RDONLY)
+        descriptor = _open_journal(path, os.O_RDONLY)
     except FileNotFoundError:
         return b""
     with os.fdopen(descriptor, "rb") as file:
         return file.read()
 
 
-def _opened(path: Path, flags: int) -> int:
+def _open_journal(path: Path, flags: int) -> int:
     """Open a regular file, created if it is to be written, never through a symbolic link. Raises JournalRefused."""
     careful = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
     if path.is_symlink() or (path.exists() and not path.is_file()):
@@ -197,11 +197,11 @@ def _objects(data: bytes) -> Iterator[Json]:
             yield found
 
 
-def _locked(path: Path) -> int:
+def _lock_journal(path: Path) -> int:
     """Take an exclusive lock, which the system releases when this process ends in any way. Raises JournalRefused."""
     import fcntl
 
-    descriptor = _opened(path, os.O_RDWR)
+    descriptor = _open_journal(path, os.O_RDWR)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:

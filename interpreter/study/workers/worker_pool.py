@@ -313,10 +313,10 @@ def perform_on_cluster(task: PointTask, digest: str, timeout: float | None = Non
         )
     if timeout is None:
         return configuration_task.perform(task)
-    return _within(task, timeout)
+    return _perform_within(task, timeout)
 
 
-def _within(task: PointTask, timeout: float) -> PointOutcome:
+def _perform_within(task: PointTask, timeout: float) -> PointOutcome:
     """Run `perform` in a separate thread, which is abandoned after its time limit."""
     import threading
 

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.beam.beam_declaration import Beam6Dof, axis_station
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
-from softmark.interpreter.problem.axial_selection import coverage, selects_whole_sections
 from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.cross_section_coverage import coverage, selects_whole_sections
 from softmark.interpreter.verification.by_model.solid_forces_check import LEFT
 from softmark.interpreter.verification.by_model.verifier import VerifiedSolution
 from softmark.interpreter.verification.reaction_balance import sum_by_support
-from softmark.interpreter.verification.unverified_models import NoIndependentFormula
+from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.interpreter.vocabulary.load_words import (
     BodyForce,
     LineForce,
@@ -227,7 +227,7 @@ def integrate_hats(s: Floats, low: float, high: float, size: Callable[[float], f
     return found
 
 
-def line_of(found: VerifiedSolution) -> BeamLine:
+def beam_line_of(found: VerifiedSolution) -> BeamLine:
     """Return the beam of a solution."""
     return BeamLine(found.declared.thing, found.case, np.array(found.declared.thing.stations(found.case)))
 
@@ -235,7 +235,7 @@ def line_of(found: VerifiedSolution) -> BeamLine:
 def rod_of(found: VerifiedSolution) -> tuple[CheckedRod, float]:
     """Return the deformed rod of a solution and the sampling distance from the axis; computed once."""
     if rod_of not in found.known:
-        line, displacement = line_of(found), found.solution.displacement
+        line, displacement = beam_line_of(found), found.solution.displacement
         rod, arm = line.rod(displacement)
         if found.case.remembers:
             from softmark.interpreter.verification.viscoelastic_forces_check import relaxed_strain
@@ -263,7 +263,7 @@ def worse_balance(inside: Floats, outside: Floats, fixed: NDArray[np.bool_], noi
 def reactions_of(found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
     """Return the reaction of every support, and its rounding error, N. Raises NoIndependentFormula."""
     inside, outside, _, noise = _forces(found)
-    beam, left = line_of(found), (inside - outside) / _per_length(found)
+    beam, left = beam_line_of(found), (inside - outside) / _per_length(found)
     masks = {support.name: beam.carries(support) for support in beam.case.supports}
     return sum_by_support(masks, left, rod_of(found)[0].x), LEFT * noise
 
@@ -286,7 +286,7 @@ def _forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_],
 
 def _compute_forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
     """Compute the forces of `_forces`. Raises NoIndependentFormula."""
-    beam, model = line_of(found), found.declared.thing
+    beam, model = beam_line_of(found), found.declared.thing
     if found.solution.displacement is None or (len(beam.s) > 200 and not (model.shear and model.axial)):
         raise NoIndependentFormula("the model has too many elements for the constraint forces to be verified")
     rod, arm = rod_of(found)

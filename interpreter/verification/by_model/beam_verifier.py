@@ -144,8 +144,8 @@ def theory_error(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     missing = bends * (clamped + twists * flat_strips.clamp_effect_on_torsion(section, length, poisson, spans))
     missing += (1.0 - bends) * flat_strips.clamp_effect_on_stretch(section, length, poisson, spans)
     missing += TAPERED * case.prism.slope**2 + curved_beam_limits.slender_rod_error(case.prism)
-    missing += flat_strips.stiffening(section, poisson, curvature + case.prism.bend)
-    missing += flat_strips.ovalling(section, poisson, of_tube)
+    missing += flat_strips.strip_stiffening(section, poisson, curvature + case.prism.bend)
+    missing += flat_strips.ovalling_softening(section, poisson, of_tube)
     strained: float = BENT * bent**2 + STRETCHED * stretched
     if missing + strained > COARSE:
         raise NoErrorEstimate(f"the beam is too {'thick' if missing > strained else 'strained'} for its theory")

@@ -28,7 +28,7 @@ from softmark.interpreter.verification.grid_convergence import COARSE
 from softmark.interpreter.verification.probe_errors import NoErrorEstimate
 from softmark.interpreter.verification.reaction_balance import sum_by_support
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
-from softmark.interpreter.verification.unverified_models import NoIndependentFormula
+from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, MomentLoad, PointLoad
 from softmark.interpreter.vocabulary.support_words import Hinged
 from softmark.records import dataclass
@@ -127,11 +127,11 @@ class DeformedNetwork:
                         )
                         found[:, :3] = np.outer(integrate_hats(s, low, high), q)
                 case PointLoad(at=at, force=force):
-                    if frame_selection.at(self.network, at)[0] == number:  # type: ignore[index]
+                    if frame_selection.locate_on_member(self.network, at)[0] == number:  # type: ignore[index]
                         here = float(np.dot(np.subtract(at, member.begin), member.axis))
                         found[:, :3] = np.outer([np.interp(here, s, row) for row in np.eye(len(X))], force)
                 case MomentLoad(where=where, moment=moment):
-                    at = self.network.points[frame_selection.selected(where, self.network)[0][0]]
+                    at = self.network.points[frame_selection.select_points_and_members(where, self.network)[0][0]]
                     ends = [i for i in (0, -1) if np.allclose(X[i], at, rtol=0.0, atol=1e-9 * member.length)]
                     if ends and number == self._first_at(at):
                         found[ends[0], 3:] = moment
@@ -145,7 +145,7 @@ class DeformedNetwork:
 
     def carries(self, support: Declared) -> NDArray[np.bool_]:
         """Return which forces and moments in space one support carries (p, 6); at a hinge as its axis allows."""
-        points, whole, _ = frame_selection.selected(support.thing.where, self.network)
+        points, whole, _ = frame_selection.select_points_and_members(support.thing.where, self.network)
         near = [np.array([self.network.points[i] for i in points]).reshape(-1, 3), *(self.X[m] for m in whole)]
         held = np.concatenate(near)
         apart = np.linalg.norm(self.at[0][:, None] - held[None], axis=2).min(axis=1)
@@ -281,7 +281,9 @@ def _member_theory_error(network: Network, number: int, poisson: float, curvatur
     others = [[i for i in network.at(end) if i not in run] for end in ends]
     deep = sum(max((max(network.members[i].section.extents) for i in here), default=0.0) for here in others)
     found = flat_strips.clamp_effect_on_bending(section, length, poisson, max(1, sum(map(bool, others))), True)
-    found += flat_strips.stiffening(section, poisson, curvature) + flat_strips.ovalling(section, poisson, curvature)
+    found += flat_strips.strip_stiffening(section, poisson, curvature) + flat_strips.ovalling_softening(
+        section, poisson, curvature
+    )
     return found + JOINED * 0.5 * deep / length + TAPERED * member.slope**2
 
 

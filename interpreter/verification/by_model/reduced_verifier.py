@@ -67,7 +67,7 @@ def check_reduced_solution(declared: Declared, solution: Solution) -> Solution:
     if _too_large(error):
         reason = f"the reduced basis cannot represent this state: {_in_words(error, of)}; {MEASURES.format(of=of)}"
         return Solution("not_converged", reason, facts, notes=solution.notes)
-    return replace(solution, facts=facts, notes=(*solution.notes, *_doubts(declared, error, of)))
+    return replace(solution, facts=facts, notes=(*solution.notes, *_residual_warning(declared, error, of)))
 
 
 def _too_large(error: ReductionError) -> bool:
@@ -76,7 +76,7 @@ def _too_large(error: ReductionError) -> bool:
     return not error.relative <= LARGEST
 
 
-def _doubts(declared: Declared, error: ReductionError, of: str) -> list[Diagnostic]:
+def _residual_warning(declared: Declared, error: ReductionError, of: str) -> list[Diagnostic]:
     """Return a warning if a state leaves a significant residual in the equations of the full model."""
     if (error.relative or 0.0) <= DOUBTFUL and error.residual <= DOUBTFUL_RESIDUAL:
         return []
@@ -86,13 +86,13 @@ def _doubts(declared: Declared, error: ReductionError, of: str) -> list[Diagnost
 
 def _in_words(error: ReductionError, of: str) -> str:
     """Return the residual and the estimated error of a reduced model, as text."""
-    residual = f"the residual in the equations of `{of}` is {_share(error.residual)} the forces"
+    residual = f"the residual in the equations of `{of}` is {_format_ratio(error.residual)} the forces"
     if error.relative is None:
         return residual
-    return f"{residual}, which corresponds to a displacement error of about {_share(error.relative)} its displacement"
+    return f"{residual}, a displacement error of about {_format_ratio(error.relative)} its displacement"
 
 
-def _share(part: float) -> str:
+def _format_ratio(part: float) -> str:
     """Return a ratio as text: `3 % of`, `2.5 times`."""
     return f"{100 * part:.2g} % of" if part < 1.0 else f"{part:.2g} times"
 

@@ -18,7 +18,7 @@ from softmark.interpreter.verification.cell_materials_check import split_by_mate
 from softmark.interpreter.verification.load_forces_check import load_forces
 from softmark.interpreter.verification.reaction_balance import sum_by_support
 from softmark.interpreter.verification.support_reactions_check import held_components
-from softmark.interpreter.verification.unverified_models import NoIndependentFormula
+from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.records import dataclass
 from softmark.solvers.elements import CELLS
 from softmark.solvers.independent_forces import solid_forces
@@ -186,7 +186,7 @@ def reactions_of(state: SolidState) -> tuple[dict[str, Wrench], float]:
     inside, _, noise = state.balanced if every else state.inside(np.flatnonzero(state.held.any(axis=1)))
     outside, unsure = state.loads
     x = state.mesh.points if state.model.strain == "small" else state.mesh.points + state.u
-    held = by_support(state.case, state.mesh, inside - outside, x)
+    held = residuals_by_support(state.case, state.mesh, inside - outside, x)
     beds = {name: _resultant(state.case, _forces_on_others(state, name, f), x) for name, f in state.beds[0].items()}
     return held | beds, LEFT * noise + unsure
 
@@ -207,7 +207,7 @@ def _resultant(case: Case, f: Floats, x: Floats) -> Wrench:
     return sum_by_support({"bed": np.ones(whole.shape, dtype=np.bool_)}, whole, x, case.depth > 0.0)["bed"]
 
 
-def by_support(case: Case, mesh: DeformedMesh, left: Floats, x: Floats) -> dict[str, Wrench]:
+def residuals_by_support(case: Case, mesh: DeformedMesh, left: Floats, x: Floats) -> dict[str, Wrench]:
     """Return the part of the residual forces (n, 3) at nodes x (n, 3) that each support carries."""
     masks = {}
     for support in case.supports:
@@ -241,7 +241,7 @@ def mixed_solid(model: Fem, case: Case, mesh: DeformedMesh, which: Any = slice(N
     if getattr(material, "directed", False):
         from softmark.interpreter.verification import fiber_directions_check
 
-        return fiber_directions_check.pressed_of(case, *body, own, rules)
+        return fiber_directions_check.mixed_body_of(case, *body, own, rules)
     material = getattr(material, "law", material)  # of what relaxes, that which it is at once
     E, nu = material.young, material.poisson
     split, mu = split_law(material, model.strain, E, nu), E / (2.0 * (1.0 + nu))

@@ -29,7 +29,7 @@ from softmark.interpreter.verification.by_model.verifier import (
     NEAR,
     SizedMeshVerifier,
     VerifiedSolution,
-    from_coarser,
+    error_from_coarser,
 )
 from softmark.interpreter.verification.cell_materials_check import split_by_material
 from softmark.interpreter.verification.estimation_budget import NOT_ASKED, BudgetExceeded
@@ -43,7 +43,7 @@ from softmark.interpreter.verification.probe_errors import (
     ProbeResultUnderTest,
 )
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
-from softmark.interpreter.verification.unverified_models import NoIndependentFormula
+from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.solvers.elements import find_element
 from softmark.solvers.independent_forces.solid_forces import ForceBalance
@@ -317,7 +317,7 @@ class SolidVerifier(SizedMeshVerifier):
         if not answer.own.material.thin and thing.locks_at(_largest_poisson(answer)):
             raise NoErrorEstimate("the element locks at this Poisson's ratio, so coarser meshes share the same error")
         order = SEEPING if answer.case.porous else float(thing.order)
-        return from_coarser(self.coarser(answer), seen, order, answer)
+        return error_from_coarser(self.coarser(answer), seen, order, answer)
 
     def loads_left(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, missing: float) -> float:
         """Return the relative load error that the finer space has too; the distance to it contains the rest."""

@@ -8,13 +8,13 @@ import numpy as np
 
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
-from softmark.interpreter.verification.by_model.solid_forces_check import LEFT, by_support
+from softmark.interpreter.verification.by_model.solid_forces_check import LEFT, residuals_by_support
 from softmark.interpreter.verification.by_model.verifier import SizedMeshVerifier, VerifiedSolution
 from softmark.interpreter.verification.load_forces_check import load_forces
 from softmark.interpreter.verification.probe_errors import NoErrorEstimate, ProbeResultUnderTest
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.interpreter.verification.support_reactions_check import held_components
-from softmark.interpreter.verification.unverified_models import NoIndependentFormula
+from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import Floats, ForceBalance
 
@@ -37,7 +37,7 @@ class SpringVerifier(SizedMeshVerifier):
         """Compute the reactions by the same formulas. Raises NoIndependentFormula."""
         mesh, inside, outside, noise = self._forces(found)
         x = mesh.points + np.asarray(mesh.displacement, dtype=np.float64)
-        return by_support(found.case, mesh, inside - outside, x), LEFT * noise
+        return residuals_by_support(found.case, mesh, inside - outside, x), LEFT * noise
 
     def _forces(self, found: VerifiedSolution) -> tuple[DeformedMesh, Floats, Floats, float]:
         """Return the mesh, nodal forces of springs and of loads (n, 3), N, and the rounding of both; computed once."""

@@ -13,7 +13,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification import grid_convergence
 from softmark.interpreter.verification.probe_errors import NoErrorEstimate, ProbeResultUnderTest
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
-from softmark.interpreter.verification.unverified_models import NoIndependentFormula
+from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.records import dataclass
 from softmark.solvers.independent_forces.solid_forces import ForceBalance
 
@@ -69,7 +69,7 @@ class Verifier:
 
     def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the distance of a result from the limit of refinement. Raises NoErrorEstimate."""
-        return from_coarser(self.coarser(answer), seen, self.order, answer)
+        return error_from_coarser(self.coarser(answer), seen, self.order, answer)
 
     def loads_left(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, missing: float) -> float:
         """Return the part of the relative load error `missing` that the discretisation error does not contain."""
@@ -92,7 +92,7 @@ class Verifier:
         return max(1, int(answer.result.size.get("elements", 1)))
 
 
-def from_coarser(
+def error_from_coarser(
     coarser: list[tuple[Solution, float]], seen: ProbeResultUnderTest, order: float, answer: SolutionUnderTest
 ) -> float:
     """Return the error of a result, from one or two coarser solutions and the theoretical order.

@@ -64,19 +64,19 @@ def tube(shape: Tube) -> Gap:
     return RevolvedGap(((s, 0.0), (r, 0.0), (r, h), (s, h)), shape.axis, shape.origin)
 
 
-def revolved(shape: Revolution) -> Gap:
+def revolved_gap(shape: Revolution) -> Gap:
     """Return the gap of a polygon revolved around an axis, such as a cone."""
     return RevolvedGap(shape.outline, shape.axis, shape.origin)
 
 
-def rounded(shape: RoundedRevolution) -> Gap:
+def rounded_gap(shape: RoundedRevolution) -> Gap:
     """Return the gap of a rounded body of revolution: its core and all points near it."""
     core = RevolvedGap(shape.core, shape.axis, shape.origin)
     centre = add_multiples(shape.origin, (axial_centroid(shape.outline(ARC)), shape.axis))
     return RoundedGap(core, shape.rounding, centre)
 
 
-def extruded(shape: Extruded) -> Gap:
+def prism_gap(shape: Extruded) -> Gap:
     """Return the gap of a prism of any polygon."""
     return PrismGap(shape.section, shape.base, shape.height, ORDERS[shape.along])
 

@@ -15,7 +15,7 @@ TYPES = {1: ("line", 2), 2: ("triangle", 3), 3: ("quad", 4), 4: ("tetra", 4), 5:
 TYPES |= {6: ("wedge", 6), 7: ("pyramid", 5), 15: ("vertex", 1)}
 
 
-class Malformed(Exception):
+class MalformedGmsh(Exception):
     """The file is incomplete or has content that is not part of the format."""
 
 
@@ -48,19 +48,19 @@ def read(path: Path) -> File:
         points, number, at = _points(words)
         return File(points, _cells(words[at:], number))
     except (ValueError, IndexError, KeyError) as error:
-        raise Malformed(str(error) or type(error).__name__) from error
+        raise MalformedGmsh(str(error) or type(error).__name__) from error
 
 
 def _points(words: list[str]) -> tuple[Floats, dict[int, int], int]:
     """Return points (n, 3), their indices by the numbers of the file, and the number of words read."""
     count = int(words[1])
     if not 0 <= count <= len(words) // 4:
-        raise Malformed(f"it announces {count} points, but ends before")
+        raise MalformedGmsh(f"it announces {count} points, but ends before")
     table = np.array(words[2 : 2 + 4 * count], dtype=np.float64).reshape(count, 4)
     number = {int(n): i for i, n in enumerate(table[:, 0])}
     end = 2 + 4 * count
     if words[end : end + 2] != ["$ENDNOD", "$ELM"]:
-        raise Malformed("no $ENDNOD and $ELM after its points")
+        raise MalformedGmsh("no $ENDNOD and $ELM after its points")
     return table[:, 1:].copy(), number, end + 2
 
 
@@ -71,12 +71,12 @@ def _cells(words: list[str], number: dict[int, int]) -> list[Block]:
     for _ in range(int(words[0])):
         kind, nodes = TYPES[int(words[at + 1])]
         if int(words[at + 4]) != nodes:
-            raise Malformed(f"a {kind} of {words[at + 4]} nodes")
+            raise MalformedGmsh(f"a {kind} of {words[at + 4]} nodes")
         missing = [w for w in words[at + 5 : at + 5 + nodes] if int(w) not in number]
         if missing:
-            raise Malformed(f"cell {words[at]} refers to node {missing[0]}, which does not exist")
+            raise MalformedGmsh(f"cell {words[at]} refers to node {missing[0]}, which does not exist")
         found.setdefault(kind, []).append([number[int(w)] for w in words[at + 5 : at + 5 + nodes]])
         at += 5 + nodes
     if words[at] != "$ENDELM":
-        raise Malformed("no $ENDELM after its cells")
+        raise MalformedGmsh("no $ENDELM after its cells")
     return [Block(kind, np.array(rows, dtype=np.int64)) for kind, rows in found.items()]

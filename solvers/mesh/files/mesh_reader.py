@@ -243,7 +243,7 @@ def _parse_by_format(path: Path) -> Any:
         try:
             with limited_resources(path):
                 return gmsh1.read(path)
-        except (gmsh1.Malformed, MemoryError) as error:
+        except (gmsh1.MalformedGmsh, MemoryError) as error:
             why = describe_read_error(error)
             raise UnreadableMesh(f"it is not a complete Gmsh file of format 1 ({why})", remedy=AGAIN) from error
     try:
@@ -281,13 +281,13 @@ def _vtk(path: Path) -> Any:
         head = file.read(4096)
     try:
         with limited_resources(path):
-            if legacy_vtk.recognised(head):
+            if legacy_vtk.is_legacy_vtk(head):
                 return legacy_vtk.read(path)
-            if vtu_conversion.recognised(head):
+            if vtu_conversion.is_vtu(head):
                 data = vtu_conversion.inline_arrays(read_regular(path))
             else:
                 return None
-    except (gmsh1.Malformed, ValueError, MemoryError) as error:
+    except (gmsh1.MalformedGmsh, ValueError, MemoryError) as error:
         raise UnreadableMesh(f"it is not a complete VTK file ({describe_read_error(error)})", remedy=AGAIN) from error
     with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
         (copy := Path(folder, "mesh.vtu")).write_bytes(data)

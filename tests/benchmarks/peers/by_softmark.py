@@ -34,7 +34,7 @@ def solve(problem: Problem, steps: int) -> Found:
     model = build(declared, case, BuildContext({("beam", *declared.thing.mesh_key()): mesh}))
     if len(problem.cells) < 1000:
         model.warm()
-        factorisations.warm(10**9)  # the kernels that large matrices need
+        factorisations.warm_up(10**9)  # the kernels that large matrices need
     ready = time.process_time()
     solution = model.solve(lambda iteration: None)
     if solution.status != "converged":

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.models.external.adapters import PROGRAMS, executables
 from softmark.interpreter.models.external.external_problem import Answer, ExternalNotConverged, NoAnswer
 
@@ -253,7 +253,7 @@ def _said(log: str) -> str:
     found = sorted(dict.fromkeys((kind, " ".join(own.split())[:WIDE]) for own, kind in _TROUBLE.findall(log)),
                    key=lambda own: own[0])  # fmt: skip
     more = f"; and {len(found) - SAID} more" if len(found) > SAID else ""
-    return visible("; ".join(text for _, text in found[:SAID]) + more)
+    return make_visible("; ".join(text for _, text in found[:SAID]) + more)
 
 
 def _progress(path: Path) -> tuple[int, float]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.models.external.adapters import executables
 from softmark.interpreter.models.external.exporters import febio_exporter as deck
 from softmark.interpreter.models.external.external_problem import Answer, ExternalNotConverged, NoAnswer
@@ -43,7 +43,7 @@ def version() -> str | None:
     if not places():
         return None
     found = re.search(r"FEBio version\s*=\s*(\S+)", executables.program_output(program, "-info", "-norun"))
-    return visible(found[1]) if found else executables.UNKNOWN
+    return make_visible(found[1]) if found else executables.UNKNOWN
 
 
 def places() -> tuple[Path, ...]:
@@ -81,7 +81,7 @@ def read(folder: Path) -> Answer:
 def _said(log: str) -> str:
     """Return its errors and warnings on one line."""
     boxes = (" ".join(line.strip(" *") for line in box.splitlines()).split() for box in _BOX.findall(log))
-    return visible("; ".join(dict.fromkeys(" ".join(words) for words in boxes)))[: executables.WIDE]
+    return make_visible("; ".join(dict.fromkeys(" ".join(words) for words in boxes)))[: executables.WIDE]
 
 
 def _blocks(table: str) -> list[tuple[float, str]]:

@@ -19,7 +19,14 @@ import numpy as np
 
 from softmark.interpreter.models.external.adapters.mujoco_steps import stepped
 from softmark.interpreter.models.external.adapters.rod_adapters import must_be_worked_for, nodal_axes
-from softmark.interpreter.models.external.exporters.mujoco_exporter import SMALL, forces, nodes, pushed, row, weighed
+from softmark.interpreter.models.external.exporters.mujoco_exporter import (
+    SMALL,
+    forces,
+    joint_actuator,
+    nodes,
+    row,
+    split_gravity,
+)
 from softmark.interpreter.models.external.external_problem import Answer, Floats, Motion, NoAnswer, Problem, Section
 
 SHORT = 1e-3  # of the adjacent edge: an edge that only gives the direction of a clamp
@@ -72,14 +79,15 @@ def deck(problem: Problem, motion: Motion, section: Section) -> str:
     ends, lengths = held_ends(problem), np.linalg.norm(np.diff(X, axis=0), axis=1)
     free = np.ones(X.shape, dtype=np.bool_)
     free[[0, -1]] = ~np.array(ends)[:, None]
-    g, rest = weighed(problem.forces @ section.axes, motion.masses)
+    g, rest = split_gravity(problem.forces @ section.axes, motion.masses)
     *_, GJ, EI2, EI3 = section.stiffness.tolist()
     high, wide = BOX, BOX * (EI2 / EI3) ** 0.5  # half sizes along e2 and e3: I2 : I3 as the squares of wide and high
     young, shear = EI2 / (4.0 / 3.0 * wide**3 * high), GJ / torsion(high, wide)
     names, vertex, edges = _vertices(X, lengths, ends)
     twist, drag = section.inertia[0] * lengths, motion.damping_mass
     slowed = (
-        pushed(name, 0.0, drag * own) for name, own in zip(_twists(len(lengths), ends), twist.tolist(), strict=True)
+        joint_actuator(name, 0.0, drag * own)
+        for name, own in zip(_twists(len(lengths), ends), twist.tolist(), strict=True)
     )
     return f"""<mujoco>
 <option timestep="{motion.step!r}" integrator="discrete" gravity="{row(g)}">

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.models.external.adapters import executables
 from softmark.interpreter.models.external.exporters import polyfem_exporter as deck
 from softmark.interpreter.models.external.external_problem import Answer, ExternalNotConverged, NoAnswer
@@ -53,7 +53,7 @@ def places() -> tuple[Path, ...]:
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
     """Return features of a problem that its deck cannot express, including loads."""
-    return deck.refuses(problem) or deck.lost(problem, _named(problem))
+    return deck.refuses(problem) or deck.unsupported_loads(problem, _named(problem))
 
 
 def write(problem: Problem, folder: Path) -> None:
@@ -79,7 +79,7 @@ def read(folder: Path) -> Answer:
     """Read its output from a folder. Raises NoAnswer, ExternalNotConverged."""
     log = executables.text(folder / LOG)
     errors, solved = _ERROR.findall(log), _SOLVED.findall(log)
-    said = visible("; ".join(dict.fromkeys(own.strip() for own in errors)))[: executables.WIDE]
+    said = make_visible("; ".join(dict.fromkeys(own.strip() for own in errors)))[: executables.WIDE]
     settled = "[error]" not in solved[-1] if solved else None
     if not (folder / deck.ANSWER).exists():
         if settled is False or any(word in said for word in ("iteration limit", "find minimizer")):

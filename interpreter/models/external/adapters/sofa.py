@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.models.external.adapters import executables
 from softmark.interpreter.models.external.exporters import sofa_exporter as deck
 from softmark.interpreter.models.external.external_problem import Answer, ExternalNotConverged, NoAnswer
@@ -58,7 +58,7 @@ def read(folder: Path) -> Answer:
     log, files = executables.text(folder / LOG), sorted(folder.glob(f"{deck.ANSWER}*.vtu"))
     if LOST in log:
         why = log.partition(LOST)[2].partition("\n")[0].strip()[: executables.WIDE]
-        raise ExternalNotConverged(visible(why) or "it diverged")
+        raise ExternalNotConverged(make_visible(why) or "it diverged")
     if not files:
         raise NoAnswer(f"it wrote no {deck.ANSWER}*.vtu")
     told, u = executables.results(files[-1], deck.FIELD)

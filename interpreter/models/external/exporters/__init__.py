@@ -1,8 +1,8 @@
 """Export formats of a model, one module each: `refuses(problem)` and `export(problem, named, folder)`.
 
 `refuses` returns features of a problem that the format cannot express, with reasons; `export` writes files and returns
-their names. A format with separate entries for surface loads also has `lost(problem, named)`, which does the same for
-loads. To add a format: a module, and a line here. Adapters of programs write the same files.
+their names. A format with separate entries for surface loads also has `unsupported_loads(problem, named)`, which does
+the same for loads. To add a format: a module, and a line here. Adapters of programs write the same files.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class Format:
     unit: str = "1m"
     mesh: bool = False  # and no way to solve it
     moves: bool = False  # and no state of rest
-    by_name: bool = False  # whether its module has `lost`
+    by_name: bool = False  # whether its module has `unsupported_loads`
     units: str = "m, kg, s, N and Pa"
 
     def unit_of(self, si: str) -> str:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.grammar.diagnostic import visible
+from softmark.grammar.diagnostic import make_visible
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.external.exporters.named_parts import Named
@@ -107,7 +107,7 @@ def _mesh(problem: Problem, named: Named) -> Iterator[str]:
     for name, nodes in _sets(problem).items():
         yield f'<NodeSet name="{name}">{_row((nodes + 1).tolist())}</NodeSet>'
     for i, (name, nodes) in enumerate(named.supports.items(), start=1):
-        plain = re.sub(r"[^A-Za-z0-9]", "_", visible(name))
+        plain = re.sub(r"[^A-Za-z0-9]", "_", make_visible(name))
         yield f'<NodeSet name="S{i}_{plain}">{_row((nodes + 1).tolist())}</NodeSet>'
 
 

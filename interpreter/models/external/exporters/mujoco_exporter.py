@@ -51,7 +51,7 @@ def deck(problem: Problem, motion: Motion) -> str:
     """Return the model in MJCF."""
     (stuff,) = problem.stuff
     count, free = len(problem.points), ~problem.is_held
-    g, rest = weighed(problem.forces, motion.masses)
+    g, rest = split_gravity(problem.forces, motion.masses)
     names = " ".join(f"n{i}" for i in range(count))
     cells = " ".join(map(str, problem.cells.ravel().tolist()))
     integrator = "Euler" if motion.explicit else "discrete"
@@ -69,7 +69,7 @@ damping="{motion.damping_stiffness!r}"/></flex></deformable>
 </mujoco>"""
 
 
-def weighed(forces: Floats, masses: Floats) -> tuple[Floats, Floats]:
+def split_gravity(forces: Floats, masses: Floats) -> tuple[Floats, Floats]:
     """Return the gravity (3,), m/s^2, of most nodes, and the remaining nodal forces (n, 3), N: F = m g + the rest."""
     g = np.median(forces / masses[:, None], axis=0)
     rest = forces - masses[:, None] * g
@@ -95,9 +95,9 @@ def nodes(points: Floats, masses: Floats, free: Bools) -> Iterator[str]:
 def forces(rest: Floats, drag: Floats, free: Bools) -> Iterator[str]:
     """Yield actuators for nodal forces other than weight (n, 3), N, and for damping (n,), N s/m."""
     for i, k in np.argwhere(free & ((rest != 0.0) | (drag != 0.0)[:, None])).tolist():
-        yield pushed(f"n{i}{'xyz'[k]}", float(rest[i, k]), float(drag[i]))
+        yield joint_actuator(f"n{i}{'xyz'[k]}", float(rest[i, k]), float(drag[i]))
 
 
-def pushed(joint: str, force: float, drag: float) -> str:
+def joint_actuator(joint: str, force: float, drag: float) -> str:
     """Return an actuator of a joint without control input."""
     return f'<general joint="{joint}" gainprm="0" biastype="affine" biasprm="{force!r} 0 {-drag!r}"/>'

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.interpreter.models.shared.loaded_surface import surface_of
-from softmark.interpreter.models.shared.support_constraints import selected
+from softmark.interpreter.models.shared.support_constraints import selected_nodes
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -35,15 +35,15 @@ def named_of(prepared: PreparedSolid, case: Case) -> Named:
     mesh, every = prepared.mesh, np.arange(len(prepared.mesh.cells), dtype=np.int64)
     names = [case.body.name, *(part.name for part in case.parts)]
     parts = {names[own.number]: every[own.which] for own in prepared.pieces}
-    supports = {s.name: np.flatnonzero(selected(case, s, mesh)) for s in case.named_supports}
-    facets = {name: _whole(mesh, nodes) for name, nodes in supports.items()}
+    supports = {s.name: np.flatnonzero(selected_nodes(case, s, mesh)) for s in case.named_supports}
+    facets = {name: _enclosed_facets(mesh, nodes) for name, nodes in supports.items()}
     for load in case.loads:
         if (where := getattr(load.thing.action, "where", None)) is not None:
             facets[load.name] = np.unique(surface_of(case, load, where, mesh).touched, axis=0)
     return Named(parts, supports, {load.name: f for load, f in prepared.forces()}, facets)
 
 
-def _whole(mesh: Mesh, nodes: Ints) -> Ints:
+def _enclosed_facets(mesh: Mesh, nodes: Ints) -> Ints:
     """Return the boundary facets whose nodes are all among some nodes."""
     inside = np.zeros(len(mesh.points), dtype=np.bool_)
     inside[nodes] = True

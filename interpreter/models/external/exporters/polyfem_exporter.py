@@ -52,16 +52,16 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     for stuff in problem.stuff:
         if stuff.law not in LAWS:
             found.append((stuff.law, f"of the laws of softmark it has {', '.join(LAWS)}"))
-    if _held(problem, _facets(problem)) is None:
+    if _whole_facet_displacements(problem, _facets(problem)) is None:
         found.append(("the supports", "it holds whole facets only, with one displacement for each"))
     return found
 
 
-def lost(problem: Problem, named: Named) -> list[tuple[str, str]]:
+def unsupported_loads(problem: Problem, named: Named) -> list[tuple[str, str]]:
     """Return loads that are neither a force on the whole body nor a traction on whole facets."""
     facets = _facets(problem)
     why = "its forces act on the whole body, or as uniform tractions or pressures on whole facets"
-    acting = {name: _acting(problem, named, name, facets) for name in named.loads}
+    acting = {name: _convert_load(problem, named, name, facets) for name in named.loads}
     found = [(f"load `{name}`", why) for name, own in acting.items() if own is None]
     told = sum(named.loads.values(), np.zeros_like(problem.points))
     return found if found or _same(told, problem.forces) else [("the loads", why)]
@@ -79,11 +79,11 @@ def export(problem: Problem, named: Named, folder: Path) -> list[str]:
 def deck(problem: Problem, named: Named) -> dict[str, Any]:
     """Return the deck of a problem without unsupported features or loads."""
     facets = _facets(problem)
-    held = _held(problem, facets)
+    held = _whole_facet_displacements(problem, facets)
     assert held is not None
     body, tractions = np.zeros(3), np.zeros((len(facets), 3))
     for name in named.loads:
-        own = _acting(problem, named, name, facets)
+        own = _convert_load(problem, named, name, facets)
         assert own is not None
         body, tractions = body + own.body, tractions + own.tractions
     most = np.abs(tractions).max(initial=np.finfo(float).tiny)
@@ -148,7 +148,7 @@ class Acting:
     tractions: Floats
 
 
-def _acting(problem: Problem, named: Named, name: str, facets: Ints) -> Acting | None:
+def _convert_load(problem: Problem, named: Named, name: str, facets: Ints) -> Acting | None:
     """Return the load with these nodal forces; None if it is of neither kind."""
     F, none = named.loads[name], Acting(np.zeros(3), np.zeros((len(facets), 3)))
     if not F.any():
@@ -161,10 +161,10 @@ def _acting(problem: Problem, named: Named, name: str, facets: Ints) -> Acting |
     on = np.array([tuple(sorted(own)) in touched for own in facets[:, :3].tolist()])
     areas = _areas(problem, facets) * on[:, None]
     uniform = np.where(on[:, None], F.sum(axis=0) / np.linalg.norm(areas, axis=1).sum(), 0.0)
-    whole = _spread(problem, facets, areas)
+    whole = _uniform_facet_forces(problem, facets, areas)
     pressed = areas / np.maximum(np.linalg.norm(areas, axis=1), np.finfo(float).tiny)[:, None]
     for tractions in (uniform, float((F * whole).sum() / (whole * whole).sum()) * pressed):
-        if _same(_spread(problem, facets, tractions * np.linalg.norm(areas, axis=1)[:, None]), F):
+        if _same(_uniform_facet_forces(problem, facets, tractions * np.linalg.norm(areas, axis=1)[:, None]), F):
             return replace(none, tractions=tractions)
     return None
 
@@ -186,7 +186,7 @@ def _weights(problem: Problem) -> Floats:
     return found
 
 
-def _spread(problem: Problem, facets: Ints, forces: Floats) -> Floats:
+def _uniform_facet_forces(problem: Problem, facets: Ints, forces: Floats) -> Floats:
     """Return nodal forces (n, 3) of uniform facet forces (f, 3): a third at each corner, or at each mid-edge node."""
     found, own = np.zeros_like(problem.points), facets[:, -3:]
     np.add.at(found, own, forces[:, None, :] / 3.0)
@@ -205,7 +205,7 @@ def _facets(problem: Problem) -> Ints:
     return Mesh(problem.points, problem.cells, problem.element).facets
 
 
-def _held(problem: Problem, facets: Ints) -> Floats | None:
+def _whole_facet_displacements(problem: Problem, facets: Ints) -> Floats | None:
     """Return imposed displacements of whole facets (f, 3), m, NaN where free; None if supports hold other parts."""
     values = np.full(problem.points.shape, np.nan)
     values[tuple(problem.held.T)] = problem.values

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
 from softmark.interpreter.models.external.adapters import RODS, Program
 from softmark.interpreter.models.external.external_program import ExternalModel
-from softmark.interpreter.models.external.problem_transfer import Reason, of_body, of_motion
+from softmark.interpreter.models.external.problem_transfer import Reason, unsupported_body, unsupported_motion
 from softmark.interpreter.models.shared.model_declaration import Model
-from softmark.interpreter.problem.axial_selection import selects_whole_sections
+from softmark.interpreter.problem.cross_section_coverage import selects_whole_sections
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad, TendonLoad
 from softmark.records import dataclass
@@ -88,13 +88,13 @@ class OutsideRod(ExternalModel):
 
     def reasons(self, case: Case) -> list[Reason]:
         """Return the features that the program cannot compute exactly as the scene means them, with reasons."""
-        return [*of_motion(case), *self._of_body(case), *self._of_loads(case), *self._of_clamps(case),
+        return [*unsupported_motion(case), *self._of_body(case), *self._of_loads(case), *self._of_clamps(case),
                 *self.of_steps(case)]  # fmt: skip
 
     def _of_body(self, case: Case) -> Iterator[Reason]:
         if not isinstance(case.prism, Prism) or case.prism.tapered:
             yield "the body", "a rod needs one section along a straight axis"
-        yield from of_body(case)
+        yield from unsupported_body(case)
         if not isinstance(case.analysis, Dynamic):
             return
         if case.analysis.damping_stiffness:

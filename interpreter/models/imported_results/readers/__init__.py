@@ -42,7 +42,7 @@ def read(file: Path) -> ResultFile:
         *known, last = READERS
         reason = f"results can be read from {', '.join(known)} and {last} files"
         raise Unreadable(file.name, reason, INSTEAD.get(suffix, "convert the file to one of them, such as .vtu"))
-    _there(file)
+    _check_file(file)
     reader = import_module(f"{__name__}.{_by_content(file, READERS[suffix])}")
     from softmark.resource_limits import describe_read_error, process_lock
 
@@ -72,10 +72,10 @@ def _by_content(file: Path, reader: str) -> str:
 
     with file.open("rb") as data:
         head = data.read(4096)
-    return "vtu" if vtu_conversion.recognised(head) else "vtk" if legacy_vtk.recognised(head) else reader
+    return "vtu" if vtu_conversion.is_vtu(head) else "vtk" if legacy_vtk.is_legacy_vtk(head) else reader
 
 
-def _there(file: Path) -> None:
+def _check_file(file: Path) -> None:
     """Raise Unreadable if the file does not exist, is empty or is too large."""
     try:
         require_uncompressed(file)

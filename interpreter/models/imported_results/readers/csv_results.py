@@ -61,7 +61,7 @@ def read(file: Path) -> ResultFile:
         asked = [*places, *(moved or ()), *(w for triple in vectors.values() for w in triple), *clock]
         found = csv_tables.read_columns(file, asked)
         left = (*(f"column `{w}`" for w in words if w not in asked), *found.notes)
-        return _told(file.name, found, places, moved, vectors, clock, left)
+        return _group_by_time(file.name, found, places, moved, vectors, clock, left)
 
 
 def _first(triples: Sequence[Triple], words: Sequence[str]) -> Triple | None:
@@ -87,10 +87,17 @@ def _vectors(name: str, words: Sequence[str], taken: set[str]) -> dict[str, Trip
     return known
 
 
-def _told(name: str, found: csv_tables.Columns, places: Triple, moved: Triple | None, vectors: dict[str, Triple],
-          clock: Sequence[str], left: tuple[str, ...]) -> ResultFile:  # fmt: skip
+def _group_by_time(
+    name: str,
+    found: csv_tables.Columns,
+    places: Triple,
+    moved: Triple | None,
+    vectors: dict[str, Triple],
+    clock: Sequence[str],
+    left: tuple[str, ...],
+) -> ResultFile:
     """Return the rows grouped by time. Raises Unreadable."""
-    X, arrays = _stacked(found, places), {word: _stacked(found, triple) for word, triple in vectors.items()}
+    X, arrays = _stack_vectors(found, places), {word: _stack_vectors(found, triple) for word, triple in vectors.items()}
     times = np.array(found.numbers[clock[0]]) if clock else np.zeros(len(X))
     groups = _groups(times)
     every = combine_states(
@@ -108,7 +115,7 @@ def _told(name: str, found: csv_tables.Columns, places: Triple, moved: Triple | 
         raise Unreadable(name, reason, "write the points in the same order at each time")
     if moved is None:
         return every
-    x = _stacked(found, moved)
+    x = _stack_vectors(found, moved)
     return replace(every, moved=np.stack([x[rows] for rows in groups]))
 
 
@@ -118,6 +125,6 @@ def _groups(times: Floats) -> list[Ints]:
     return [rows.astype(np.int64) for rows in np.split(order, np.flatnonzero(np.diff(times[order])) + 1)]
 
 
-def _stacked(found: csv_tables.Columns, triple: Triple) -> Floats:
+def _stack_vectors(found: csv_tables.Columns, triple: Triple) -> Floats:
     """Return columns as vectors (n, 3)."""
     return np.column_stack([np.array(found.numbers[word]) for word in triple])

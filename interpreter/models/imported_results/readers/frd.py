@@ -178,11 +178,11 @@ def _cells(lines: Lines, row: bytes, here: int, ids: Ints) -> list[Block]:
             raise Unreadable(lines.name, f"line {i}: a cell has more than {many} nodes", AGAIN)
     if len(cell) < many:
         raise Unreadable(lines.name, f"a cell of the block of line {here} has fewer than {many} nodes", AGAIN)
-    return [(word, _placed(lines.name, np.array(cells), ids)[:, ORDER.get(word, slice(None))])
+    return [(word, _node_indices(lines.name, np.array(cells), ids)[:, ORDER.get(word, slice(None))])
             for word, cells in found.items()]  # fmt: skip
 
 
-def _placed(name: str, numbers: Ints, ids: Ints) -> Ints:
+def _node_indices(name: str, numbers: Ints, ids: Ints) -> Ints:
     """Return the indices of nodes from their numbers. Raises Unreadable."""
     order = np.argsort(ids)
     at = np.searchsorted(ids[order], numbers).clip(max=len(ids) - 1)
@@ -218,5 +218,5 @@ def _result(lines: Lines, row: bytes, here: int, ids: Ints) -> tuple[float, str,
         reason = f"line {here}: `{word}` is given at {len(nodes)} nodes, but the mesh has {len(ids)}"
         raise Unreadable(lines.name, reason, "write it for all nodes: `*NODE FILE` without NSET")
     ordered = np.empty_like(values)
-    ordered[_placed(lines.name, nodes, ids)] = values
+    ordered[_node_indices(lines.name, nodes, ids)] = values
     return time, word, ordered

@@ -10,7 +10,7 @@ from softmark.interpreter.models.imported_results.readers import LARGEST
 from softmark.interpreter.models.imported_results.readers.pvtu import part
 from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, Moment, combine_states
 from softmark.interpreter.models.imported_results.readers.vtu import read_moment
-from softmark.interpreter.models.imported_results.readers.xml_trees import parsed, within
+from softmark.interpreter.models.imported_results.readers.xml_trees import parse_xml, resolve_within_folder
 from softmark.interpreter.models.imported_results.result_file import ResultFile
 from softmark.references.csv_tables import NUMBER
 from softmark.references.measured_data import Unreadable
@@ -21,7 +21,7 @@ from softmark.safe_files import read_regular
 def read(file: Path) -> ResultFile:
     """Read all states. Raises Unreadable."""
     with limited_resources(file):
-        top = parsed(file.name, read_regular(file), "VTKFile")
+        top = parse_xml(file.name, read_regular(file), "VTKFile")
     entries = [(e.get("file", ""), e.get("timestep", ""), e.get("part", "0")) for e in top.iter("DataSet")]
     if any(part not in ("", "0") for _, _, part in entries):
         raise Unreadable(
@@ -47,7 +47,7 @@ def _distinct_files(file: Path, paths: list[str]) -> list[Path]:
     """Return the files of a series. Raises Unreadable at the first that is named again: each takes time to resolve."""
     found: dict[Path, None] = {}
     for path in paths:
-        one = within(file.name, file.parent, path)
+        one = resolve_within_folder(file.name, file.parent, path)
         if one in found:
             raise Unreadable(file.name, "it uses one file for several times", "write a separate file for each time")
         found[one] = None

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from softmark.interpreter.models.imported_results.readers import vtu
 from softmark.interpreter.models.imported_results.readers.result_frames import Moment, combine_states
-from softmark.interpreter.models.imported_results.readers.xml_trees import parsed, within
+from softmark.interpreter.models.imported_results.readers.xml_trees import parse_xml, resolve_within_folder
 from softmark.interpreter.models.imported_results.result_file import ResultFile
 from softmark.references.measured_data import Unreadable
 from softmark.resource_limits import limited_resources
@@ -26,9 +26,9 @@ def read_moment(file: Path) -> Moment:
 def part(file: Path) -> Path:
     """Return the file of the single part, in the same folder or below. Raises Unreadable."""
     with limited_resources(file):
-        top = parsed(file.name, read_regular(file), "VTKFile")
+        top = parse_xml(file.name, read_regular(file), "VTKFile")
     pieces = top.findall("PUnstructuredGrid/Piece")
     if len(pieces) != 1:
         remedy = "merge them in ParaView, which joins points shared by parts, and save the data as .vtu"
         raise Unreadable(file.name, f"its mesh consists of {len(pieces)} parts", remedy)
-    return within(file.name, file.parent, pieces[0].get("Source", ""))
+    return resolve_within_folder(file.name, file.parent, pieces[0].get("Source", ""))

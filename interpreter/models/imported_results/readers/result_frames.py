@@ -118,13 +118,13 @@ def combine_states(name: str, moments: Iterable[Moment], ids: Ints | None = None
     every: list[Moment] = []
     for each in moments:
         if every:
-            _alike(name, every[0], each, len(every))
+            _check_same_mesh(name, every[0], each, len(every))
             each = replace(each, blocks=())  # one is kept
         every.append(replace(each, arrays=each.vectors, left=(*each.left, *each.others)))
     if not every:
         raise Unreadable(name, "it has no results", "write displacements at one or more times")
-    kind, cells, rest = _most(every[0].blocks)
-    every = _in_time(name, every)
+    kind, cells, rest = _most_frequent_element(every[0].blocks)
+    every = _sort_by_time(name, every)
     there = Counter(word for each in every for word in each.arrays)
     fields = {w: np.stack([each.arrays[w] for each in every]) for w, k in there.items() if k == len(every)}
     lacking = tuple(f"vectors `{w}`, only at {k} of {len(every)} times" for w, k in there.items() if k < len(every))
@@ -134,11 +134,11 @@ def combine_states(name: str, moments: Iterable[Moment], ids: Ints | None = None
         every[0].points, fields, cells, kind,
         None if every[0].time is None else np.array([each.time for each in every]),
         np.stack([each.points for each in every]) if moving else None,
-        tuple(dict.fromkeys(left)), ids, None if kind else _flat(every[0].blocks),
+        tuple(dict.fromkeys(left)), ids, None if kind else _plane_cells(every[0].blocks),
     )  # fmt: skip
 
 
-def _alike(name: str, first: Moment, each: Moment, i: int) -> None:
+def _check_same_mesh(name: str, first: Moment, each: Moment, i: int) -> None:
     """Raise Unreadable unless both states have the same mesh."""
     remedy = "write all times of the series on one mesh, or name one of its files"
     if len(each.points) != len(first.points):
@@ -153,7 +153,7 @@ def _alike(name: str, first: Moment, each: Moment, i: int) -> None:
         raise Unreadable(name, f"the cells at time {i} after the first differ from those of the first", remedy)
 
 
-def _in_time(name: str, every: list[Moment]) -> list[Moment]:
+def _sort_by_time(name: str, every: list[Moment]) -> list[Moment]:
     """Return states in the order of times, or else of the file. Raises Unreadable for equal times."""
     times = [each.time for each in every if each.time is not None]
     if len(times) < len(every):
@@ -167,20 +167,20 @@ def _in_time(name: str, every: list[Moment]) -> list[Moment]:
     return sorted(every, key=lambda each: each.time or 0.0)
 
 
-def _most(blocks: Iterable[Block]) -> tuple[str | None, Ints | None, tuple[str, ...]]:
+def _most_frequent_element(blocks: Iterable[Block]) -> tuple[str | None, Ints | None, tuple[str, ...]]:
     """Return the most frequent element, its cells (m, a), and a description of the other cells."""
     counts: dict[str, int] = {}
     for word, cells in blocks:
         counts[word] = counts.get(word, 0) + len(cells)
     solids = [word for word in counts if word in KINDS and counts[word]]
     chosen = max(solids, key=lambda word: counts[word], default=None)
-    rest = tuple(counted(n, word) for word, n in counts.items() if n and word != chosen)
+    rest = tuple(describe_count(n, word) for word, n in counts.items() if n and word != chosen)
     if chosen is None:
         return None, None, rest
     return KINDS[chosen], np.concatenate([cells for word, cells in blocks if word == chosen]), rest
 
 
-def _flat(blocks: Iterable[Block]) -> tuple[str, Ints] | None:
+def _plane_cells(blocks: Iterable[Block]) -> tuple[str, Ints] | None:
     """Return the most frequent kind of plane cells, and its cells (m, a); None if there are no known ones."""
     each: dict[str, list[Ints]] = {}
     for word, cells in blocks:
@@ -192,7 +192,7 @@ def _flat(blocks: Iterable[Block]) -> tuple[str, Ints] | None:
     return word, np.concatenate(each[word]).astype(np.int64)
 
 
-def counted(n: int, word: str) -> str:
+def describe_count(n: int, word: str) -> str:
     """Describe a number of cells of a kind named as in meshio."""
     if word in PLURALS:
         return f"{n} {word if n == 1 else PLURALS[word]}"

@@ -25,7 +25,7 @@ from softmark.interpreter.models.imported_results.readers.result_frames import (
     checked_state,
     combine_states,
 )
-from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, numbers, parsed
+from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, numbers, parse_xml
 from softmark.interpreter.models.imported_results.result_file import Ints, ResultFile
 from softmark.records import dataclass
 from softmark.references.measured_data import Unreadable
@@ -57,7 +57,7 @@ def read_moment(file: Path) -> Moment:
     with limited_resources(file):
         data = read_regular(file)
         name, (root, appended) = file.name, _parts(data)
-        top = parsed(name, root, "VTKFile")
+        top = parse_xml(name, root, "VTKFile")
         if top.get("type") != "UnstructuredGrid":
             raise Unreadable(name, f"it contains `{top.get('type')}`, not an unstructured grid", "save it as .vtu")
         grid = top.find("UnstructuredGrid")
@@ -65,7 +65,7 @@ def read_moment(file: Path) -> Moment:
         if grid is None or not pieces:
             raise Unreadable(name, "it has no grid", AGAIN)
         source = _source(name, top, appended, FLOOR + FACTOR * len(data))
-        return _joined(source, grid, pieces)
+        return _join_pieces(source, grid, pieces)
 
 
 def _parts(data: bytes) -> tuple[bytes, tuple[bytes, bytes] | None]:
@@ -77,7 +77,7 @@ def _parts(data: bytes) -> tuple[bytes, tuple[bytes, bytes] | None]:
     return data[:start] + b"</VTKFile>", (data[start:end], data[end:])
 
 
-def _joined(source: Source, grid: ElementT, pieces: list[ElementT]) -> Moment:
+def _join_pieces(source: Source, grid: ElementT, pieces: list[ElementT]) -> Moment:
     """Return the pieces as one state, with the time that ParaView writes."""
     points, blocks, arrays, before = [], list[Block](), list[dict[str, Array]](), 0
     for piece in pieces:
@@ -179,7 +179,7 @@ class Source:
         try:
             if form == "ascii":
                 return numbers(item.text or "", kind)
-            data = self._appended(item) if form == "appended" else _decoded((item.text or "").encode())
+            data = self._appended(item) if form == "appended" else _decode_base64((item.text or "").encode())
             return np.frombuffer(self._unpacked(data), dtype=np.dtype(kind).newbyteorder(self.order))
         except (ValueError, IndexError, EOFError, zlib.error, lzma.LZMAError, binascii.Error, OverflowError) as error:
             raise Unreadable(self.name, f"`{word}` cannot be decoded ({str(error)[:100]})", AGAIN) from None
@@ -189,7 +189,7 @@ class Source:
         if not 0 <= start < len(self.appended):
             raise ValueError(f"it starts at byte {start} of {len(self.appended)}")
         data = self.appended[start : self.ends[start]]
-        return data if self.raw else _decoded(data)
+        return data if self.raw else _decode_base64(data)
 
     def _unpacked(self, data: bytes) -> bytes:
         """Return decoded bytes: a size and bytes, or sizes of blocks before and after compression, and the blocks."""
@@ -215,7 +215,7 @@ class Source:
         parts = []
         for i, length in enumerate(lengths):
             promised = last if last and i == count - 1 else size
-            parts.append(_full(_opened(self.packed, data[at : at + length], promised), promised))
+            parts.append(_full(_unpack_block(self.packed, data[at : at + length], promised), promised))
             at += length
         return b"".join(parts)
 
@@ -239,13 +239,13 @@ def _source(name: str, top: ElementT, appended: tuple[bytes, bytes] | None, room
     return Source(name, order, HEADERS[header], COMPRESSED.get(packer or ""), raw, data, ends, [room])
 
 
-def _decoded(data: bytes) -> bytes:
+def _decode_base64(data: bytes) -> bytes:
     """Return decoded base64, in which a header may be padded separately."""
     parts = re.findall(rb"[^=]+={0,2}", b"".join(data.split()))
     return b"".join(base64.b64decode(part, validate=True) for part in parts)
 
 
-def _opened(packed: str, data: bytes, promised: int) -> bytes:
+def _unpack_block(packed: str, data: bytes, promised: int) -> bytes:
     """Return an unpacked block, limited to its declared size and one byte, because small data may expand greatly."""
     if packed == "zlib":
         return zlib.decompressobj().decompress(data, promised + 1)

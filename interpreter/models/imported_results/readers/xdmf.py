@@ -24,7 +24,12 @@ from softmark.interpreter.models.imported_results.readers.result_frames import (
     combine_states,
     state_on_mesh,
 )
-from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, numbers, parsed, within
+from softmark.interpreter.models.imported_results.readers.xml_trees import (
+    ElementT,
+    numbers,
+    parse_xml,
+    resolve_within_folder,
+)
 from softmark.interpreter.models.imported_results.result_file import ResultFile
 from softmark.records import dataclass
 from softmark.references.measured_data import Unreadable
@@ -106,9 +111,9 @@ class Source:
 def read(file: Path) -> ResultFile:
     """Read all states. Raises Unreadable."""
     with limited_resources(file):
-        top = parsed(file.name, read_regular(file), "Xdmf")
+        top = parse_xml(file.name, read_regular(file), "Xdmf")
     texts = [i.text.partition(":")[0].strip() for i in top.iter("DataItem") if i.get("Format") == "HDF" and i.text]
-    files = {word: within(file.name, file.parent, word) for word in sorted(set(texts))}
+    files = {word: resolve_within_folder(file.name, file.parent, word) for word in sorted(set(texts))}
     size = file.stat().st_size + sum(path.stat().st_size for path in files.values())
     with limited_resources(file, size), ExitStack() as stack:
         try:

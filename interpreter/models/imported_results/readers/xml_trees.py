@@ -17,7 +17,7 @@ DEEP = 50  # elements within each other
 ElementT = ElementTree.Element
 
 
-def parsed(name: str, data: bytes, root: str) -> ElementT:
+def parse_xml(name: str, data: bytes, root: str) -> ElementT:
     """Return the tree of a file with the root element `root`. Raises Unreadable.
 
     Only UTF-8 without a document type is accepted, because a document type can expand text or name other files.
@@ -78,7 +78,7 @@ def numbers(text: str, kind: str) -> NDArray[np.generic]:
     return found.astype(kind)
 
 
-def within(name: str, folder: Path, told: str) -> Path:
+def resolve_within_folder(name: str, folder: Path, told: str) -> Path:
     """Return the file of a path, which must lie in the folder or below. Raises Unreadable."""
     shown = told if len(told) < 80 else f"{told[:80]}..."
     remedy = "put all files into one folder, and write paths within it"

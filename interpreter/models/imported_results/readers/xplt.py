@@ -173,7 +173,7 @@ def _moments(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str
              X: Floats, blocks: list[Block]) -> list[Moment]:  # fmt: skip
     """Return the states that converged. Raises Unreadable."""
     mesh, found, left = checked_state(whole.name, X, blocks, {}), list[Moment](), list[str]()
-    for what, state in _unpacked(whole, rest) if packed else Chunk(whole.name, whole.order, rest).parts():
+    for what, state in _unpack_streams(whole, rest) if packed else Chunk(whole.name, whole.order, rest).parts():
         if what == MESH:
             raise Unreadable(whole.name, "its mesh changes between states", "write the states of one mesh")
         if what != STATE:
@@ -190,7 +190,7 @@ def _moments(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str
     return [replace(found[0], left=tuple(left)), *found[1:]]
 
 
-def _unpacked(whole: Chunk, rest: memoryview) -> Iterator[tuple[int, Chunk]]:
+def _unpack_streams(whole: Chunk, rest: memoryview) -> Iterator[tuple[int, Chunk]]:
     """Yield chunks that are each a zlib stream. Raises Unreadable.
 
     A stream is read in growing windows, so that many short ones cost no more than their bytes. The unpacked total is

@@ -12,17 +12,17 @@ from softmark.interpreter.report.charts.chart_axes import linear
 from softmark.interpreter.report.charts.curve_labels import Point
 from softmark.interpreter.report.charts.curve_styles import REST
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
-from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
-from softmark.interpreter.report.page.figure_frame import PlateColumn, hidden_models_note, plate
-from softmark.interpreter.report.page.html_markup import listed, plain, prose, section, tag
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, format_short
+from softmark.interpreter.report.page.figure_frame import PlateColumn, figure_block, hidden_models_note
+from softmark.interpreter.report.page.html_markup import join_names, prose, section, strip_backticks, tag
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.tables.line_probes import (
     AXES,
     Floats,
     arc,
+    curve_styles,
     initially_shown,
     lines_of,
-    looks,
     points_of,
 )
 from softmark.interpreter.report.run.tables.point_table import point_table
@@ -37,7 +37,7 @@ REST_NAME = "undeformed"
 EMPTY = "No probe has a result."
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return the figures, and the tables of point probes."""
     figures = [Lines(findings, number, probe).plate() for number, probe in enumerate(lines_of(findings))]
     tables = [point_table(probe, seen) for probe, seen in points_of(findings).items()]
@@ -51,7 +51,7 @@ def section_of(findings: Findings) -> str:
 class Lines:
     """Figure of one line probe."""
 
-    findings: Findings
+    findings: ReportSummary
     number: int
     probe: str
 
@@ -103,7 +103,7 @@ class Lines:
     def plate(self) -> str:
         """Return chart, legend, caption, table and CSV."""
         open_ = initially_shown(self.findings)
-        return plate(self._chart(open_), prose(self._caption(open_)), self._columns(), self._save(), open_=open_)
+        return figure_block(self._chart(open_), prose(self._caption(open_)), self._columns(), self._save(), open_=open_)
 
     def _chart(self, open_: Sequence[str]) -> Chart:
         across, up, width, height = _frame(self.all_points[:, self.plane])
@@ -113,7 +113,7 @@ class Lines:
         return Chart(f"lines-{self.number}", title, self._desc(), x, y, width, height, tuple(self._curves(open_)))
 
     def _curves(self, open_: Sequence[str]) -> Iterator[Curve]:
-        known, models = looks(self.findings.report), self.findings.report.models
+        known, models = curve_styles(self.findings.report), self.findings.report.models
         for i, (name, X) in enumerate(self.lines.items()):
             points = tuple((float(a), float(b)) for a, b in X[:, self.plane])
             named = name in open_ or name not in models
@@ -122,7 +122,7 @@ class Lines:
     def _desc(self) -> str:
         """Return the conclusion, and the end of each line."""
         ends = "; ".join(f"{name} at {self._place(X[-1])}" for name, X in self.lines.items())
-        return f"{plain(self._conclusion())} The lines end as follows: {ends}."
+        return f"{strip_backticks(self._conclusion())} The lines end as follows: {ends}."
 
     def _place(self, point: Floats) -> str:
         pairs = zip(self.axes, self.plane, strict=True)
@@ -142,7 +142,7 @@ class Lines:
         plane = f"Probe `{self.probe}` in the {'–'.join(self.axes)} plane, to the same scale along both axes."
         models = [n for n in self.lines if n in self.findings.report.models]
         shown = hidden_models_note(len(models), len([n for n in models if n in open_]))
-        gone = f" Outside the drawing: {listed([f'`{n}`' for n in self.far])}." if self.far else ""
+        gone = f" Outside the drawing: {join_names([f'`{n}`' for n in self.far])}." if self.far else ""
         return f"{plane} {self._conclusion()}{gone}{self._depth()}{shown}"
 
     def _depth(self) -> str:
@@ -167,12 +167,12 @@ class Lines:
     def _save(self) -> str:
         """Return a link to all three coordinates, in m."""
         header = ["s [m]", *(f"{name} {axis} [m]" for name in self.lines for axis in AXES)]
-        rows = [[short(float(s)), *self._record(i)] for i, s in enumerate(arc(self.undeformed))]
+        rows = [[format_short(float(s)), *self._record(i)] for i, s in enumerate(arc(self.undeformed))]
         return csv_link(f"{self.probe}-positions", header, rows)
 
     def _record(self, index: int) -> Iterator[Cell]:
         for X in self.lines.values():
-            yield from (short(float(v)) for v in X[index]) if index < len(X) else (None,) * 3
+            yield from (format_short(float(v)) for v in X[index]) if index < len(X) else (None,) * 3
 
 
 def _frame(X: Floats) -> tuple[Point, Point, float, float]:

@@ -8,15 +8,25 @@ from softmark.interpreter.language.number_formatting import format_reference_err
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
 from softmark.interpreter.report.page.html_markup import prose, section, tag, text
 from softmark.interpreter.report.run.report_bodies import BodyResults, bodies
-from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, Result, kind_of_reference, value_of
-from softmark.interpreter.report.run.tables.error_statement_table import models_without_estimate, verified_forces, words
+from softmark.interpreter.report.run.report_summary import (
+    MetricColumn,
+    ReportSummary,
+    Result,
+    kind_of_reference,
+    value_of,
+)
+from softmark.interpreter.report.run.tables.error_statement_table import (
+    error_statement,
+    models_without_estimate,
+    verified_forces,
+)
 from softmark.interpreter.report.run.tables.metric_details import details_of
 from softmark.interpreter.report.run.tables.results_table import (
     SYMBOLS,
     Notes,
     ResultsTable,
     caption,
-    ordered,
+    sort_metrics,
     stated_of,
 )
 from softmark.interpreter.results.run_report import ReferenceResult, Timing
@@ -25,11 +35,11 @@ SIZES = ("nodes", "elements", "dofs")
 PARTS = ("median [s]", "min [s]", "max [s]", "runs")
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return the whole section."""
     if not findings.everyone:
         return section("table", "Comparison", tag("p", "No model or reference was run.", class_="quiet"))
-    notes, columns = Notes(), ordered(findings.metrics)
+    notes, columns = Notes(), sort_metrics(findings.metrics)
     own = bodies(findings)
     tables = "".join(_table(findings, body, notes) for body in own)  # before the notes, which gather in it
     save = _csv(findings, columns)
@@ -48,23 +58,23 @@ def section_of(findings: Findings) -> str:
     )
 
 
-def error_statements(findings: Findings) -> str:
+def error_statements(findings: ReportSummary) -> str:
     """Return the errors that models state, and that their forces were verified."""
     models = findings.report.models.items()
-    said = [tag("li", tag("code", text(name)), " ", prose(w)) for name, m in models if (w := words(m))]
+    said = [tag("li", tag("code", text(name)), " ", prose(w)) for name, m in models if (w := error_statement(m))]
     said += [tag("li", prose(quiet))] if (quiet := models_without_estimate(findings.report)) else []
     again = verified_forces(findings.report)
     stated = tag("ul", *said, class_="notes") if said else ""
     return stated + (tag("p", text(again), class_="quiet about") if again else "")
 
 
-def _table(findings: Findings, body: BodyResults, notes: Notes) -> str:
+def _table(findings: ReportSummary, body: BodyResults, notes: Notes) -> str:
     """Return the table of a body, under its name if there are several."""
     heading = tag("h3", prose(f"`{body.name}`")) if body.name else ""
     return heading + ResultsTable(findings, body, notes).html()
 
 
-def messages(findings: Findings) -> str:
+def messages(findings: ReportSummary) -> str:
     """Return the full messages of all models and references without a solution."""
     everyone = findings.everyone.items()
     return "".join(_message(n, r) for n, r in everyone if r.status != "converged" or r.message)
@@ -77,7 +87,7 @@ def _message(name: str, result: Result) -> str:
     return tag("div", who, tag("p", said), class_=f"callout {mood}")
 
 
-def _meanings(findings: Findings, columns: Sequence[MetricColumn]) -> str:
+def _meanings(findings: ReportSummary, columns: Sequence[MetricColumn]) -> str:
     """Return descriptions of the metrics and the references."""
     items = [_meaning(m) for m in columns if m.summary]
     items += [_source(n, r) for n, r in findings.report.references.items()]
@@ -102,7 +112,7 @@ def _defined(name: str, words: str) -> str:
     return tag("div", tag("dt", tag("code", text(name))), tag("dd", prose(words)))
 
 
-def _csv(findings: Findings, columns: Sequence[MetricColumn]) -> str:
+def _csv(findings: ReportSummary, columns: Sequence[MetricColumn]) -> str:
     """Return a link to every number of the table, in SI."""
     clocks = sorted({k for m in findings.report.models.values() for k, timing in m.time.items() if timing})
     header = ["name", "kind", "status", "message", "about", *(f"{m.name} [{m.unit}]" for m in columns)]

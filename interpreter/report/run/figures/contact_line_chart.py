@@ -11,18 +11,18 @@ from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.charts.line_chart import Chart
 from softmark.interpreter.report.charts.line_chart import Curve as Drawn
-from softmark.interpreter.report.page.figure_frame import plate
+from softmark.interpreter.report.page.figure_frame import figure_block
 from softmark.interpreter.report.page.html_markup import prose, section
-from softmark.interpreter.report.run.report_summary import Findings, MetricColumn
+from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary
 from softmark.interpreter.report.run.tables.curve_points import columns, csv_of_curves
-from softmark.interpreter.report.run.tables.line_probes import initially_shown, looks
+from softmark.interpreter.report.run.tables.line_probes import curve_styles, initially_shown
 from softmark.interpreter.results.run_report import PlottedCurve
 from softmark.records import dataclass
 
 WIDTH, HEIGHT = 640.0, 300.0
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return a chart for each metric with a curve along its probe; metrics with equal curves share one. Else empty."""
     charts: dict[tuple[object, ...], LineCurves] = {}
     for metric in findings.metrics:
@@ -35,7 +35,7 @@ def section_of(findings: Findings) -> str:
     return section("along", "Along lines", *(own.plate() for own in charts.values())) if charts else ""
 
 
-def curves_of(findings: Findings, metric: MetricColumn, unit: str) -> dict[str, PlottedCurve]:
+def curves_of(findings: ReportSummary, metric: MetricColumn, unit: str) -> dict[str, PlottedCurve]:
     """Return the curves of a metric over an abscissa with that unit, by the name of the model or reference."""
     every = ((name, outcome.metrics.get(metric.name)) for name, outcome in findings.everyone.items())
     return {name: m.curve for name, m in every if m is not None and m.curve and m.curve.units[0] == unit}
@@ -52,7 +52,7 @@ def _reference_curves(metric: MetricColumn, along: Mapping[str, PlottedCurve]) -
 class LineCurves:
     """Curves of all models and references over the distance from the start of the line."""
 
-    findings: Findings
+    findings: ReportSummary
     number: int
     metric: MetricColumn
     curves: Mapping[str, PlottedCurve]
@@ -81,7 +81,7 @@ class LineCurves:
     def plate(self) -> str:
         """Return the chart."""
         open_ = [*initially_shown(self.findings, self.curves), *self.findings.report.references]
-        known = looks(self.findings.report)
+        known = curve_styles(self.findings.report)
         drawn = tuple(
             Drawn(n, known[n], tuple(zip(c.x.tolist(), c.y.tolist(), strict=True)), 1 + i, 1, 1, n in open_)
             for i, (n, c) in enumerate(self.curves.items())
@@ -89,7 +89,7 @@ class LineCurves:
         chart = Chart(self.key, self.heading, self.desc(), *self.axes(), WIDTH, HEIGHT, drawn,
                       left=78.0, right=110.0)  # fmt: skip
         found, file = columns(self.curves, self.units), csv_of_curves(self.named, self.curves, self.units)
-        return plate(chart, prose(self.caption()), found, file, open_=open_)
+        return figure_block(chart, prose(self.caption()), found, file, open_=open_)
 
     def axes(self) -> tuple[Axis, Axis]:
         """Axes of distance and value; the value axis includes zero."""

@@ -6,11 +6,11 @@ from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.page.html_markup import section
 from softmark.interpreter.report.run.figures.contact_line_chart import LineCurves, curves_of
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.records import dataclass
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return a chart for each metric with values over time and without a reference; else empty."""
     charts: dict[tuple[object, ...], str] = {}
     for metric in findings.metrics:

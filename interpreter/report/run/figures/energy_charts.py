@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from softmark.interpreter.language.number_formatting import choose_scale, format_quantity, typeset_number
 from softmark.interpreter.report.charts.chart_axes import linear
-from softmark.interpreter.report.charts.curve_styles import Look, model_look, phase_look
+from softmark.interpreter.report.charts.curve_styles import CurveStyle, model_look, phase_look
 from softmark.interpreter.report.charts.line_chart import Chart, Curve, sample
-from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
-from softmark.interpreter.report.page.figure_frame import PlateColumn, plate
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, format_short
+from softmark.interpreter.report.page.figure_frame import PlateColumn, figure_block
 from softmark.interpreter.report.page.html_markup import prose, tag, text
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.tables.line_probes import Floats
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.run_report import ModelResult
@@ -26,7 +26,7 @@ LEFT, TOP, WIDTH, HEIGHT = 58.0, 30.0, 300.0, 150.0
 SUM = "total"  # the energy whose drift is told
 
 
-def energy_plates(findings: Findings) -> str:
+def energy_plates(findings: ReportSummary) -> str:
     """Return charts with a legend; empty if no model has energies."""
     known = [(n, m, model_look(i)) for i, (n, m) in enumerate(findings.report.models.items())]
     found = [e for n, m, look in known if (e := _energies(n, m, look)) is not None]
@@ -39,7 +39,7 @@ def energy_plates(findings: Findings) -> str:
     return tag("h3", "Energies") + key + charts
 
 
-def _energies(name: str, model: ModelResult, look: Look) -> _Energies | None:
+def _energies(name: str, model: ModelResult, look: CurveStyle) -> _Energies | None:
     """Return the energies (t,), J, of a model; None if it has none that match its times."""
     times = np.asarray(model.solve.get("times") or (), dtype=float)
     given = model.solve.get("energies") or {}
@@ -53,7 +53,7 @@ class _Energies:
     """Energies (t,) J of one model at times (t,) s."""
 
     name: str
-    look: Look
+    look: CurveStyle
     times: Floats
     values: dict[str, Floats]
 
@@ -73,7 +73,7 @@ class _Energies:
         share = f", {typeset_number(f'{100 * drift / largest:.2g} %')} of the largest exchange" if largest > 0 else ""
         return f"the total changes by up to {format_quantity(drift, 'J', 2)}{share}"
 
-    def plate(self, index: int, phases: dict[str, Look]) -> str:
+    def plate(self, index: int, phases: dict[str, CurveStyle]) -> str:
         """Return the chart of this model."""
         every = np.concatenate(list(self.values.values()))
         low, high = float(every.min()), float(every.max())
@@ -85,9 +85,9 @@ class _Energies:
             tuple(self._curve(i, n, phases[n]) for i, n in enumerate(self.values)), labels=False,
             left=LEFT, top=TOP, right=14.0,
         )  # fmt: skip
-        return plate(chart, prose(f"`{self.name}`: {self.words}."), self._columns(), self._save(), legend=False)
+        return figure_block(chart, prose(f"`{self.name}`: {self.words}."), self._columns(), self._save(), legend=False)
 
-    def _curve(self, index: int, name: str, phase: Look) -> Curve:
+    def _curve(self, index: int, name: str, phase: CurveStyle) -> Curve:
         points = tuple((float(self.times[i]), float(self.values[name][i])) for i in self.chosen)
         return Curve(name, replace(phase, role="model", colour=self.look.colour), points, 1 + index, 1)
 
@@ -102,6 +102,7 @@ class _Energies:
     def _save(self) -> str:
         header = ["t [s]", *(f"{n} [J]" for n in self.values)]
         rows: list[list[Cell]] = [
-            [short(float(t)), *(short(float(v[i])) for v in self.values.values())] for i, t in enumerate(self.times)
+            [format_short(float(t)), *(format_short(float(v[i])) for v in self.values.values())]
+            for i, t in enumerate(self.times)
         ]
         return csv_link(f"{self.name}-energies", header, rows)

@@ -9,13 +9,13 @@ import numpy as np
 
 from softmark.interpreter.language.number_formatting import format_quantity, typeset_number
 from softmark.interpreter.report.charts.chart_axes import Axis, linear
-from softmark.interpreter.report.charts.curve_styles import Look
+from softmark.interpreter.report.charts.curve_styles import CurveStyle
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
-from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
-from softmark.interpreter.report.page.figure_frame import PlateColumn, plate
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, format_short
+from softmark.interpreter.report.page.figure_frame import PlateColumn, figure_block
 from softmark.interpreter.report.page.html_markup import prose, section, tag
-from softmark.interpreter.report.run.report_summary import Findings, MetricColumn
-from softmark.interpreter.report.run.tables.line_probes import Floats, looks
+from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary
+from softmark.interpreter.report.run.tables.line_probes import Floats, curve_styles
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.records import dataclass
 
@@ -30,13 +30,13 @@ LEAD = (
 )
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return small charts for each error metric with samples; empty if there is none."""
-    metrics = [m for m in findings.metrics if m.is_error and _samples(findings, m)]
+    metrics = [m for m in findings.metrics if m.is_error and _finite_samples(findings, m)]
     blocks: list[str] = []
     seen: set[tuple[tuple[str, float, int], ...]] = set()
     for metric in metrics:
-        key = tuple((n, float(s.sum()), len(s)) for n, s in _samples(findings, metric).items())
+        key = tuple((n, float(s.sum()), len(s)) for n, s in _finite_samples(findings, metric).items())
         if key not in seen:  # several statistics of the same distances have one histogram
             blocks.append(_Distribution(findings, len(seen), metric).html())
         seen.add(key)
@@ -45,7 +45,7 @@ def section_of(findings: Findings) -> str:
     return section("distribution", "Distribution of errors", tag("p", LEAD, class_="lead"), *blocks)
 
 
-def _samples(findings: Findings, metric: MetricColumn) -> dict[str, Floats]:
+def _finite_samples(findings: ReportSummary, metric: MetricColumn) -> dict[str, Floats]:
     """Return finite samples (n,) of the metric by model."""
     found = {}
     for name, model in findings.report.models.items():
@@ -60,13 +60,13 @@ def _samples(findings: Findings, metric: MetricColumn) -> dict[str, Floats]:
 class _Distribution:
     """Histograms of one metric."""
 
-    findings: Findings
+    findings: ReportSummary
     number: int
     metric: MetricColumn
 
     @cached_property
     def samples(self) -> Mapping[str, Floats]:
-        return _samples(self.findings, self.metric)
+        return _finite_samples(self.findings, self.metric)
 
     @cached_property
     def unit(self) -> str:
@@ -97,12 +97,12 @@ class _Distribution:
 
     def html(self) -> str:
         """Return a heading and the charts."""
-        known = looks(self.findings.report)
+        known = curve_styles(self.findings.report)
         charts = [self._plate(i, n, known[n]) for i, n in enumerate(self.samples)]
         name = tag("h3", prose(f"`{self.metric.name}`, from `{self.metric.against}`"))
         return name + tag("div", *charts, class_="small-plates") + self._save()
 
-    def _plate(self, index: int, name: str, look: Look) -> str:
+    def _plate(self, index: int, name: str, look: CurveStyle) -> str:
         x, y = self.axes
         chart = Chart(
             f"distribution-{self.number}-{index}", f"Errors of {name}, {self.metric.name}",
@@ -110,12 +110,14 @@ class _Distribution:
             x, y, WIDTH, HEIGHT, (self._curve(name, look),), under=self._under(name, look, x, y), labels=False,
             left=LEFT, top=TOP, right=14.0,
         )  # fmt: skip
-        return plate(chart, prose(f"`{name}`: {self._words(name)}"), self._columns(name), self._csv(name), legend=False)
+        return figure_block(
+            chart, prose(f"`{name}`: {self._words(name)}"), self._columns(name), self._csv(name), legend=False
+        )
 
-    def _curve(self, name: str, look: Look) -> Curve:
+    def _curve(self, name: str, look: CurveStyle) -> Curve:
         width = self.top / BINS
         points = tuple((width * (i + 0.5), 100.0 * float(c)) for i, c in enumerate(self.counts[name]))
-        return Curve(name, Look("bins", look.colour), points, 1, 1)
+        return Curve(name, CurveStyle("bins", look.colour), points, 1, 1)
 
     def _words(self, name: str) -> str:
         s = self.samples[name]
@@ -131,7 +133,7 @@ class _Distribution:
         mean = format_quantity(float(s.mean()), self.unit, 3)
         return f"mean {mean}, median {median}, 95 % below {high}, largest {most}{cut}{tip}."
 
-    def _under(self, name: str, look: Look, x: Axis, y: Axis) -> str:
+    def _under(self, name: str, look: CurveStyle, x: Axis, y: Axis) -> str:
         """Return bars as one outline, lines for the statistics, and the uncertainty as a band."""
         s, base = self.samples[name], TOP + HEIGHT
         steps, width = [f"M{LEFT:.1f} {base:.1f}"], WIDTH / BINS
@@ -165,7 +167,8 @@ class _Distribution:
     def _csv(self, name: str) -> str:
         width = self.top / BINS
         rows: list[list[Cell]] = [
-            [short(width * i), short(width * (i + 1)), short(float(c))] for i, c in enumerate(self.counts[name])
+            [format_short(width * i), format_short(width * (i + 1)), format_short(float(c))]
+            for i, c in enumerate(self.counts[name])
         ]
         header = [f"from [{self.unit}]", f"to [{self.unit}]", "share of points"]
         return csv_link(f"{name}-{self.metric.name}-histogram", header, rows)
@@ -173,7 +176,7 @@ class _Distribution:
     def _save(self) -> str:
         """Return a link to the samples in ascending order, evenly thinned if they are too many for a page."""
         most = SAVED // len(self.samples)
-        columns = [_chosen(np.sort(s), most) for s in self.samples.values()]
+        columns = [_thin_values(np.sort(s), most) for s in self.samples.values()]
         rows: list[list[Cell]] = [
             [float(f"{c[i]:.5g}") if i < len(c) else None for c in columns] for i in range(max(map(len, columns)))
         ]
@@ -183,7 +186,7 @@ class _Distribution:
         return tag("p", csv_link(f"{self.metric.name}-samples", header, rows, label), class_="save-line")
 
 
-def _chosen(ordered: Floats, most: int) -> Floats:
+def _thin_values(ordered: Floats, most: int) -> Floats:
     """Return at most `most` of the values, from the smallest to the largest."""
     chosen: Floats = ordered[pick_evenly(len(ordered), most)]
     return chosen

@@ -17,11 +17,11 @@ from softmark.interpreter.language.number_formatting import (
 from softmark.interpreter.report.charts.chart_axes import linear, logarithmic
 from softmark.interpreter.report.charts.curve_labels import LETTER, Point
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
-from softmark.interpreter.report.page.embedded_csv import csv_link, short
-from softmark.interpreter.report.page.figure_frame import PlateColumn, hidden_models_note, plate
+from softmark.interpreter.report.page.embedded_csv import csv_link, format_short
+from softmark.interpreter.report.page.figure_frame import PlateColumn, figure_block, hidden_models_note
 from softmark.interpreter.report.page.html_markup import prose, section, tag
-from softmark.interpreter.report.run.report_summary import Findings
-from softmark.interpreter.report.run.tables.line_probes import Floats, arc, initially_shown, lines_of, looks
+from softmark.interpreter.report.run.report_summary import ReportSummary
+from softmark.interpreter.report.run.tables.line_probes import Floats, arc, curve_styles, initially_shown, lines_of
 from softmark.interpreter.results.run_report import ProbeResult
 from softmark.records import dataclass
 
@@ -29,14 +29,14 @@ LEAD = "Distance between corresponding points of model and reference: |u − u<s
 DEPTH = 1e-10  # errors below this part of the largest are not drawn: they are rounding
 
 
-def pairs(findings: Findings) -> list[tuple[str, str]]:
+def pairs(findings: ReportSummary) -> list[tuple[str, str]]:
     """Return (probe, reference) of the error metrics whose line probe both have."""
     lines = lines_of(findings)
     found = ((m.probe, m.against) for m in findings.errors)
     return list(dict.fromkeys((p, r) for p, r in found if p in lines and r in lines[p]))
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return one figure for each pair; empty if no error metric uses a line."""
     figures = [_Pair(findings, n, *pair).plate() for n, pair in enumerate(pairs(findings))]
     figures = [figure for figure in figures if figure]
@@ -49,7 +49,7 @@ def section_of(findings: Findings) -> str:
 class _Pair:
     """Models compared with one reference at one probe."""
 
-    findings: Findings
+    findings: ReportSummary
     number: int
     probe: str
     reference: str
@@ -78,7 +78,7 @@ class _Pair:
         if self.largest == 0.0:
             return tag("p", prose(f"At `{self.probe}` every model agrees with `{self.reference}` exactly."))
         open_ = initially_shown(self.findings)
-        return plate(self._chart(open_), self._caption(open_), self._columns(), self._save(), open_=open_)
+        return figure_block(self._chart(open_), self._caption(open_), self._columns(), self._save(), open_=open_)
 
     @cached_property
     def _floor(self) -> float:
@@ -100,7 +100,7 @@ class _Pair:
         return min(180.0, 34.0 + LETTER * max(len(name) for name in self.distances))
 
     def _curves(self, s: Floats, open_: Sequence[str]) -> Iterator[Curve]:
-        look, floor = looks(self.findings.report), self._floor
+        look, floor = curve_styles(self.findings.report), self._floor
         for column, (name, distance) in enumerate(self.distances.items(), start=1):
             points: tuple[Point | None, ...] = tuple(
                 (float(a), float(d)) if d >= floor else None for a, d in zip(s, distance, strict=True)
@@ -141,6 +141,6 @@ class _Pair:
 
     def _save(self) -> str:
         columns = [arc(self.known.points), *self.distances.values()]
-        rows = [[short(float(v)) for v in row] for row in zip(*columns, strict=True)]
+        rows = [[format_short(float(v)) for v in row] for row in zip(*columns, strict=True)]
         header = ["s [m]", *(f"{name} [m]" for name in self.distances)]
         return csv_link(f"{self.probe}-error-against-{self.reference}", header, rows)

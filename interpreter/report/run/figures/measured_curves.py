@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
-from softmark.interpreter.report.page.figure_frame import plate
-from softmark.interpreter.report.page.html_markup import listed, prose, section
-from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, kind_of_reference
+from softmark.interpreter.report.page.figure_frame import figure_block
+from softmark.interpreter.report.page.html_markup import join_names, prose, section
+from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary, kind_of_reference
 from softmark.interpreter.report.run.tables.curve_points import columns, csv_of_curves
-from softmark.interpreter.report.run.tables.line_probes import initially_shown, looks
+from softmark.interpreter.report.run.tables.line_probes import curve_styles, initially_shown
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ WIDTH, HEIGHT = 640.0, 300.0
 WHOLE = 0.999  # fraction of the measured range; a smaller covered range is mentioned
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return a chart for each measured curve and metric that is compared with it; empty if there are none."""
     plates: dict[tuple[object, ...], str] = {}
     for metric in findings.metrics:
@@ -51,7 +51,7 @@ def section_of(findings: Findings) -> str:
 class _MeasuredCurve:
     """A measured curve with those of models."""
 
-    findings: Findings
+    findings: ReportSummary
     number: int
     metric: MetricColumn
     reference: str
@@ -94,7 +94,7 @@ class _MeasuredCurve:
             WIDTH, HEIGHT, tuple(self._curves(open_)), left=78.0, right=110.0,
         )  # fmt: skip
         found = columns(self.seen, self.drawn.units)
-        return plate(chart, prose(self._caption()), found, self._save(), open_=open_)
+        return figure_block(chart, prose(self._caption()), found, self._save(), open_=open_)
 
     def _axes(self) -> tuple[Axis, Axis]:
         across, up = self.drawn.units
@@ -107,7 +107,7 @@ class _MeasuredCurve:
         return along, linear(low - margin, high + margin, "y", up, 6)
 
     def _curves(self, open_: Sequence[str]) -> Iterator[Curve]:
-        known = looks(self.findings.report)
+        known = curve_styles(self.findings.report)
         for i, (name, band) in enumerate(self.bands.items()):
             yield Curve(name, known[self.reference], band, 0, 1, named=i == 0 and self.reference in open_)
         for i, (name, curve) in enumerate(self.seen.items()):
@@ -151,7 +151,7 @@ class _MeasuredCurve:
         found = ((n, r.metrics.get(self.metric.name)) for n, r in self.findings.everyone.items())
         shares = [(n, m.details["inside_share"]) for n, m in found if m is not None and "inside_share" in m.details]
         each = [f"`{n}` by {100.0 * float(share):.3g} %" for n, share in shares]
-        return f"Inside the band: {listed(each)} of the compared range." if each else ""
+        return f"Inside the band: {join_names(each)} of the compared range." if each else ""
 
     def _save(self) -> str:
         known = {self.reference: self.drawn, **self.seen}

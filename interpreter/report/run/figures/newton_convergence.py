@@ -8,15 +8,15 @@ from functools import cached_property
 from itertools import groupby
 
 from softmark.interpreter.language.number_formatting import typeset_number
-from softmark.interpreter.report.charts.chart_axes import Axis, logarithmic, whole
+from softmark.interpreter.report.charts.chart_axes import Axis, integer_axis, logarithmic
 from softmark.interpreter.report.charts.curve_labels import Point
-from softmark.interpreter.report.charts.curve_styles import Look, phase_look
+from softmark.interpreter.report.charts.curve_styles import CurveStyle, phase_look
 from softmark.interpreter.report.charts.line_chart import Chart, Curve, sample
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
-from softmark.interpreter.report.page.figure_frame import PlateColumn, plate
-from softmark.interpreter.report.page.html_markup import count, listed, prose, section, tag, text
-from softmark.interpreter.report.run.report_summary import Findings
-from softmark.interpreter.report.run.tables.line_probes import looks
+from softmark.interpreter.report.page.figure_frame import PlateColumn, figure_block
+from softmark.interpreter.report.page.html_markup import count, join_names, prose, section, tag, text
+from softmark.interpreter.report.run.report_summary import ReportSummary
+from softmark.interpreter.report.run.tables.line_probes import curve_styles
 from softmark.interpreter.results.run_report import ModelResult
 from softmark.records import dataclass
 
@@ -44,7 +44,7 @@ class _IterationHistory:
 
     name: str
     model: ModelResult
-    look: Look
+    look: CurveStyle
 
     @cached_property
     def steps(self) -> list[_Step]:
@@ -78,9 +78,9 @@ class _IterationHistory:
         return outcome + reached + crosses + (f"; only the last {len(self.steps)} are drawn" if self.first else "")
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return the charts; empty if no model has a history."""
-    known = looks(findings.report)
+    known = curve_styles(findings.report)
     everyone = [_IterationHistory(n, m, known[n]) for n, m in findings.report.models.items()]
     courses = [course for course in everyone if course.steps]
     if not courses:
@@ -95,7 +95,7 @@ def section_of(findings: Findings) -> str:
 
 
 def _missing(names: list[str]) -> str:
-    return tag("p", prose(f"No iterations were recorded for {listed(names)}."), class_="quiet") if names else ""
+    return tag("p", prose(f"No iterations were recorded for {join_names(names)}."), class_="quiet") if names else ""
 
 
 def _residuals(values: Sequence[float | None]) -> Axis:
@@ -104,21 +104,21 @@ def _residuals(values: Sequence[float | None]) -> Axis:
     return logarithmic(max(min(positive), 1e-17 * max(positive)), max(positive), "residual", "1", about=5)
 
 
-def _key(phases: Mapping[str, Look]) -> str:
+def _key(phases: Mapping[str, CurveStyle]) -> str:
     items = [tag("li", sample(look), tag("span", text(phase))) for phase, look in phases.items()]
     return tag("ul", *items, class_="key")
 
 
-def _plate(index: int, course: _IterationHistory, phases: Mapping[str, Look], y: Axis) -> str:
+def _plate(index: int, course: _IterationHistory, phases: Mapping[str, CurveStyle], y: Axis) -> str:
     last = course.first + len(course.steps)
     chart = Chart(
         f"newton-{index}", f"Convergence of {course.name}",
         f"{course.name} {course.words}. {_phases_in_words(course.steps)}",
-        whole(course.first, last, "iteration", 5), y, WIDTH, HEIGHT, tuple(_curves(course, phases, y)),
+        integer_axis(course.first, last, "iteration", 5), y, WIDTH, HEIGHT, tuple(_curves(course, phases, y)),
         under=_not_finite(course.steps), labels=False, left=LEFT, top=TOP, right=14.0,
     )  # fmt: skip
     caption = prose(f"`{course.name}`: {course.words}.")
-    return plate(chart, caption, _columns(course), _save(course), legend=False)
+    return figure_block(chart, caption, _columns(course), _save(course), legend=False)
 
 
 def _phases_in_words(steps: Sequence[_Step]) -> str:
@@ -128,7 +128,7 @@ def _phases_in_words(steps: Sequence[_Step]) -> str:
     return f"Phases: {', then '.join([*shown, *more])}."
 
 
-def _curves(course: _IterationHistory, phases: Mapping[str, Look], y: Axis) -> Iterator[Curve]:
+def _curves(course: _IterationHistory, phases: Mapping[str, CurveStyle], y: Axis) -> Iterator[Curve]:
     """Yield a curve for each run of one phase, extended to the next, so that the line is continuous."""
     rows, start = course.rows, 0
     for phase, group in groupby(step.phase for step in course.steps):

@@ -10,11 +10,11 @@ from typing import Any
 from softmark.interpreter.language.number_formatting import choose_scale, format_quantity, typeset_number
 from softmark.interpreter.report.charts.chart_axes import Axis, logarithmic
 from softmark.interpreter.report.charts.curve_labels import LETTER
-from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, format_short
 from softmark.interpreter.report.page.figure_frame import PlateColumn, data_table, details
-from softmark.interpreter.report.page.html_markup import count, plain, prose, section, tag, text
-from softmark.interpreter.report.run.report_summary import Findings, MetricColumn
-from softmark.interpreter.report.run.tables.line_probes import looks
+from softmark.interpreter.report.page.html_markup import count, prose, section, strip_backticks, tag, text
+from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary
+from softmark.interpreter.report.run.tables.line_probes import curve_styles
 from softmark.interpreter.results.run_report import MetricResult
 from softmark.records import dataclass
 
@@ -25,7 +25,7 @@ DOTS = 300  # frames of one model that are drawn; always the slowest
 Judged = Mapping[str, MetricResult]  # model -> what a metric says of it
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return a table and a figure for each set of frame times, with all its rates; empty if there is none."""
     groups: dict[tuple[Any, ...], dict[MetricColumn, Judged]] = {}
     for metric in findings.metrics:
@@ -35,7 +35,7 @@ def section_of(findings: Findings) -> str:
     return section("realtime", "Real time", *parts) if parts else ""
 
 
-def _judged_models(findings: Findings, metric: MetricColumn) -> Judged:
+def _judged_models(findings: ReportSummary, metric: MetricColumn) -> Judged:
     found = {n: m.metrics.get(metric.name) for n, m in findings.report.models.items()}
     return {n: m for n, m in found.items() if m is not None and "verdict" in m.details and "limit_s" in m.details}
 
@@ -49,7 +49,7 @@ def _clock_of(judged: Judged) -> tuple[Any, ...]:
 class _Clock:
     """Metrics that use the same frame times, each with its own rate."""
 
-    findings: Findings
+    findings: ReportSummary
     number: int
     judged: Mapping[MetricColumn, Judged]
 
@@ -90,7 +90,7 @@ class _Clock:
         )
 
     def _head(self, several: bool) -> str:
-        verdicts = [tag("th", _titled(metric, judged), scope="col") for metric, judged in self.judged.items()]
+        verdicts = [tag("th", _metric_title(metric, judged), scope="col") for metric, judged in self.judged.items()]
         words = [*TIMES.values(), "Frames"] if several else ["Time"]
         times = [tag("th", w, scope="col", class_="n") for w in words]
         return tag("tr", tag("th", "Model", scope="col"), *verdicts, *times)
@@ -116,7 +116,7 @@ class _Clock:
         return tag("p", " ".join(links), class_="save-line")
 
 
-def _titled(metric: MetricColumn, judged: Judged) -> str:
+def _metric_title(metric: MetricColumn, judged: Judged) -> str:
     """Return `eye / 25 Hz`."""
     rates = {m.details.get("rate_Hz") for m in judged.values()}
     rate = rates.pop() if len(rates) == 1 else None
@@ -153,7 +153,7 @@ def _seconds(value: float | None) -> str:
 class _Strips:
     """Frame times as fractions of the limit: a dot for each, and a box between the quartiles."""
 
-    findings: Findings
+    findings: ReportSummary
     number: int
     metric: MetricColumn
     sampled: Mapping[str, MetricResult]
@@ -192,7 +192,7 @@ class _Strips:
     def _svg(self) -> str:
         bottom = TOP + ROW * len(self.sampled)
         identity = f"frames-{self.number}"
-        title = tag("title", text(f"Times of frames, {plain(self.metric.name)}"), id=f"{identity}-t")
+        title = tag("title", text(f"Times of frames, {strip_backticks(self.metric.name)}"), id=f"{identity}-t")
         desc = tag("desc", text(self._desc()), id=f"{identity}-d")
         rows = [self._strip(n, TOP + ROW * (i + 0.5)) for i, n in enumerate(self.sampled)]
         return tag(
@@ -221,7 +221,7 @@ class _Strips:
     def _strip(self, name: str, y: float) -> str:
         times, limit = self.times[name], float(self.sampled[name].details["limit_s"])
         low, middle, high = (self.x(_quantile(times, q)) for q in (0.25, 0.5, 0.75))
-        dots = "".join(f"M{self.x(t):.1f} {y + _jitter(i):.1f}h0" for i, t in enumerate(_some(times)))
+        dots = "".join(f"M{self.x(t):.1f} {y + _jitter(i):.1f}h0" for i, t in enumerate(_thin_values(times)))
         box = tag(
             "rect",
             x=f"{low:.1f}",
@@ -241,7 +241,7 @@ class _Strips:
             box,
             median,
             stroke,
-            class_=f"strip {looks(self.findings.report)[name].classes}",
+            class_=f"strip {curve_styles(self.findings.report)[name].classes}",
         )
 
     def _columns(self) -> list[PlateColumn]:
@@ -256,7 +256,7 @@ class _Strips:
 
     def _save(self) -> str:
         rows: list[list[Cell]] = [
-            [n, i + 1, short(t * float(m.details["limit_s"]))]
+            [n, i + 1, format_short(t * float(m.details["limit_s"]))]
             for n, m in self.sampled.items()
             for i, t in enumerate(m.samples)
         ]
@@ -268,7 +268,7 @@ def _quantile(ordered: Sequence[float], share: float) -> float:
     return ordered[max(0, math.ceil(share * len(ordered)) - 1)]
 
 
-def _some(ordered: Sequence[float]) -> list[float]:
+def _thin_values(ordered: Sequence[float]) -> list[float]:
     """Return at most DOTS of the values, evenly thinned, with the twenty largest."""
     if len(ordered) <= DOTS:
         return list(ordered)

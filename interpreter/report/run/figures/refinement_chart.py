@@ -13,10 +13,10 @@ from softmark.interpreter.report.charts.curve_labels import Point
 from softmark.interpreter.report.charts.curve_styles import model_look
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
-from softmark.interpreter.report.page.figure_frame import PlateColumn, plate
-from softmark.interpreter.report.page.html_markup import listed, prose, section, tag
-from softmark.interpreter.report.run.model_families import by_poisson, by_size
-from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, value_of
+from softmark.interpreter.report.page.figure_frame import PlateColumn, figure_block
+from softmark.interpreter.report.page.html_markup import join_names, prose, section, tag
+from softmark.interpreter.report.run.model_families import families_by_poisson, families_by_size
+from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary, value_of
 from softmark.records import dataclass
 
 LEAD = (
@@ -32,26 +32,29 @@ WIDTH, HEIGHT = 600.0, 330.0
 Families = Mapping[str, Mapping[str, float]]
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return a figure for each error and each varied quantity; empty if no family has two members."""
     parts = []
-    for lead, families, kind in ((LEAD, by_size(findings), _Sizes), (LEAD_NU, by_poisson(findings), _Ratios)):
+    for lead, families, kind in (
+        (LEAD, families_by_size(findings), _Sizes),
+        (LEAD_NU, families_by_poisson(findings), _Ratios),
+    ):
         figures = [kind(findings, i, m, families).plate() for i, m in enumerate(findings.errors)]
         if found := [figure for figure in figures if figure]:
             parts += [tag("p", lead, class_="lead"), *found]
     return section("refinement", "Refinement", *parts, _against_whom(findings)) if parts else ""
 
 
-def _against_whom(findings: Findings) -> str:
+def _against_whom(findings: ReportSummary) -> str:
     """Return a sentence on families that refinement moves closer to one reference and away from another."""
     said: dict[tuple[str, str], list[str]] = {}
-    lines = {m: _Sizes(findings, 0, m, by_size(findings)).lines for m in findings.errors}
+    lines = {m: _Sizes(findings, 0, m, families_by_size(findings)).lines for m in findings.errors}
     for family in dict.fromkeys(f for own in lines.values() for f in own):
         ends = {m: (own[family][0][2], own[family][-1][2]) for m, own in lines.items() if family in own}
         closer = list(dict.fromkeys(f"`{m.against}`" for m, (a, b) in ends.items() if b < a / NOTABLE))
         further = list(dict.fromkeys(f"`{m.against}`" for m, (a, b) in ends.items() if b > a * NOTABLE))
         if closer and further and not set(closer) & set(further):
-            said.setdefault((listed(closer), listed(further)), []).append(family)
+            said.setdefault((join_names(closer), join_names(further)), []).append(family)
     found = [
         f"Under refinement, {_these(families)} closer to {to} and farther from {away}."
         for (to, away), families in said.items()
@@ -62,7 +65,7 @@ def _against_whom(findings: Findings) -> str:
 def _these(families: list[str]) -> str:
     """Return `tet4 and hex8 come`, with semicolons if a name has a comma."""
     several = len(families) > 1
-    names = "; ".join(families) if any("," in f for f in families) else listed(families)
+    names = "; ".join(families) if any("," in f for f in families) else join_names(families)
     return f"{names} {'come' if several else 'comes'}"
 
 
@@ -70,7 +73,7 @@ def _these(families: list[str]) -> str:
 class _ErrorChart:
     """One error of all families; subclasses define the varied quantity."""
 
-    findings: Findings
+    findings: ReportSummary
     number: int
     metric: MetricColumn
     families: Families
@@ -113,7 +116,7 @@ class _ErrorChart:
             f"{self.kind}-{self.number}", f"{self.metric.name} by {self.symbol}", self._words(), self.across,
             _errors(errors, name, self.metric.unit), WIDTH, HEIGHT, tuple(self._curves()), left=84.0,
         )  # fmt: skip
-        return plate(chart, prose(self._caption()), self._columns(), self._save())
+        return figure_block(chart, prose(self._caption()), self._columns(), self._save())
 
     def _curves(self) -> Iterator[Curve]:
         for i, (family, line) in enumerate(self.lines.items()):

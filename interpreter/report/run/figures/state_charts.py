@@ -15,10 +15,10 @@ from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.charts.line_chart import Chart
 from softmark.interpreter.report.charts.line_chart import Curve as Drawn
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
-from softmark.interpreter.report.page.figure_frame import PlateColumn, plate
+from softmark.interpreter.report.page.figure_frame import PlateColumn, figure_block
 from softmark.interpreter.report.page.html_markup import count, prose, section
-from softmark.interpreter.report.run.report_summary import Findings, MetricColumn
-from softmark.interpreter.report.run.tables.line_probes import initially_shown, looks
+from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary
+from softmark.interpreter.report.run.tables.line_probes import curve_styles, initially_shown
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.state_results import ANSWERED, Curve, Moment, format_state
 from softmark.records import dataclass
@@ -28,14 +28,14 @@ ROUNDING = 1e-6  # relative to the largest value; smaller differences are not dr
 SEVERAL = 6  # states that a line of the terminal has
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return a chart for each metric; empty if the analysis has no states."""
     known = [(m, curves) for m in findings.metrics if (curves := curves_of(findings, m.name))]
     plates = [_Metric(findings, i, metric, curves).plate() for i, (metric, curves) in enumerate(known)]
     return section("states", "States", *plates) if plates else ""
 
 
-def curves_of(findings: Findings, metric: str) -> dict[str, Curve]:
+def curves_of(findings: ReportSummary, metric: str) -> dict[str, Curve]:
     """Return the values of a metric in each state, by model or reference."""
     everyone = {n: r for n, r in findings.everyone.items() if any(metric in own.metrics for own in r.each)}
     found = {n: r.curve(metric) for n, r in everyone.items()}
@@ -46,7 +46,7 @@ def curves_of(findings: Findings, metric: str) -> dict[str, Curve]:
 class _Metric:
     """One metric of all models over the value of the state."""
 
-    findings: Findings
+    findings: ReportSummary
     number: int
     metric: MetricColumn
     curves: Mapping[str, Curve]
@@ -64,7 +64,7 @@ class _Metric:
     def plate(self) -> str:
         """Return the chart."""
         open_ = [*initially_shown(self.findings, self.curves), *self.findings.report.references]
-        known = looks(self.findings.report)
+        known = curve_styles(self.findings.report)
         drawn = [
             Drawn(n, known[n], tuple(None if v is None else (s, v) for s, v in self._pairs(c)), 1 + i, 1, 1, n in open_)
             for i, (n, c) in enumerate(self.curves.items())
@@ -73,7 +73,7 @@ class _Metric:
             f"states-{self.number}", f"{self.metric.name} from state to state", self._desc(), *self._axes(), WIDTH,
             HEIGHT, tuple(drawn), left=78.0, right=90.0,
         )  # fmt: skip
-        return plate(chart, prose(self._caption()), self._columns(), self._save(), open_=open_)
+        return figure_block(chart, prose(self._caption()), self._columns(), self._save(), open_=open_)
 
     @staticmethod
     def _pairs(curve: Curve) -> Iterator[tuple[float, float | None]]:
@@ -125,7 +125,7 @@ class _Metric:
         return csv_link(f"{self.metric.name}-states", header, rows)
 
 
-def lines(findings: Findings) -> Iterator[str]:
+def lines(findings: ReportSummary) -> Iterator[str]:
     """Yield the metrics in some states, a line for each model; nothing if the analysis has no states."""
     report = findings.report
     first = next((r for r in report.outcomes if r.states), None)

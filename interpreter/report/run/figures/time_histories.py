@@ -10,12 +10,12 @@ import numpy as np
 from softmark.interpreter.language.number_formatting import choose_decimals, choose_scale, format_quantity
 from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
-from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
-from softmark.interpreter.report.page.figure_frame import PlateColumn, plate
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, format_short
+from softmark.interpreter.report.page.figure_frame import PlateColumn, figure_block
 from softmark.interpreter.report.page.html_markup import prose, section, tag, text
 from softmark.interpreter.report.run.figures.energy_charts import energy_plates
-from softmark.interpreter.report.run.report_summary import Findings
-from softmark.interpreter.report.run.tables.line_probes import AXES, Floats, initially_shown, looks
+from softmark.interpreter.report.run.report_summary import ReportSummary
+from softmark.interpreter.report.run.tables.line_probes import AXES, Floats, curve_styles, initially_shown
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.run_report import ProbeResult
 from softmark.records import dataclass
@@ -25,7 +25,7 @@ SAVED = 8000  # rows of a CSV file
 WIDTH, HEIGHT = 640.0, 300.0
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return charts over time; empty if nothing has a history."""
     every = point_histories(findings)
     charts = [course.plate() for course in {course.about: course for course in reversed(every)}.values()][::-1]
@@ -35,13 +35,13 @@ def section_of(findings: Findings) -> str:
     return section("histories", "Over time", *charts, energies, events)
 
 
-def point_histories(findings: Findings) -> list[PointHistory]:
+def point_histories(findings: ReportSummary) -> list[PointHistory]:
     """Return the histories of all probes that have one."""
     courses = [(n, seen) for n in findings.probes if (seen := _probe_histories(findings, n))]
     return [PointHistory(findings, i, name, seen) for i, (name, seen) in enumerate(courses)]
 
 
-def _probe_histories(findings: Findings, probe: str) -> dict[str, ProbeResult]:
+def _probe_histories(findings: ReportSummary, probe: str) -> dict[str, ProbeResult]:
     """Return the histories of a probe, by model or reference."""
     seen = findings.probes[probe].items()
     return {n: p for n, p in seen if p.course is not None and p.times is not None and p.course.size > 0}
@@ -51,7 +51,7 @@ def _probe_histories(findings: Findings, probe: str) -> dict[str, ProbeResult]:
 class PointHistory:
     """Displacement history of one point of a probe, in the direction in which it moves most."""
 
-    findings: Findings
+    findings: ReportSummary
     number: int
     probe: str
     seen: Mapping[str, ProbeResult]
@@ -102,7 +102,7 @@ class PointHistory:
             f"course-{self.number}", f"Displacement over time at {self.probe}", self._desc(), *self._axes(),
             WIDTH, HEIGHT, tuple(self._curves(open_)), left=70.0, right=70.0,
         )  # fmt: skip
-        return plate(chart, prose(self._caption()), self._columns(), self._save(), open_=open_)
+        return figure_block(chart, prose(self._caption()), self._columns(), self._save(), open_=open_)
 
     def _axes(self) -> tuple[Axis, Axis]:
         every = np.concatenate(list(self.values.values()))
@@ -114,7 +114,7 @@ class PointHistory:
         )
 
     def _curves(self, open_: Sequence[str]) -> Iterator[Curve]:
-        known = looks(self.findings.report)
+        known = curve_styles(self.findings.report)
         for i, (name, values) in enumerate(self.values.items()):
             pairs = zip(self.moments, values, strict=True)
             points = tuple((float(t), float(v)) if np.isfinite(v) else None for t, v in pairs)
@@ -167,7 +167,7 @@ class PointHistory:
         for name, p in self.seen.items():
             if p.times is not None and p.course is not None:
                 chosen = zip(p.times[::every], p.course[::every, point], strict=True)
-                rows += [[name, short(float(t)), *(short(float(v)) for v in u)] for t, u in chosen]
+                rows += [[name, format_short(float(t)), *(format_short(float(v)) for v in u)] for t, u in chosen]
         return csv_link(f"{self.probe}-course", ["name", "t [s]", "ux [m]", "uy [m]", "uz [m]"], rows)
 
 
@@ -179,7 +179,7 @@ def _largest(values: Floats) -> float:
     return float(np.nanmax(np.abs(values)))
 
 
-def _events(findings: Findings) -> str:
+def _events(findings: ReportSummary) -> str:
     """Return the events reported by models."""
     rows: list[list[Cell]] = []
     for name, model in findings.report.models.items():

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from softmark.interpreter.language import units
 from softmark.interpreter.language.number_formatting import round_significant
 from softmark.interpreter.report.page.html_markup import prose, tag, text
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.tables.table_section import (
-    by_thing,
     format_force,
     newtons,
     row_head,
     table_section,
+    transpose_by_name,
 )
 from softmark.interpreter.results.reaction_results import ContactResult
 from softmark.interpreter.results.run_report import Report
@@ -31,10 +31,10 @@ DIGITS = 4  # digits of areas and of numbers in the terminal
 MISSED = 0.005  # fraction of the selected area; smaller differences are not mentioned
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return a table of all contacts; empty if no model has any."""
     models = findings.report.models
-    known = by_thing({n: m.contacts for n, m in models.items() if m.status in SOLVED})
+    known = transpose_by_name({n: m.contacts for n, m in models.items() if m.status in SOLVED})
     rows = [_row(contact, name, own) for contact, each in known.items() for name, own in each.items()]
     moving = any("momentum" in model.solve for model in models.values())
     return table_section("Contacts", LEAD.format(findings.of_last or (ENDED if moving else "")), HEAD, rows)
@@ -72,7 +72,9 @@ def _area(area: float) -> str:
 
 def lines(report: Report) -> Iterator[str]:
     """Yield `touch presses with 14.1 mN on 8.82 mm^2, 2.75 kPa at most, in hexes`, or the remaining distance."""
-    for contact, each in by_thing({n: m.contacts for n, m in report.models.items() if m.status == "converged"}).items():
+    for contact, each in transpose_by_name(
+        {n: m.contacts for n, m in report.models.items() if m.status == "converged"}
+    ).items():
         for model, own in each.items():
             if not own.touch.pressure:
                 gap = own.touch.gap

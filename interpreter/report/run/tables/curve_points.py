@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from softmark.interpreter.language.number_formatting import choose_decimals, choose_scale
-from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, format_short
 from softmark.interpreter.report.page.figure_frame import PlateColumn
 from softmark.interpreter.results.run_report import PlottedCurve
 
@@ -33,7 +33,7 @@ def csv_of_curves(file: str, curves: Mapping[str, PlottedCurve], units: tuple[st
     """Return a link to a file with every point of the curves."""
     header = ["name", f"x [{units[0]}]", f"y [{units[1]}]"]
     rows: list[list[Cell]] = [
-        [name, short(x), short(y)]
+        [name, format_short(x), format_short(y)]
         for name, curve in curves.items()
         for x, y in zip(curve.x.tolist(), curve.y.tolist(), strict=True)
     ]

@@ -12,7 +12,7 @@ from softmark.interpreter.results.run_report import MetricResult, ModelResult, R
 SEVERAL = 5  # names that a line lists
 
 
-def words(model: ModelResult) -> str | None:
+def error_statement(model: ModelResult) -> str | None:
     """Return `states an error of at most 3 %` for the first metric; None if no error was estimated."""
     if not model.stated or has_no_estimate(model):
         return None
@@ -88,7 +88,7 @@ def models_without_estimate(report: Report) -> str | None:
 
 def lines(report: Report) -> Iterator[str]:
     """Yield the statement of each model; equal statements of many models once."""
-    said = {n: w for n, m in report.models.items() if (w := words(m)) is not None}
+    said = {n: w for n, m in report.models.items() if (w := error_statement(m)) is not None}
     alike, first = Counter(said.values()), {w: n for n, w in reversed(said.items())}
     for name, own in said.items():
         if alike[own] <= SEVERAL:

@@ -6,14 +6,14 @@ from collections.abc import Container, Iterable
 
 from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.page.html_markup import count, prose, section, tag, text
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.results.run_report import ExpectationResult, ReportWarning
 
 HEADS = ("Verdict", "Expectation", "Value", "Line")
 VERDICTS = {True: ("✓", "good", "met"), False: ("✗", "bad", "not met"), None: ("?", "quiet", "not judged")}
 
 
-def expectations(findings: Findings) -> str:
+def expectations(findings: ReportSummary) -> str:
     """Return a row for each expectation, in the order of the scene."""
     judged = findings.report.expectations
     if not judged:
@@ -22,7 +22,7 @@ def expectations(findings: Findings) -> str:
     return section("expectations", "Expectations", table_of(findings))
 
 
-def table_of(findings: Findings) -> str:
+def table_of(findings: ReportSummary) -> str:
     """Return the table of evaluated expectations, in its scrolling box."""
     judged = findings.report.expectations
     head = tag(
@@ -41,7 +41,7 @@ def table_of(findings: Findings) -> str:
     return tag("div", table, class_="scroll", tabindex=0, role="region", aria_label="Expectations")
 
 
-def _row(e: ExpectationResult, findings: Findings) -> str:
+def _row(e: ExpectationResult, findings: ReportSummary) -> str:
     symbol, mood, words = VERDICTS[e.passed]
     verdict = tag("span", tag("span", symbol, aria_hidden="true"), f" {words}", class_=f"status {mood}")
     why = tag("small", prose(e.reason)) if e.reason else ""
@@ -66,7 +66,7 @@ def _value(e: ExpectationResult) -> str:
     return tag("data", text(format_quantity(e.value, e.unit, 4, percent="%" in e.text)), value=repr(float(e.value)))
 
 
-def warnings(findings: Findings) -> str:
+def warnings(findings: ReportSummary) -> str:
     """Return the section of warnings; empty if there are none."""
     said = warning_list(findings.report.warnings, findings.lines)
     return section("warnings", "Warnings", said) if said else ""

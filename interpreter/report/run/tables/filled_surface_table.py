@@ -7,7 +7,7 @@ from typing import Any
 
 from softmark.interpreter.language import units
 from softmark.interpreter.report.page.html_markup import prose, tag, text
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.tables.table_section import row_head, table_section
 
 LEAD = (
@@ -18,7 +18,7 @@ LEAD = (
 VOLUME: units.Dimension = units.raise_dimension(units.LENGTH, 3)
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return a table of all models with such a mesh; empty if there is none."""
     known = {n: m.solve["filled"] for n, m in findings.report.models.items() if "filled" in m.solve}
     heads = ("Model", "Volume", "Distance", "Quality", "Repaired", "Made by")

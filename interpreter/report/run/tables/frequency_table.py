@@ -5,7 +5,7 @@ from __future__ import annotations
 from softmark.interpreter.language import units
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
 from softmark.interpreter.report.page.html_markup import tag, text
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.tables.table_section import table_section
 
 LEAD = (
@@ -18,9 +18,9 @@ NOTHING = "\N{EN DASH}"
 HERTZ: units.Dimension = units.raise_dimension(units.TIME, -1)
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return a table for each body; empty if no frequency is requested."""
-    known = _known(findings)
+    known = _model_frequencies(findings)
     if not known:
         return ""
     count = max(map(len, known.values()))
@@ -34,7 +34,7 @@ def section_of(findings: Findings) -> str:
     return table_section("Modes", LEAD + left, ("Mode", *known), rows, link)
 
 
-def _known(findings: Findings) -> dict[str, list[float]]:
+def _model_frequencies(findings: ReportSummary) -> dict[str, list[float]]:
     """Return the frequencies of each model, Hz, from the metric that requests most of them."""
     found: dict[str, list[float]] = {}
     asked = [m.name for m in findings.metrics if (own := findings.declared.get(m.name)) and own.word == WORD]

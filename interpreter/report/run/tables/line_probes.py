@@ -8,21 +8,21 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.report.charts.curve_styles import COLOURS, Look, model_look, reference_look
+from softmark.interpreter.report.charts.curve_styles import COLOURS, CurveStyle, model_look, reference_look
 from softmark.interpreter.report.page.figure_frame import SHOWN
-from softmark.interpreter.report.run.report_summary import UNKNOWN, Findings, value_of
+from softmark.interpreter.report.run.report_summary import UNKNOWN, ReportSummary, value_of
 from softmark.interpreter.results.run_report import ProbeResult, Report
 
 Floats = NDArray[np.float64]
 AXES = ("x", "y", "z")
 
 
-def _kind(findings: Findings, probe: str) -> str:
+def _kind(findings: ReportSummary, probe: str) -> str:
     """Return the constructor of a probe: line, point, surface, volume, markers; "" if it is not in the scene's text."""
     return findings.declared.get(probe, UNKNOWN).word
 
 
-def lines_of(findings: Findings) -> dict[str, dict[str, ProbeResult]]:
+def lines_of(findings: ReportSummary) -> dict[str, dict[str, ProbeResult]]:
     """Return the results of line probes with at least two points, by model or reference."""
     found = {}
     for name, seen in findings.probes.items():
@@ -32,7 +32,7 @@ def lines_of(findings: Findings) -> dict[str, dict[str, ProbeResult]]:
     return found
 
 
-def points_of(findings: Findings) -> dict[str, dict[str, ProbeResult]]:
+def points_of(findings: ReportSummary) -> dict[str, dict[str, ProbeResult]]:
     """Return the results of point probes."""
     found = {}
     for name, seen in findings.probes.items():
@@ -42,18 +42,18 @@ def points_of(findings: Findings) -> dict[str, dict[str, ProbeResult]]:
     return found
 
 
-def looks(report: Report) -> dict[str, Look]:
+def curve_styles(report: Report) -> dict[str, CurveStyle]:
     """Return one style for each model and reference, the same in every figure of the page.
 
     If there are more models than colours, those of one kind share a colour and differ by dash and marker.
     """
     found = {name: model_look(i) for i, name in enumerate(report.models)}
     if len(found) > COLOURS:
-        found = _by_kind(report)
+        found = _colours_by_kind(report)
     return found | {name: reference_look(i) for i, name in enumerate(report.references)}
 
 
-def _by_kind(report: Report) -> dict[str, Look]:
+def _colours_by_kind(report: Report) -> dict[str, CurveStyle]:
     """Return a colour for each kind of model, for any size or Poisson's ratio; models of no kind have their own."""
     kinds: dict[str, list[str]] = {}
     for name, model in report.models.items():
@@ -64,7 +64,7 @@ def _by_kind(report: Report) -> dict[str, Look]:
     return {n: replace(model_look(places.get(n, i)), colour=colours[n] % COLOURS) for i, n in enumerate(report.models)}
 
 
-def initially_shown(findings: Findings, among: Collection[str] | None = None) -> list[str]:
+def initially_shown(findings: ReportSummary, among: Collection[str] | None = None) -> list[str]:
     """Return the models that a figure shows initially.
 
     If there are many, these are the models with the smallest first error; if they belong to a few kinds, the best and

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from softmark.interpreter.problem.surface_selection.load_resultants import SHOWN
 from softmark.interpreter.report.page.html_markup import prose, tag, text
-from softmark.interpreter.report.run.report_summary import Findings
-from softmark.interpreter.report.run.tables.table_section import by_thing, newtons, row_head, table_section
+from softmark.interpreter.report.run.report_summary import ReportSummary
+from softmark.interpreter.report.run.tables.table_section import newtons, row_head, table_section, transpose_by_name
 from softmark.interpreter.results.load_results import Resultant
 
 LEAD = (
@@ -17,9 +17,9 @@ LEAD = (
 ROUNDING = 1e-9  # relative to the largest component
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return a table of all loads; empty if no model reports its loads."""
-    known = by_thing({n: m.loads for n, m in findings.report.models.items()})
+    known = transpose_by_name({n: m.loads for n, m in findings.report.models.items()})
     rows = [_row(name, own) for name, own in known.items()]
     return table_section("Loads", LEAD.format(findings.of_last), ("Load", "Force", "Moment", "Taken"), rows)
 

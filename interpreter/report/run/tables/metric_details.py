@@ -9,7 +9,7 @@ from softmark.interpreter.language.number_formatting import format_quantity, gro
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
 from softmark.interpreter.report.page.figure_frame import details
 from softmark.interpreter.report.page.html_markup import prose, tag, text
-from softmark.interpreter.report.run.report_summary import Findings, MetricColumn
+from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary
 
 UNITS = {
     "m": "m",
@@ -27,7 +27,7 @@ UNITS = {
 SHARES = ("relative", "ratio", "share", "margin", "fraction")
 
 
-def details_of(findings: Findings) -> str:
+def details_of(findings: ReportSummary) -> str:
     """Return a table on demand for each metric with details, and one CSV file with all."""
     tables = [_table(findings, m) for m in findings.metrics]
     found = [table for table in tables if table]
@@ -47,14 +47,14 @@ def _name(key: str) -> str:
     return (head if head and last in UNITS else key).replace("_", " ")
 
 
-def _known(findings: Findings, metric: MetricColumn) -> dict[str, Mapping[str, Any]]:
+def _details_by_result(findings: ReportSummary, metric: MetricColumn) -> dict[str, Mapping[str, Any]]:
     """Return details by model or reference."""
     found = {n: r.metrics.get(metric.name) for n, r in findings.everyone.items()}
     return {n: m.details for n, m in found.items() if m is not None and m.details}
 
 
-def _table(findings: Findings, metric: MetricColumn) -> str:
-    known = _known(findings, metric)
+def _table(findings: ReportSummary, metric: MetricColumn) -> str:
+    known = _details_by_result(findings, metric)
     if not known:
         return ""
     keys = list(dict.fromkeys(k for own in known.values() for k in own))
@@ -89,11 +89,11 @@ def _cell(key: str, value: Any) -> str:
     return ", ".join(str(v) for v in value) if isinstance(value, (list, tuple)) else str(value)
 
 
-def _csv(findings: Findings) -> str:
+def _csv(findings: ReportSummary) -> str:
     rows: list[list[Cell]] = [
         [name, metric.name, key, _plain(value), unit_of(key) or None]
         for metric in findings.metrics
-        for name, own in _known(findings, metric).items()
+        for name, own in _details_by_result(findings, metric).items()
         for key, value in own.items()
     ]
     return csv_link("details", ["name", "metric", "detail", "value", "unit"], rows, "Save all details as CSV")

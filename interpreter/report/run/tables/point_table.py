@@ -8,7 +8,7 @@ import numpy as np
 
 from softmark.interpreter.language.number_formatting import Scale, choose_decimals, choose_scale, format_quantity
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
-from softmark.interpreter.report.page.html_markup import listed, prose, tag, text
+from softmark.interpreter.report.page.html_markup import join_names, prose, tag, text
 from softmark.interpreter.report.run.tables.line_probes import AXES
 from softmark.interpreter.results.run_report import ProbeResult
 
@@ -20,7 +20,7 @@ def point_table(probe: str, seen: Mapping[str, ProbeResult]) -> str:
     scale = choose_scale(every, "m")
     decimals = choose_decimals(every, scale, 6)
     rows = [_row(name, [scale.fixed(v, decimals) for v in row]) for name, row in numbers.items()]
-    at = listed([format_quantity(float(v), "m", 4) for v in next(iter(seen.values())).points[0]])
+    at = join_names([format_quantity(float(v), "m", 4) for v in next(iter(seen.values())).points[0]])
     words = f"Probe `{probe}`: the point initially at {at}; u is its displacement, x y z its deformed position."
     caption = tag("caption", tag("span", prose(words)))
     table = tag("table", caption, tag("thead", _head(scale)), tag("tbody", *rows))

@@ -8,8 +8,8 @@ from typing import Any
 
 from softmark.interpreter.report.page.figure_frame import details
 from softmark.interpreter.report.page.html_markup import section, tag, text
-from softmark.interpreter.report.run.report_summary import Findings
-from softmark.interpreter.report.run.tables.scene_listing import coloured
+from softmark.interpreter.report.run.report_summary import ReportSummary
+from softmark.interpreter.report.run.tables.scene_listing import colour_line
 
 WORDS = {
     "softmark": "softmark", "python": "Python", "numpy": "NumPy", "scipy": "SciPy", "numba": "Numba",
@@ -17,7 +17,7 @@ WORDS = {
 }  # fmt: skip
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return the command, the digest and the environment."""
     rows = [tag("tr", tag("th", text(n), scope="row"), tag("td", text(v))) for n, v in _facts(findings)]
     table = tag("table", tag("caption", "Environment"), tag("tbody", *rows), class_="facts")
@@ -34,9 +34,9 @@ def table_of(environment: Mapping[str, Any]) -> str:
     return tag("div", table, class_="scroll") if rows else ""
 
 
-def listing(scene: Mapping[str, Any]) -> str:
+def scene_listing(scene: Mapping[str, Any]) -> str:
     """Return the text of a scene with its digest, collapsed."""
-    lines = [tag("span", coloured(line), "\n", class_="line") for line in str(scene.get("text") or "").splitlines()]
+    lines = [tag("span", colour_line(line), "\n", class_="line") for line in str(scene.get("text") or "").splitlines()]
     whole = tag("pre", tag("code", *lines), class_="scene", tabindex=0, role="region", aria_label="Text of the scene")
     digest = tag("p", f"SHA-256 {text(scene.get('sha256') or '–')}", class_="quiet digest")
     title = scene_name(scene, str(scene.get("title") or "scene"))
@@ -50,7 +50,7 @@ def scene_name(scene: Mapping[str, Any], otherwise: str) -> str:
     return str(scene.get("standard") or scene.get("file") or otherwise)
 
 
-def _facts(findings: Findings) -> list[tuple[str, str]]:
+def _facts(findings: ReportSummary) -> list[tuple[str, str]]:
     scene, report = findings.report.scene, findings.report
     facts = [("Scene", scene_name(scene, "–")), ("SHA-256 of its text", scene.get("sha256", "–"))]
     facts += [(WORDS.get(key, key), value) for key, value in report.environment.items()]
@@ -61,18 +61,18 @@ def _facts(findings: Findings) -> list[tuple[str, str]]:
     return [(name, str(value)) for name, value in facts]
 
 
-def command(findings: Findings) -> str:
+def command(findings: ReportSummary) -> str:
     """Return `dsl run FILE -p h=3mm --model rod`, quoted for a shell; a scene without a file is read from stdin."""
     file = scene_name(findings.report.scene, "-")
     parts = ["dsl", "run", "-" if file.startswith("<") else file]
     parts += [part for override in _overrides(findings) for part in ("-p", override)]
-    parts += [part for name in _only(findings) for part in ("--model", name)]
+    parts += [part for name in _requested_models(findings) for part in ("--model", name)]
     times = [timing for m in findings.report.models.values() if (timing := m.time.get("solve_s"))]
     runs = max((timing.runs for timing in times), default=1)
     return shlex.join([*parts, "--repeat", str(runs)] if runs > 1 else parts)
 
 
-def _overrides(findings: Findings) -> list[str]:
+def _overrides(findings: ReportSummary) -> list[str]:
     """Return the overrides as given on the command line if known, else the overridden parameters."""
     scene = findings.report.scene
     given = scene.get("overrides")
@@ -82,7 +82,7 @@ def _overrides(findings: Findings) -> list[str]:
     return [f"{n}={parameters[n].get('text', '')}" for n in scene.get("overridden") or () if n in parameters]
 
 
-def _only(findings: Findings) -> list[str]:
+def _requested_models(findings: ReportSummary) -> list[str]:
     """Return the requested models if the finished report does not have all models of the scene."""
     declared = set(findings.report.names.of_kind("model"))
     run = list(findings.report.models)

@@ -7,8 +7,8 @@ from typing import Any
 
 from softmark.interpreter.language.number_formatting import Scale, choose_decimals, choose_scale, typeset_number
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
-from softmark.interpreter.report.page.html_markup import listed, prose, section, tag, text
-from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, value_of
+from softmark.interpreter.report.page.html_markup import join_names, prose, section, tag, text
+from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary, value_of
 from softmark.interpreter.results.run_report import MetricResult, ModelResult
 from softmark.records import dataclass
 
@@ -19,7 +19,7 @@ LEAD = (
 HEADS = ("ours", "published", "difference")
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return the table; empty if the scene has no published values."""
     columns = [m for m in findings.metrics if any(_published(r, m) is not None for r in _models(findings))]
     if not columns:
@@ -30,7 +30,7 @@ def section_of(findings: Findings) -> str:
     )
 
 
-def _models(findings: Findings) -> Sequence[ModelResult]:
+def _models(findings: ReportSummary) -> Sequence[ModelResult]:
     return list(findings.report.models.values())
 
 
@@ -39,7 +39,7 @@ def _published(model: ModelResult, metric: MetricColumn) -> float | None:
     return None if found is None else found.published
 
 
-def _sources(findings: Findings) -> str:
+def _sources(findings: ReportSummary) -> str:
     """Return the sources of the numbers, if the scene gives them."""
     entries = findings.report.scene.get("published") or ()
     same: dict[str, list[str]] = {}
@@ -47,7 +47,7 @@ def _sources(findings: Findings) -> str:
         if isinstance(entry, Mapping):
             metric = [f"`{entry['metric']}`"] if entry.get("metric") else []
             same.setdefault(_source(entry), []).extend(metric)
-    items = [tag("li", prose(f"{listed(m)}: {said}" if m else said)) for said, m in same.items()]
+    items = [tag("li", prose(f"{join_names(m)}: {said}" if m else said)) for said, m in same.items()]
     return tag("ul", *items, class_="notes sources") if items else ""
 
 
@@ -60,7 +60,7 @@ def _source(entry: Mapping[str, Any]) -> str:
 class _Pairs:
     """Metrics of models with the values published for them."""
 
-    findings: Findings
+    findings: ReportSummary
     columns: Sequence[MetricColumn]
 
     @property

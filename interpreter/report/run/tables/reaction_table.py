@@ -8,13 +8,13 @@ from typing import Any
 
 from softmark.interpreter.language.compiled_scene import RIGID
 from softmark.interpreter.report.page.html_markup import prose, tag, text
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.report.run.tables.table_section import (
-    by_thing,
     format_force,
     newtons,
     row_head,
     table_section,
+    transpose_by_name,
 )
 from softmark.interpreter.results.reaction_results import SupportResult
 from softmark.interpreter.results.run_report import ModelResult, Report
@@ -31,10 +31,10 @@ ROUNDING = 1e-8  # relative to the largest component: equations are solved to a 
 LITTLE = 1e-3  # fraction of a force that is not visible with three digits
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return a table of all supports; empty if no model reports reactions."""
     models = findings.report.models
-    known = by_thing({n: m.reactions for n, m in models.items()})
+    known = transpose_by_name({n: m.reactions for n, m in models.items()})
     if not any(held.reaction for own in known.values() for held in own.values()):
         return ""
     rows = [
@@ -69,7 +69,7 @@ def lines(report: Report) -> Iterator[str]:
     """Yield `wall carries 2.06 N in tet, hex, 2.12 N in rod`; forces that agree to three digits are merged."""
     everyone = {n: m.reactions for n, m in report.models.items()}
     least = {n: ROUNDING * _largest(m) for n, m in report.models.items()}
-    for support, own in by_thing(everyone).items():
+    for support, own in transpose_by_name(everyone).items():
         alike: dict[str, list[str]] = {}
         for name, held in own.items():
             if held.reaction is not None and report.models[name].status == "converged":

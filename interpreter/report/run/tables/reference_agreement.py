@@ -6,12 +6,12 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from softmark.interpreter.language.number_formatting import format_quantity
-from softmark.interpreter.report.run.report_summary import Findings, kind_of_reference
+from softmark.interpreter.report.run.report_summary import ReportSummary, kind_of_reference
 
 SEVERAL = 6  # names that a line lists
 
 
-def lines(findings: Findings) -> Iterator[str]:
+def lines(findings: ReportSummary) -> Iterator[str]:
     """Yield `codes (consensus of 3 codes): 14.72 mm in 14.7 mm to 14.74 mm; inside: fine; outside: coarse (miss)`."""
     for name, reference in findings.report.references.items():
         if reference.status != "converged" or not ("value" in reference.facts or reference.drawn is not None):
@@ -35,7 +35,7 @@ def _band(facts: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _verdicts(findings: Findings, name: str) -> Iterator[str]:
+def _verdicts(findings: ReportSummary, name: str) -> Iterator[str]:
     """Yield the models inside and outside, by every metric compared with it; for curves the fraction inside."""
     banded = findings.report.references[name].kind == "consensus"
     words = {True: "inside" if banded else "within", False: "outside" if banded else "not within"}

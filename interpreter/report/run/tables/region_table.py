@@ -10,8 +10,8 @@ from typing import Any
 
 from softmark.interpreter.language import units
 from softmark.interpreter.report.page.html_markup import prose, tag, text
-from softmark.interpreter.report.run.report_summary import Findings
-from softmark.interpreter.report.run.tables.table_section import by_thing, row_head, table_section
+from softmark.interpreter.report.run.report_summary import ReportSummary
+from softmark.interpreter.report.run.tables.table_section import row_head, table_section, transpose_by_name
 
 LEAD = "Volume of every region with its own material, and of the cells that have this material."
 VOLUME: units.Dimension = units.raise_dimension(units.LENGTH, 3)
@@ -24,9 +24,9 @@ DIMENSIONS: dict[str, units.Dimension] = {"young": units.PRESSURE, "density": (-
 SHOWN = 1e-4  # fraction of a part; smaller volumes of the wrong material get no number
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return a table of all parts; empty if no model has any."""
-    known = by_thing({n: m.solve.get("regions") or {} for n, m in findings.report.models.items()})
+    known = transpose_by_name({n: m.solve.get("regions") or {} for n, m in findings.report.models.items()})
     return table_section("Regions", LEAD, ("Region", "Volume", "Cells"), [_row(*entry) for entry in known.items()])
 
 
@@ -48,14 +48,14 @@ def _covered_fraction(own: Mapping[str, Mapping[str, Any]]) -> str:
     return "; ".join((*off, *rest))
 
 
-def bodies_of(findings: Findings) -> str:
+def bodies_of(findings: ReportSummary) -> str:
     """Return a table of models of bodies with known volume and surface; empty if there is none."""
     known = {n: m.solve["body"] for n, m in findings.report.models.items() if "body" in m.solve}
-    rows = [tag("tr", row_head(name), *map(_cell, _compared(own))) for name, own in known.items()]
+    rows = [tag("tr", row_head(name), *map(_cell, _volume_and_surface(own))) for name, own in known.items()]
     return table_section("Bodies", WHOLE, ("Model", "Volume", "Surface"), rows)
 
 
-def _compared(own: Mapping[str, float]) -> tuple[tuple[float, float, units.Dimension], ...]:
+def _volume_and_surface(own: Mapping[str, float]) -> tuple[tuple[float, float, units.Dimension], ...]:
     """Return volume and surface of the body and of the mesh, with their dimensions."""
     return (own["volume_m3"], own["mesh_m3"], VOLUME), (own["area_m2"], own["mesh_m2"], AREA)
 
@@ -67,9 +67,9 @@ def _cell(one: tuple[float, float, units.Dimension]) -> str:
     return tag("td", prose(f"{shown}, the mesh has " + ("it all" if abs(off) < SAME else f"{100 * off:+.2g} %")))
 
 
-def varying_constants(findings: Findings) -> str:
+def varying_constants(findings: ReportSummary) -> str:
     """Return a table of all constants that vary in space; empty if no model has any."""
-    known = by_thing({n: m.solve.get("graded") or {} for n, m in findings.report.models.items()})
+    known = transpose_by_name({n: m.solve.get("graded") or {} for n, m in findings.report.models.items()})
     return table_section("Varying", VARYING, HEADS, [_constant(*entry) for entry in known.items()])
 
 

@@ -16,9 +16,9 @@ from softmark.interpreter.language.number_formatting import (
     is_negligible,
     typeset_number,
 )
-from softmark.interpreter.report.page.html_markup import count, listed, prose, tag, text
+from softmark.interpreter.report.page.html_markup import count, join_names, prose, tag, text
 from softmark.interpreter.report.run.report_bodies import BodyResults
-from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, Result, value_of
+from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary, Result, value_of
 from softmark.interpreter.results.run_report import ModelResult, ReferenceResult
 
 WIDE = 6  # a table with more metrics is set more tightly
@@ -44,7 +44,7 @@ LAST = " Values are those{}; times and iterations are totals over all states."
 CLOCK = " Fractions of the available time: ✓ real time, ✗ not real time."
 
 
-def caption(findings: Findings) -> str:
+def caption(findings: ReportSummary) -> str:
     """Return the caption of the tables."""
     best, tied = (any(ask(m) for m in findings.metrics) for ask in (findings.best, findings.tied))
     clock = any(m.clock for m in findings.metrics)
@@ -52,7 +52,7 @@ def caption(findings: Findings) -> str:
     return text(CAPTION + of_last + (BEST if best else "") + (TIED if tied else "") + (CLOCK if clock else ""))
 
 
-def ordered(metrics: Sequence[MetricColumn]) -> list[MetricColumn]:
+def sort_metrics(metrics: Sequence[MetricColumn]) -> list[MetricColumn]:
     """Return errors by reference, differences between models, then measurements, then times."""
     from_ = [(m.against, m.model) for m in metrics]
     key = lambda m: (m.clock, m.against is None, m.model is None, from_.index((m.against, m.model)))  # noqa: E731
@@ -99,7 +99,7 @@ class Notes:
     def _uncertain(self) -> str:
         if not self.within:
             return ""
-        each = listed([f"± {amount} for `{metric}`" for metric, amount in self.within.items()])
+        each = join_names([f"± {amount} for `{metric}`" for metric, amount in self.within.items()])
         said = f"within the uncertainty of the reference ({each}): the difference is not significant"
         return tag("li", tag("b", "†"), " ", prose(said), id=self._anchor("note-within"))
 
@@ -126,7 +126,7 @@ def letter(n: int) -> str:
 class ResultsTable:
     """Results of one body; footnotes are collected while the table is made."""
 
-    findings: Findings
+    findings: ReportSummary
     body: BodyResults
     notes: Notes = field(default_factory=Notes)
 
@@ -139,7 +139,7 @@ class ResultsTable:
     @cached_property
     def columns(self) -> list[MetricColumn]:
         """Metrics in the order of the table."""
-        return ordered(self.body.metrics)
+        return sort_metrics(self.body.metrics)
 
     @cached_property
     def values(self) -> Mapping[str, list[float]]:

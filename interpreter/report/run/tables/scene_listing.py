@@ -8,7 +8,7 @@ from typing import Any
 
 from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.page.html_markup import section, tag, text
-from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_summary import ReportSummary
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
 # comment | string | quantity | word before an opening bracket | any other word | the rest
@@ -26,7 +26,7 @@ KINDS = frozenset(
 _UNIT_WORDS = re.compile(r"^(.*\d\.?)([ \t])(in|and|or|not|as)$")
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return text and parameters."""
     scene = findings.report.scene
     parameters = scene.get("parameters") or {}
@@ -41,10 +41,10 @@ def section_of(findings: Findings) -> str:
 
 
 def _line(number: int, line: str, marked: bool) -> str:
-    return tag("span", coloured(line), "\n", id=f"L{number}", class_="line missed" if marked else "line")
+    return tag("span", colour_line(line), "\n", id=f"L{number}", class_="line missed" if marked else "line")
 
 
-def coloured(line: str) -> str:
+def colour_line(line: str) -> str:
     """Return one line of a scene with its tokens in spans by kind."""
     return "".join(_piece(match) for match in _PIECE.finditer(line))
 

@@ -13,7 +13,7 @@ from softmark.interpreter.report.page.html_markup import section, tag, text
 T = TypeVar("T")
 
 
-def by_thing(known: Mapping[str, Mapping[str, T]]) -> dict[str, dict[str, T]]:
+def transpose_by_name(known: Mapping[str, Mapping[str, T]]) -> dict[str, dict[str, T]]:
     """Return values by name and then by model, from values by model and then by name, in order of appearance."""
     names = dict.fromkeys(name for own in known.values() for name in own)
     return {name: {model: own[name] for model, own in known.items() if name in own} for name in names}

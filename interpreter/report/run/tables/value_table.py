@@ -7,9 +7,9 @@ from typing import Any
 
 from softmark.interpreter.language.number_formatting import format_quantity, typeset_number
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
-from softmark.interpreter.report.page.html_markup import listed, prose, tag, text
+from softmark.interpreter.report.page.html_markup import join_names, prose, tag, text
 from softmark.interpreter.report.run.figures.tolerance_bands import Band
-from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, Result, kind_of_reference
+from softmark.interpreter.report.run.report_summary import MetricColumn, ReportSummary, Result, kind_of_reference
 from softmark.interpreter.report.run.tables.metric_details import unit_of
 from softmark.interpreter.report.run.tables.table_section import row_head, table_section
 from softmark.interpreter.results.state_results import format_state
@@ -79,7 +79,7 @@ def _percent(share: float) -> str:
     return ("+" if share > 0.0 else "") + typeset_number(f"{100.0 * share:.3g} %")
 
 
-def section_of(findings: Findings) -> str:
+def section_of(findings: ReportSummary) -> str:
     """Return the table; empty if no value is given."""
     held = [one for metric in findings.metrics for one in _comparisons_of_metric(findings, metric)]
     if not held:
@@ -106,7 +106,7 @@ def section_of(findings: Findings) -> str:
     return table_section("Values", LEAD, HEADS, rows, _sources(findings) + save)
 
 
-def _comparisons_of_metric(findings: Findings, metric: MetricColumn) -> Iterator[_ComparedValue]:
+def _comparisons_of_metric(findings: ReportSummary, metric: MetricColumn) -> Iterator[_ComparedValue]:
     """Yield the comparisons of a metric for all models, in every state."""
     for name, result in findings.everyone.items():
         in_each: Sequence[Result] = result.each
@@ -117,7 +117,7 @@ def _comparisons_of_metric(findings: Findings, metric: MetricColumn) -> Iterator
                 yield _ComparedValue(metric.name, name, state, *told[:5], kind_of(findings, metric.name), told[5])
 
 
-def kind_of(findings: Findings, metric: str) -> str:
+def kind_of(findings: ReportSummary, metric: str) -> str:
     """Return the kind of reference of a metric: `consensus of 3 codes`."""
     named = findings.declared.get(metric)
     reference = findings.report.references.get((named.against if named else None) or "")
@@ -139,11 +139,11 @@ def _comparison_details(details: Mapping[str, Any]) -> _Told | None:
     return unit_of(key) or "1", numbers[0], numbers[1], numbers[2], bool(details["within"]), band
 
 
-def _sources(findings: Findings) -> str:
+def _sources(findings: ReportSummary) -> str:
     """Return the sources of the values."""
     same: dict[str, list[str]] = {}
     for name, reference in findings.report.references.items():
         if "value" in reference.facts:
             same.setdefault(f"{kind_of_reference(reference)}; {reference.source}", []).append(f"`{name}`")
-    items = [tag("li", prose(f"{listed(names)}: {said}")) for said, names in same.items()]
+    items = [tag("li", prose(f"{join_names(names)}: {said}")) for said, names in same.items()]
     return tag("ul", *items, class_="notes sources") if items else ""

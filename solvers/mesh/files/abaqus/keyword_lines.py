@@ -88,7 +88,7 @@ def read_cards(path: Path) -> Iterator[Card]:
             words = split_words(text)
             if text.startswith("*"):
                 if card is not None:
-                    yield _completed(card, source)
+                    yield _with_input_lines(card, source)
                 title = " ".join(words[0][1:].upper().split())
                 card = Card("".join(title.split()), f"*{title}", file, number)
                 words = words[1:]
@@ -104,10 +104,10 @@ def read_cards(path: Path) -> Iterator[Card]:
     if card is None:
         raise DeckError(path.name, "it has no keyword, a line that begins with `*`",
                         "name an Abaqus or CalculiX deck")  # fmt: skip
-    yield _completed(card, source)
+    yield _with_input_lines(card, source)
 
 
-def _completed(card: Card, source: _Source) -> Card:
+def _with_input_lines(card: Card, source: _Source) -> Card:
     """Return the card with the data lines of the file that its option INPUT names, if there is one."""
     if card.keyword in FROM_FILES and "INPUT" in card.options:
         place = card.place

@@ -15,7 +15,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.safe_files import read_regular
-from softmark.solvers.mesh.files.gmsh1 import Block, Malformed
+from softmark.solvers.mesh.files.gmsh1 import Block, MalformedGmsh
 from softmark.solvers.mesh.mesh import Floats, Ints
 
 TYPES = {
@@ -47,7 +47,7 @@ class File:
     cell_data: dict[str, list[Any]]
 
 
-def recognised(data: bytes) -> bool:
+def is_legacy_vtk(data: bytes) -> bool:
     """Return whether the data are a legacy VTK file with a supported kind of grid."""
     if not data.startswith(b"# vtk DataFile"):
         return False
@@ -60,7 +60,7 @@ def read(path: Path) -> File:
     try:
         return _Reader(read_regular(path)).file()
     except (ValueError, IndexError, KeyError, OverflowError) as error:
-        raise Malformed(str(error) or type(error).__name__) from error
+        raise MalformedGmsh(str(error) or type(error).__name__) from error
 
 
 class _Reader:
@@ -72,7 +72,7 @@ class _Reader:
         self._line()  # a title
         form = self._line().upper()
         if form not in ("ASCII", "BINARY"):
-            raise Malformed(f"`{form[:40]}` is neither ASCII nor BINARY")
+            raise MalformedGmsh(f"`{form[:40]}` is neither ASCII nor BINARY")
         self.text = form == "ASCII"
         self.points: Floats | None = None
         self.lists: dict[str, tuple[Ints, Ints]] = {}  # ends (m,) and nodes of cells
@@ -83,7 +83,7 @@ class _Reader:
         """Return the whole file. Raises Malformed, ValueError."""
         self._sections()
         if self.points is None:
-            raise Malformed("it has no POINTS")
+            raise MalformedGmsh("it has no POINTS")
         n, on_points = len(self.points), self.arrays["POINT_DATA"]
         rows = list(self._rows())
         total = sum(len(ends) for ends, _ in self.lists.values())
@@ -141,7 +141,7 @@ class _Reader:
         elif key in WIDTHS:
             kind, width = words[2], WIDTHS[key]
         else:
-            raise Malformed(f"`{key[:40]}` is not a known section")
+            raise MalformedGmsh(f"`{key[:40]}` is not a known section")
         self._keep(where, words[1], self._numbers(width * count, kind), count)
 
     def _field(self, where: str) -> None:
@@ -177,9 +177,9 @@ class _Reader:
         """Return the next `count` numbers. Raises Malformed, ValueError."""
         code = TYPES.get(kind.lower())
         if code is None:
-            raise Malformed(f"`{kind[:40]}` is not a known number type")
+            raise MalformedGmsh(f"`{kind[:40]}` is not a known number type")
         if count < 0 or count > 8 * len(self.data):
-            raise Malformed(f"it announces {count} numbers, but ends before")
+            raise MalformedGmsh(f"it announces {count} numbers, but ends before")
         if self.text:
             words = self._words(count)
             return np.array(words, dtype=np.float64 if code[0] == "f" else np.int64)
@@ -198,21 +198,21 @@ class _Reader:
             rest = parts[count] if len(parts) > count else b""
             if rest or self.at + wide >= len(self.data):
                 if len(parts) < count:
-                    raise Malformed(f"it announces {count} numbers, but ends before")
+                    raise MalformedGmsh(f"it announces {count} numbers, but ends before")
                 self.at += len(window) - len(rest)
                 return parts[:count]
             wide *= 2
 
     def _raw(self, size: int) -> bytes:
         if self.at + size > len(self.data):
-            raise Malformed("it is incomplete")
+            raise MalformedGmsh("it is incomplete")
         self.at += size
         return self.data[self.at - size : self.at]
 
     def _strings(self, count: int) -> None:
         """Skip `count` strings: lines in text files, else preceded by their length in 1, 2, 4 or 8 bytes."""
         if count < 0 or count > len(self.data):
-            raise Malformed(f"it announces {count} texts, but ends before")
+            raise MalformedGmsh(f"it announces {count} texts, but ends before")
         for _ in range(count):
             if self.text:
                 self._line(blank=True)
@@ -230,22 +230,22 @@ class _Reader:
             starts = self._numbers(first, words[1]).astype(np.int64)
             words = self._line().split()
             if words[:1] != ["CONNECTIVITY"]:
-                raise Malformed("OFFSETS without CONNECTIVITY")
+                raise MalformedGmsh("OFFSETS without CONNECTIVITY")
             nodes = self._numbers(second, words[1]).astype(np.int64)
             ends = starts[1:]
             if len(starts) and (starts[0] != 0 or (np.diff(starts) < 0).any() or starts[-1] != len(nodes)):
-                raise Malformed("the offsets of its cells are inconsistent")
+                raise MalformedGmsh("the offsets of its cells are inconsistent")
             return ends, nodes
         self.at = before
         flat = self._numbers(second, "int").astype(np.int64)
         sizes, at = [], 0
         for _ in range(first):
             if at >= len(flat) or flat[at] < 0:
-                raise Malformed(f"it announces {first} cells, but ends before")
+                raise MalformedGmsh(f"it announces {first} cells, but ends before")
             sizes.append(int(flat[at]))
             at += 1 + sizes[-1]
         if at != len(flat):
-            raise Malformed("the node counts of its cells are inconsistent")
+            raise MalformedGmsh("the node counts of its cells are inconsistent")
         ends = np.cumsum(np.array(sizes, dtype=np.int64))
         keep = np.ones(len(flat), dtype=np.bool_)
         keep[ends - np.array(sizes, dtype=np.int64) + np.arange(first)] = False
@@ -260,7 +260,7 @@ class _Reader:
             ends, nodes = self.lists[key]
             types = self.types if key == "CELLS" else np.full(len(ends), LISTS[key], dtype=np.int64)
             if types is None or len(types) != len(ends):
-                raise Malformed(f"it has {len(ends)} cells but {0 if types is None else len(types)} cell types")
+                raise MalformedGmsh(f"it has {len(ends)} cells but {0 if types is None else len(types)} cell types")
             sizes = np.diff(np.concatenate([[0], ends]))
             for kind, size in sorted({*zip(types.tolist(), sizes.tolist(), strict=True)}):
                 which = np.flatnonzero((types == kind) & (sizes == size))
@@ -273,7 +273,7 @@ class _Reader:
         """Yield cells (k, a) of a VTK type as cells of meshio's types, with their rows in `cells`. Raises Malformed."""
         every = np.arange(len(cells))
         if kind in (POLYGON, STRIP) and size < 3:
-            raise Malformed(f"a polygon or strip of {size} points")
+            raise MalformedGmsh(f"a polygon or strip of {size} points")
         if kind == POLYGON and size > 4:
             self._convex(cells)
             fan = np.stack([np.zeros(size - 2, dtype=np.int64), np.arange(1, size - 1), np.arange(2, size)], axis=1)
@@ -290,7 +290,7 @@ class _Reader:
             kind, order = BRICKS.get(kind, (LAGRANGE.get((kind, size), kind), tuple(range(size))))
             word, many = CELLS.get(kind, (f"VTK type {kind}", size))
             if many != size or len(order) != size:
-                raise Malformed(f"a {word} of {size} points")
+                raise MalformedGmsh(f"a {word} of {size} points")
             yield word, cells[:, list(order)], every
 
     def _convex(self, cells: Ints) -> None:
@@ -301,4 +301,4 @@ class _Reader:
         turns = np.cross(edges, np.roll(edges, -1, axis=1))
         normal = turns.sum(axis=1, keepdims=True)
         if (np.einsum("kij,kij->ki", turns, np.broadcast_to(normal, turns.shape)) < -1e-9 * (normal**2).sum(-1)).any():
-            raise Malformed("a polygon is not convex: triangulate the surface")
+            raise MalformedGmsh("a polygon is not convex: triangulate the surface")

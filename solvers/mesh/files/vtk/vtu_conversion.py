@@ -10,13 +10,13 @@ import base64
 import re
 from xml.etree import ElementTree
 
-from softmark.solvers.mesh.files.gmsh1 import Malformed
+from softmark.solvers.mesh.files.gmsh1 import MalformedGmsh
 
 WIDE = {"UInt32": 4, "UInt64": 8}  # bytes of a size
 ARRAYS = ("DataArray", "Array")
 
 
-def recognised(data: bytes) -> bool:
+def is_vtu(data: bytes) -> bool:
     """Return whether the data are a VTK XML file."""
     head = data[:4096].lstrip(b"\xef\xbb\xbf \t\r\n")
     return head.startswith((b"<?xml", b"<VTKFile")) and b"<VTKFile" in head
@@ -27,13 +27,13 @@ def inline_arrays(data: bytes) -> bytes:
     begins = re.search(rb"<AppendedData[^<>]{0,200}>", data)
     head = data if begins is None else data[: begins.start()] + b"</VTKFile>"
     if b"<!DOCTYPE" in head or b"<!ENTITY" in head:
-        raise Malformed("it declares a document type or entities: remove them")
+        raise MalformedGmsh("it declares a document type or entities: remove them")
     try:
         top = ElementTree.fromstring(head)
     except (ElementTree.ParseError, LookupError, ValueError) as error:
-        raise Malformed(f"it is not complete XML ({error})") from error
+        raise MalformedGmsh(f"it is not complete XML ({error})") from error
     if top.get("type") != "UnstructuredGrid":
-        raise Malformed(
+        raise MalformedGmsh(
             f"it contains `{(top.get('type') or '')[:40]}`, not an unstructured grid: save it as .vtu or .vtk"
         )
     appended = _AppendedSection(
@@ -71,7 +71,7 @@ class _AppendedSection:
         start = int(own.get("offset", "0"))
         block = self.data[start : self.ends[start]]
         if not 0 <= start < len(self.data) or not block:
-            raise Malformed(f"`{(own.get('name') or own.get('Name') or '')[:40]}` is incomplete")
+            raise MalformedGmsh(f"`{(own.get('name') or own.get('Name') or '')[:40]}` is incomplete")
         own.set("format", "binary")
         del own.attrib["offset"]
         own.text = (self._encoded(block) if self.raw else block.strip()).decode("ascii")

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.problem.beam_theory import cantilever_of
+from softmark.interpreter.problem.beam_theory_setup import cantilever_of
 from softmark.interpreter.problem.body_case import Case, Fault, fault
 from softmark.interpreter.vocabulary.support_words import Level
 from softmark.references.straight_cantilever import NotApplicable
@@ -71,41 +71,45 @@ def _problem(reference: Declared, case: Case) -> Any:
     """Return the problem that a reference solves. Raises NotApplicable."""
     match reference.thing.about:
         case "torsion":
-            from softmark.interpreter.problem.torsion_theory import cylinder_of
+            from softmark.interpreter.problem.torsion_theory_setup import cylinder_of
 
             return cylinder_of(case)
         case "inflation":
-            from softmark.interpreter.problem.inflation_theory import ball_of
+            from softmark.interpreter.problem.inflation_theory_setup import ball_of
 
             return ball_of(case)
         case "sphere" | "hole":
-            from softmark.interpreter.problem.inclusion_theory import core_of
+            from softmark.interpreter.problem.inclusion_theory_setup import round_body_of
 
-            return core_of(reference, case)
+            return round_body_of(reference, case)
         case "tendons":
-            from softmark.interpreter.problem.tendon_theory import driven_rod_of
+            from softmark.interpreter.problem.tendon_theory_setup import driven_rod_of
 
             return driven_rod_of(case)
         case "relaxing":
-            from softmark.interpreter.problem import relaxation_theory
+            from softmark.interpreter.problem import relaxation_theory_setup
 
-            return relaxation_theory.bar_of(case)
+            return relaxation_theory_setup.bar_of(case)
         case "column" | "pressed_column" | "slab" | "disc" as about:
-            from softmark.interpreter.problem import porous_theory
+            from softmark.interpreter.problem import porous_theory_setup
 
             if about in ("slab", "disc"):
-                return porous_theory.squeezed_of(reference, case)
-            return porous_theory.column_of(case) if about == "column" else porous_theory.pressed_column_of(case)
+                return porous_theory_setup.compressed_body_of(reference, case)
+            return (
+                porous_theory_setup.column_of(case)
+                if about == "column"
+                else porous_theory_setup.pressed_column_of(case)
+            )
         case "pressed":
-            from softmark.interpreter.problem.contact_theory import pressed_of
+            from softmark.interpreter.problem.contact_theory_setup import indentation_of
 
-            return pressed_of(reference, case)
+            return indentation_of(reference, case)
         case "stopped":
-            from softmark.interpreter.problem.signorini_theory import bar_of as stopped_bar_of
+            from softmark.interpreter.problem.signorini_theory_setup import bar_of as stopped_bar_of
 
             return stopped_bar_of(case)
         case "stacked":
-            from softmark.interpreter.problem.patch_theory import stack_of
+            from softmark.interpreter.problem.patch_theory_setup import stack_of
 
             return stack_of(case)
         case "frame":
@@ -113,7 +117,7 @@ def _problem(reference: Declared, case: Case) -> Any:
 
             return frame_of(case)
         case "bar":
-            from softmark.interpreter.problem.bar_theory import bar_of
+            from softmark.interpreter.problem.bar_theory_setup import bar_of
 
             return bar_of(case)
     return cantilever_of(reference, case)
@@ -140,24 +144,24 @@ def at_rest_of(reference: Declared, case: Case, found: Theory) -> EquilibriumFor
         return None
     own: Any = found
     if reference.thing.about in CONTACT:
-        from softmark.interpreter.problem import contact_theory
+        from softmark.interpreter.problem import contact_theory_setup
 
-        return contact_theory.at_rest(reference, case, own)
+        return contact_theory_setup.contact_theory_forces(reference, case, own)
     if reference.thing.about == "stacked":
-        from softmark.interpreter.problem import patch_theory
+        from softmark.interpreter.problem import patch_theory_setup
 
-        return patch_theory.at_rest(case, own)
+        return patch_theory_setup.patch_theory_forces(case, own)
     if reference.thing.about in POROUS:
-        from softmark.interpreter.problem import porous_theory
+        from softmark.interpreter.problem import porous_theory_setup
 
-        return porous_theory.at_rest(case, own)
+        return porous_theory_setup.porous_theory_forces(case, own)
     if reference.thing.about == "relaxing":
-        from softmark.interpreter.problem import relaxation_theory
+        from softmark.interpreter.problem import relaxation_theory_setup
 
-        return relaxation_theory.at_rest(case, own)
-    from softmark.interpreter.problem import torsion_theory
+        return relaxation_theory_setup.bar_forces(case, own)
+    from softmark.interpreter.problem import torsion_theory_setup
 
-    return torsion_theory.at_rest(case, own)
+    return torsion_theory_setup.torsion_forces(case, own)
 
 
 def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
@@ -167,29 +171,29 @@ def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
     own: Any = found
     told: Any
     if reference.thing.about == "stacked":
-        from softmark.interpreter.problem import patch_theory
+        from softmark.interpreter.problem import patch_theory_setup
 
-        told = patch_theory.PatchStress(own)
+        told = patch_theory_setup.PatchStress(own)
     else:
-        from softmark.interpreter.problem import inclusion_theory
+        from softmark.interpreter.problem import inclusion_theory_setup
 
-        told = inclusion_theory.InclusionStress(own)
+        told = inclusion_theory_setup.InclusionStress(own)
     return lambda: told
 
 
 def doubt_of_theory(reference: Declared, found: Theory) -> str | None:
     """Return why the theory is not exact for the loaded body, or None."""
     if reference.thing.about in POROUS:
-        from softmark.interpreter.problem import porous_theory
+        from softmark.interpreter.problem import porous_theory_setup
 
-        return porous_theory.doubt_of(found)
+        return porous_theory_setup.doubt_of(found)
     if reference.thing.about in (*CONTACT, "stacked"):
-        from softmark.interpreter.problem import contact_theory
+        from softmark.interpreter.problem import contact_theory_setup
 
-        return contact_theory.doubt_of(found)
+        return contact_theory_setup.doubt_of(found)
     if not reference.thing.with_stress:
         return None
-    from softmark.interpreter.problem.inclusion_theory import doubt_of
+    from softmark.interpreter.problem.inclusion_theory_setup import doubt_of
 
     return doubt_of(found)  # type: ignore[arg-type]
 
@@ -201,13 +205,13 @@ def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:
         limit = own.limit
         return {"limit": None if limit is None else {"stretch": limit[0], "pressure_Pa": limit[1]}}
     if reference.thing.about in (*CONTACT, "stacked"):
-        from softmark.interpreter.problem import contact_theory
+        from softmark.interpreter.problem import contact_theory_setup
 
-        return contact_theory.facts_of(own)
+        return contact_theory_setup.facts_of(own)
     if reference.thing.about == "pressed_column":
         return {"force_error_N": own.pull_error}
     if not reference.thing.with_stress:
         return {}
-    from softmark.interpreter.problem.inclusion_theory import size_effect_note
+    from softmark.interpreter.problem.inclusion_theory_setup import size_effect_note
 
     return {"size_matters": own.size_matters, "said": size_effect_note(own)}

@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from softmark.interpreter.language.coordinate_conditions import Condition
-from softmark.interpreter.problem.axial_selection import ends_of
 from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.cross_section_coverage import ends_of
 from softmark.records import dataclass
 from softmark.references.straight_cantilever import NotApplicable
 from softmark.solvers.mesh.plane_regions import Quadrilateral, Slice

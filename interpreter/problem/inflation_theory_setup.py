@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.inclusion_theory import (
+from softmark.interpreter.problem.inclusion_theory_setup import (
     check_symmetry_supports,
     depends_on_radius,
     holds_at_radius,

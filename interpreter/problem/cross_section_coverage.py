@@ -89,7 +89,7 @@ def inner_stations(condition: Condition, shape: Swept) -> tuple[tuple[float, str
     station at which it meets a cross-section. Stretches between are sampled at five places, for borders along the axis.
     """
     length = shape.length
-    apart = _merge_near([END * length, (1.0 - END) * length, *_marks(condition, shape)], SAME * length)
+    apart = _merge_near([END * length, (1.0 - END) * length, *_crossing_stations(condition, shape)], SAME * length)
     some = [a + (b - a) * t for a, b in pairwise(apart) for t in (0.02, 0.25, 0.5, 0.75, 0.98)]
     stations = sorted([*some, *apart[1:-1]])
     return tuple((s, coverage(condition, shape, s)) for s in stations)
@@ -127,7 +127,7 @@ def _merge_near(marks: list[float], near: float) -> list[float]:
     return [0.5 * (first + last) for first, last in found]
 
 
-def _marks(condition: Condition, shape: Swept) -> list[float]:
+def _crossing_stations(condition: Condition, shape: Swept) -> list[float]:
     """Return the stations along the axis at which a border of the condition starts or stops crossing sections."""
     extent = shape.diagonal
     return [
@@ -186,7 +186,7 @@ def _points(shape: Swept, station: float) -> list[Point]:
     return [(x + (u * ax + v * bx), y + (u * ay + v * by), z + (u * az + v * bz)) for u, v in own]
 
 
-def borders(condition: Condition, shape: Swept) -> list[float]:
+def selection_borders(condition: Condition, shape: Swept) -> list[float]:
     """Return stations (m) where a selection of whole cross-sections begins or ends inside the body.
 
     The end faces are left out: a border there lies off them by the tolerance of conditions.
@@ -196,7 +196,7 @@ def borders(condition: Condition, shape: Swept) -> list[float]:
     (first, last) = ends
     known = [first, *((s, cover == "all") for s, cover in found), last]
     return [
-        _border(condition, shape, *((a, b) if before else (b, a)))
+        _bisect_border(condition, shape, *((a, b) if before else (b, a)))
         for (a, before), (b, after) in pairwise(known)
         if before != after
     ]
@@ -206,7 +206,7 @@ def _whole(condition: Condition, shape: Swept, station: float) -> bool:
     return coverage(condition, shape, station) == "all"
 
 
-def _border(condition: Condition, shape: Swept, inside: float, outside: float) -> float:
+def _bisect_border(condition: Condition, shape: Swept, inside: float, outside: float) -> float:
     """Return the last station of a selection, by bisection between one inside and one outside."""
     while abs(outside - inside) > 1e-12 * shape.length:
         middle = 0.5 * (inside + outside)

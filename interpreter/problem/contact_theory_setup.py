@@ -9,7 +9,7 @@ from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case, Touch
-from softmark.interpreter.problem.body_faces import Rectangular, Round, solid_body
+from softmark.interpreter.problem.box_and_cylinder_faces import Rectangular, Round, solid_body
 from softmark.interpreter.problem.indenter_shape import indenter_of
 from softmark.interpreter.results.reaction_results import ContactNumbers as Touched
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
@@ -194,7 +194,7 @@ def _symmetric_sides(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
     return None
 
 
-def pressed_of(reference: Declared, case: Case) -> Indentation:
+def indentation_of(reference: Declared, case: Case) -> Indentation:
     """Return the indentation problem of a case. Raises NotApplicable if an assumption of the theory is visibly
     violated.
     """
@@ -224,7 +224,7 @@ def _indentation_problem(case: Case) -> Indentation:
     slid = add_multiples(shift, (-dot(shift, n), n))
     if tool.reach < depth:
         raise NotApplicable(f"`{touch.rigid.name}` is pressed in deeper than its tip is long", "use a longer one")
-    share = _share(case, face, first, mirrors)
+    share = _body_fraction(case, face, first, mirrors)
     if share < 1.0 and math.hypot(*slid) > SAME * case.shape.diagonal:
         raise NotApplicable(f"`{touch.rigid.name}` is dragged off the plane of symmetry", "model the whole body")
     friction = float(touch.thing.friction)
@@ -241,7 +241,7 @@ def _indentation_problem(case: Case) -> Indentation:
     )  # fmt: skip
 
 
-def _share(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, int]]) -> float:
+def _body_fraction(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, int]]) -> float:
     """Return the fraction of the whole that the body is. Raises NotApplicable if a symmetry plane misses the axis."""
     share, body = 1.0, face.body
     for way, end in mirrors:
@@ -307,7 +307,7 @@ class Pressing:
         return {}
 
 
-def at_rest(reference: Declared, case: Case, theory: Any) -> EquilibriumForces:
+def contact_theory_forces(reference: Declared, case: Case, theory: Any) -> EquilibriumForces:
     """Return the forces of a theory, for the part that the body is; symmetry planes have none."""
     touch, face = face_of(case)
     _, mirrors = bonding_and_mirrors(case, face)

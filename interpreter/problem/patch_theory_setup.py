@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.body_faces import Rectangular, rectangle
+from softmark.interpreter.problem.box_and_cylinder_faces import Rectangular, rectangle
 from softmark.interpreter.results.reaction_results import ContactNumbers as Touched
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
@@ -93,7 +93,7 @@ def stack_of(case: Case) -> Stack:
         raise NotApplicable("the analysis is dynamic", "use a static analysis")
     if case.planar == "plane_stress":
         raise NotApplicable("its body is in plane stress", "use `plane_strain(...)`, or a solid")
-    piled = piled_of(case)
+    piled = block_pile_of(case)
     solids = tuple(_solid(piled, i) for i in range(len(piled.blocks)))
     joints = tuple(_joint(piled, i) for i in range(len(piled.blocks) - 1))
     ends, mirrors = _held_ends_and_sides(piled, solids)
@@ -133,7 +133,7 @@ def _must_meet(stack: Stack) -> None:
 # ------------------------------------------------------------------ the blocks
 
 
-def piled_of(case: Case) -> BlockPile:
+def block_pile_of(case: Case) -> BlockPile:
     """Return the blocks of a case, in order along the axis. Raises NotApplicable if their sections differ."""
     name = case.body.name
     if not isinstance(case.shape, Apart):
@@ -369,9 +369,9 @@ class Pressing:
         return {}
 
 
-def at_rest(case: Case, found: DeformedStack) -> EquilibriumForces:
+def patch_theory_forces(case: Case, found: DeformedStack) -> EquilibriumForces:
     """Return the forces of the theory; it gives no energies."""
-    piled, stack = piled_of(case), found.stack
+    piled, stack = block_pile_of(case), found.stack
     reactions, touches = {}, {}
     unknown = math.nan, math.nan, math.nan
     for support in case.supports:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.spatial_profiles import Profile
-from softmark.interpreter.problem.axial_selection import end_frame, end_of
 from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.cross_section_coverage import end_frame, end_of
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import BodyForce, SurfaceTraction
 from softmark.interpreter.vocabulary.support_words import Holding

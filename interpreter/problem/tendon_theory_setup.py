@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from softmark.interpreter.problem.beam_theory import clamped_end
+from softmark.interpreter.problem.beam_theory_setup import clamped_end
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import BodyForce, PointLoad, TendonLoad

@@ -66,7 +66,7 @@ def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: Ru
     if (refused and only) or not ready:
         each = [_error(scene.declared[name], to, why) for name, why in refused.items()]
         raise SceneError(each or [_nothing(scene, to)])
-    found = exam_sheet.sheet(scene, options)
+    found = exam_sheet.make_sheet(scene, options)
     folder.mkdir(parents=True, exist_ok=True)
     written: list[str] = []
     found["models"] = {name: _write_model(name, each, to, folder, written) for name, each in ready.items()}
@@ -76,7 +76,7 @@ def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: Ru
     left += [(f"region `{name}`", NAMELESS) for name in _plain_regions(scene, ready)]
     found["left"] += [{"what": what, "why": why} for what, why in left]
     exam_sheet.write(found, folder)
-    atomic_files.replace(folder / exam_readme.FILE, exam_readme.text(found, to))
+    atomic_files.replace(folder / exam_readme.FILE, exam_readme.readme_text(found, to))
     whole = tuple((own["what"], own["why"]) for own in found["left"])
     return Exported(folder, (*written, exam_sheet.FILE, exam_readme.FILE), whole)
 
@@ -115,10 +115,10 @@ def _problems_of_model(scene: Scene, name: str, to: str, workshop: BuildContext)
         each.append((problem_of(prepared, case, alone), named_of(prepared, case)))
     found = form(to).refuses(each[-1][0])
     if not found and FORMATS[to].by_name:
-        found = form(to).lost(*each[-1])
+        found = form(to).unsupported_loads(*each[-1])
     if found:
         raise NotTransferable(found)
-    shares = _shares([problem for problem, _ in each])
+    shares = _load_fractions([problem for problem, _ in each])
     if shares is None:
         return each
     return [(replace(each[-1][0], shares=shares, values_of_states=states_of(scene)), each[-1][1])]
@@ -138,7 +138,7 @@ def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> 
         theirs = Outside("mujoco", model.element, model.strain, model.size, model.body, model.mesh)
     if found := list(theirs.of_steps(case)):
         raise NotTransferable(found)
-    prepared: Any = external_builder.moving(theirs, declared, case, workshop)
+    prepared: Any = external_builder.build_external_dynamics(theirs, declared, case, workshop)
     return prepared.asked(), named_of(prepared.solid, case)
 
 
@@ -163,7 +163,7 @@ def _as_own_model(declared: Declared) -> Declared:
     return replace(declared, thing=declared.thing.solid) if isinstance(declared.thing, Outside) else declared
 
 
-def _shares(problems: Sequence[Problem]) -> tuple[float, ...] | None:
+def _load_fractions(problems: Sequence[Problem]) -> tuple[float, ...] | None:
     """Return the loads and motions of each problem as fractions of the last one; None if they are not proportional."""
     each = [np.concatenate([own.forces.ravel(), own.values]) for own in problems]
     last = max(float(each[-1] @ each[-1]), np.finfo(float).tiny)

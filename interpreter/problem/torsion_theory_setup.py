@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from softmark.interpreter.problem.axial_selection import end_frame, end_of
 from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.cross_section_coverage import end_frame, end_of
 from softmark.interpreter.problem.rubber_constants import rubber_of
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
@@ -60,7 +60,7 @@ def _ends(case: Case) -> tuple[int, Turned]:
     raise NotApplicable("it needs one fixed end and one rotated end", REMEDY)
 
 
-def at_rest(case: Case, cylinder: TwistedCylinder) -> EquilibriumForces:
+def torsion_forces(case: Case, cylinder: TwistedCylinder) -> EquilibriumForces:
     """Return the forces of the theory."""
     found, none = {}, (0.0, 0.0, 0.0)
     for support in case.supports:

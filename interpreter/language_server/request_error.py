@@ -13,7 +13,7 @@ from lsprotocol.types import LSPErrorCodes
 from pygls.exceptions import JsonRpcException
 from pygls.protocol import json_rpc
 
-from softmark.interpreter.language.plugin_words import find_faulty_plugin
+from softmark.interpreter.language.loaded_plugin import find_faulty_plugin
 
 
 class RequestRefused(JsonRpcException):

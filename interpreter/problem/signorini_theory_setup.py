@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.body_faces import Rectangular
-from softmark.interpreter.problem.contact_theory import (
+from softmark.interpreter.problem.box_and_cylinder_faces import Rectangular
+from softmark.interpreter.problem.contact_theory_setup import (
     FAR,
     SAME,
     Face,

@@ -9,8 +9,8 @@ from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.problem.body_faces import Rectangular, Round, solid_body
-from softmark.interpreter.problem.relaxation_theory import driven_by
+from softmark.interpreter.problem.box_and_cylinder_faces import Rectangular, Round, solid_body
+from softmark.interpreter.problem.relaxation_theory_setup import driven_by
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
@@ -247,7 +247,7 @@ def skeleton_of(case: Case) -> Skeleton:
     return Skeleton(word, law.shear_modulus, law.lame_lambda, rubber, volumetric)
 
 
-def squeezed_of(reference: Declared, case: Case) -> CompressedPorousBody:
+def compressed_body_of(reference: Declared, case: Case) -> CompressedPorousBody:
     """Return the slab or disc of a case between plates, at its time. Raises NotApplicable if an assumption is
     violated.
     """
@@ -344,7 +344,7 @@ class Fluid:
         return float(self.theory.pressure(np.array([point]))[0])
 
 
-def at_rest(case: Case, theory: Any) -> EquilibriumForces:
+def porous_theory_forces(case: Case, theory: Any) -> EquilibriumForces:
     """Return the axial forces and the fluid of a theory; it gives no lateral forces."""
     ends = _ends(case, DRIVE)
     none, found = (0.0, 0.0, 0.0), {}

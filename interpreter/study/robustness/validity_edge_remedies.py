@@ -47,7 +47,7 @@ def reason_of(point: ClassifiedPoint) -> str:
         return f"{_error(point)}; {point.message}" if point.message else _error(point)
     if point.word == "silent":
         return f"{_error(point)}, without a warning"
-    return _shortened(point.message or point.word.replace("_", " "))
+    return _first_sentence(point.message or point.word.replace("_", " "))
 
 
 def _error(point: ClassifiedPoint) -> str:
@@ -56,7 +56,7 @@ def _error(point: ClassifiedPoint) -> str:
     return f"error {100 * point.error:.3g} %" if point.error < 10 else f"error by a factor of {point.error:.2g}"
 
 
-def _shortened(text: str) -> str:
+def _first_sentence(text: str) -> str:
     """Return approximately the first sentence."""
     first = re.split(r"; |\n", text)[0]
     return first if len(first) <= LONGEST else first[: LONGEST - 3].rsplit(" ", 1)[0] + " ..."

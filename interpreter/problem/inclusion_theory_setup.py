@@ -41,7 +41,7 @@ LARGE = "it assumes small strains and rotations, but they reach {:.3g} %: a body
 PULLS = "`remote_stress(...)` and `pressure(...)` on the whole outer border, and no other load"
 
 
-def core_of(reference: Declared, case: Case) -> RoundCore:
+def round_body_of(reference: Declared, case: Case) -> RoundCore:
     """Return the round body of a case. Raises NotApplicable if an assumption of the theory is violated."""
     about = reference.thing.about
     if isinstance(case.analysis, Dynamic):
@@ -51,7 +51,7 @@ def core_of(reference: Declared, case: Case) -> RoundCore:
             raise NotApplicable(
                 f"`{case.body.name}` does not consist of linear elastic solids", "use `linear_elastic(...)`"
             )
-    inner, outer, centre = _hole(case) if about == "hole" else inclusion_in_ball(case)
+    inner, outer, centre = _plate_with_hole(case) if about == "hole" else inclusion_in_ball(case)
     planes = (0, 1, 2) if not case.planar else (1,) if case.depth else (0, 1)
     check_symmetry_supports(case, planes, centre, outer)
     stress = _stress(case, inner, outer, centre)
@@ -69,7 +69,7 @@ def _hookean(material: LinearElastic, case: Case) -> Hookean:
 # ------------------------------------------------------------------ the body
 
 
-def _ring(case: Case) -> tuple[float, float]:
+def _ring_radii(case: Case) -> tuple[float, float]:
     """Return the radii of a quarter ring of circles. Raises NotApplicable."""
     region = case.shape.region if isinstance(case.shape, Slice) else None
     if not isinstance(region, QuarterRing) or case.parts:
@@ -81,18 +81,18 @@ def _ring(case: Case) -> tuple[float, float]:
     return region.inner, region.outer
 
 
-def _hole(case: Case) -> tuple[float, float, Vector3]:
+def _plate_with_hole(case: Case) -> tuple[float, float, Vector3]:
     """Return radii and centre of a plate with a hole. Raises NotApplicable."""
     if case.planar not in ("plane_strain", "plane_stress"):
         raise NotApplicable(f"`{case.body.name}` is not a plate", "use `plane_stress(...)` or `plane_strain(...)`")
-    return *_ring(case), (0.0, 0.0, 0.0)
+    return *_ring_radii(case), (0.0, 0.0, 0.0)
 
 
 def inclusion_in_ball(case: Case) -> tuple[float, float, Vector3]:
     """Return the radii of inclusion and ball, and their centre. Raises NotApplicable."""
     shape, name = case.shape, case.body.name
     if case.planar == "axisymmetric":
-        return *_ring(case), (0.0, 0.0, 0.0)
+        return *_ring_radii(case), (0.0, 0.0, 0.0)
     if not isinstance(shape, Sphere | SphericalShell) or shape.part != "octant":
         raise NotApplicable(f"`{name}` is not an octant of a ball", f"use {BALL}")
     if isinstance(shape, SphericalShell):

@@ -7,9 +7,9 @@ from itertools import pairwise
 from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.problem.axial_selection import end_frame, end_of
-from softmark.interpreter.problem.bar_theory import ALIGNED
+from softmark.interpreter.problem.bar_theory_setup import ALIGNED
 from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.cross_section_coverage import end_frame, end_of
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, Smooth, Table, at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
@@ -136,7 +136,7 @@ def driven_by(amplitude: Any, now: float) -> Amplitude:
     )
 
 
-def at_rest(case: Case, bar: RelaxingBar) -> EquilibriumForces:
+def bar_forces(case: Case, bar: RelaxingBar) -> EquilibriumForces:
     """Return the forces of the theory."""
     held, driving, _ = _ends(case)
     none, found = (0.0, 0.0, 0.0), {}

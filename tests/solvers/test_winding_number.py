@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from softmark.solvers.statics.winding import COARSE, LOST, RotationSupport, find_cell_chains
+from softmark.solvers.statics.winding_number import COARSE, LOST, RotationSupport, find_cell_chains
 
 LAYERS = 8
 
