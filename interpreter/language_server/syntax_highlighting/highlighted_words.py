@@ -14,7 +14,7 @@ COORDINATES = ("x", "y", "z")
 class Words:
     """Words by role, each list sorted."""
 
-    reserved_words: list[str]
+    reserved: list[str]
     kinds: list[str]
     constructors: list[str]
     functions: list[str]  # functions of numbers

@@ -98,9 +98,7 @@ def _loads(declared: Declared, case: Case, network: Network) -> Iterator[Diagnos
     """Yield errors for loads that act on no point or axis of the network."""
     for load in case.loads:
         match load.thing.action:
-            case PointLoad(locate_on_member=locate_on_member) if (
-                frame_selection.locate_on_member(network, locate_on_member) is None
-            ):
+            case PointLoad(at=at) if frame_selection.locate_on_member(network, at) is None:
                 field, reason = "at", "off the axes of the members"
             case LineForce(begin=begin, end=end) if begin == end:
                 field, reason = "from", "the line has no length"

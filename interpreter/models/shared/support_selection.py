@@ -99,8 +99,8 @@ def _note(declared: Declared, name: str, own: SupportSelection) -> Diagnostic:
             "cells with only held nodes cannot deform",
             "select only the surface, or use cells as thin as the layer; `--stated` tells the effect",
         )
-    held = f"{_percent(own.held) if own.held else 'none'} of the part that `{name}` selects"
-    parts = [held] if own.held < 1 - MISSED else []
+    less = f"{_percent(own.held) if own.held else 'none'} of the part that `{name}` selects"
+    parts = [less] if own.held < 1 - MISSED else []
     parts += [f"{_percent(own.beyond)} more than `{name}` selects"] if own.beyond > MISSED else []
     return diagnostic(
         "W375",

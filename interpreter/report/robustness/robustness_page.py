@@ -66,11 +66,7 @@ def _header(stress: Robustness) -> str:
 
 
 def _silent(stress: Robustness) -> str:
-    return (
-        section("silent", "Wrong without a warning", silent_points_section(stress))
-        if stress.silent_points_section
-        else ""
-    )
+    return section("silent", "Wrong without a warning", silent_points_section(stress)) if stress.silent else ""
 
 
 def silent_points_section(stress: Robustness, most: int | None = None) -> str:

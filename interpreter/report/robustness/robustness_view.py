@@ -55,7 +55,7 @@ class Ruler:
     unit: str
     kind: str  # "log" | "gap" | "linear" | "turn"
     marks: tuple[Any, ...]  # values in order
-    range_ends: tuple[float, float]
+    ends: tuple[float, float]
 
     def at(self, value: Any) -> float:
         """Return the position of a value: 0 for the lowest, 1 for the highest."""
