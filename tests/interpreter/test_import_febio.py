@@ -56,7 +56,7 @@ def test_a_curve_of_febio_that_ends_at_zero_loads_nothing_without_a_word() -> No
     later = import_formats.read(PARTS / "cube-released.feb", 0.75)
     assert later.pushes[0].pressure == pytest.approx(0.0005, rel=1e-14)
     assert not later.ended
-    assert any("is 0.5 at time 0.75 and was 1 at time 0.5" in own for own in later.taken)
+    assert any("load curve 1: 0.5 at time 0.75, 1 at time 0.5" in own for own in later.taken)
 
 
 def test_what_was_taken_in_one_way_is_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
