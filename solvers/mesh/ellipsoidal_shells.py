@@ -129,8 +129,7 @@ class BowlSection(EllipsoidalWall, PlaneRegion):
 
 @dataclass(frozen=True)
 class Bowl(EllipsoidalWall, Shape):
-    """The wall between two ellipsoids about one axis, closed at the bottom and truncated at the top, as a heart
-    ventricle.
+    """The wall between two ellipsoids about one axis, closed below and cut off above, like a heart ventricle.
 
     `axis` points from the tip to the rim. It is meshed with layers of hexahedra over a disc around the tip, or with
     tetrahedra made of them. Nodes of curved sides lie on them, so that a coarse mesh of linear elements has less volume

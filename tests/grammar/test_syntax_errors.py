@@ -176,7 +176,7 @@ def test_three_errors_in_three_declarations() -> None:
     assert [(d.code, d.span.line, d.span.column) for d in found if d.span] == [
         ("E104", 1, 25),
         ("E106", 3, 14),
-        ("E129", 5, 42),
+        ("E129", 5, 48),
     ]
     assert len(tree.declarations) == 2
     assert tree.broken == ("m", "wall", "eta")

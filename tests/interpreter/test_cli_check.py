@@ -88,8 +88,8 @@ def test_diagnostics_as_json(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 FILES = [
-    ("empty", b"", "E223", "contains only cases"),
-    ("only a comment", b"# nothing\n", "E223", "contains only cases"),
+    ("empty", b"", "E223", "declares nothing"),
+    ("only a comment", b"# nothing\n", "E223", "declares nothing"),
     ("a NUL", b"param a = 3\0\n", "E125", "not a text file"),
     ("a program", b"\x7fELF\x02\x01\x01" + bytes(range(256)) * 100, "E125", "not a text file"),
     ("an image", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + os.urandom(2000), "E125", "not a text file"),

@@ -92,7 +92,7 @@ def test_every_command_is_completed() -> None:
 
 
 def test_a_template_and_a_word_say_what_they_are() -> None:
-    assert find_candidates(["new", "pull"])["pull"].startswith("My pull test")
+    assert find_candidates(["new", "pull"])["pull"].startswith("My tensile test")
     assert find_candidates(["explain", "cylinder"]) == {"cylinder": "shape"}
     assert find_candidates(["run", "silicone-beam", "-p", "L"]) == {"L=": "178 mm"}
 

@@ -174,7 +174,7 @@ def test_cones_and_punches(shape: str, kind: str, size: float) -> None:
     own = problem(text)
     assert (own.kind, own.size, own.depth) == (kind, pytest.approx(size), pytest.approx(0.5e-3))
     off = answer(text).off
-    rounded = {"punch": {"rim"}, "tip": {"tip"}}.get(shape.partition("(")[0], set())
+    rounded = {"punch": {"rim"}, "rounded_cone": {"tip"}}.get(shape.partition("(")[0], set())
     assert {"rim", "tip"} & set(off) == rounded
 
 

@@ -259,7 +259,7 @@ def test_all_components_everywhere_are_refused_by_check_and_run() -> None:
     with pytest.raises(softmark.SceneError, match="selects all of"):
         softmark.loads(text("x >= 0 mm", more=more))
     coarse = text("x <= 0 mm or x >= 60 mm", "fem(hex8, strain = small, size = 60 mm)")
-    with pytest.raises(Fault, match="no point of the mesh of `bar` free"):
+    with pytest.raises(Fault, match="no node of the mesh of `bar` free"):
         prepared(coarse)
 
 

@@ -39,14 +39,14 @@ def test_units_that_a_deck_of_febio_declares_are_used_and_compared(declared: str
 def test_units_that_are_declared_in_no_known_system_are_asked_for(tmp_path: Path) -> None:
     (tmp_path / "cube.feb").write_text((PARTS / "cube-pressed.feb").read_text().replace("mm-N-s", "in-lbf-s"))
     own = import_formats.read(tmp_path / "cube.feb").units
-    with pytest.raises(MissingUnit, match="declares its units as `in-lbf-s`"):
+    with pytest.raises(MissingUnit, match="declares the unknown unit system `in-lbf-s`"):
         deck_units.agree_on_units(None, own)
     assert deck_units.agree_on_units(deck_units.units_of_system("mm-t-s"), own) == deck_units.units_of_system("mm-t-s")
 
 
 def test_a_curve_of_febio_that_ends_at_zero_loads_nothing_without_a_word() -> None:
     """The curve of `cube-released.feb` is 1 at time 0.5 and 0 at time 1; the pressure is 0.001 times the curve."""
-    with pytest.raises(NotImportable, match=r"its curve 1 is 1 at time 0\.5") as refused:
+    with pytest.raises(NotImportable, match=r"its load curve 1 is 1 at time 0\.5") as refused:
         import_formats.read(PARTS / "cube-released.feb")
     assert refused.value.code == "E758"
     assert "--at 0.5" in refused.value.remedy
@@ -56,11 +56,11 @@ def test_a_curve_of_febio_that_ends_at_zero_loads_nothing_without_a_word() -> No
     later = import_formats.read(PARTS / "cube-released.feb", 0.75)
     assert later.pushes[0].pressure == pytest.approx(0.0005, rel=1e-14)
     assert not later.ended
-    assert any("is 0.5 at time 0.75 and was 1 at time 0.5" in own for own in later.taken)
+    assert any("load curve 1: 0.5 at time 0.75, 1 at time 0.5" in own for own in later.taken)
 
 
 def test_what_was_taken_in_one_way_is_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["import", str(PARTS / "cube-pressed.feb")]) == 0
-    assert "what follows a curve has the size that it has at the end" in capsys.readouterr().err
+    assert "values that follow a load curve are taken at the end of the analysis" in capsys.readouterr().err
     assert "unit = 1 mm" in (tmp_path / "cube-pressed.scene").read_text()

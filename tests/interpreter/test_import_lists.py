@@ -68,7 +68,7 @@ def test_densities_of_several_temperatures_are_listed(changed: Changed) -> None:
 
 
 def test_two_nodes_of_one_number_are_refused(changed: Changed) -> None:
-    with pytest.raises(Unreadable, match="two nodes are called 5, in two places"):
+    with pytest.raises(Unreadable, match="two nodes with different positions have the number 5"):
         import_formats.read(changed(PARTS / "deck.inp", ("6, 10.", "5, 1., 0., 10.\n")))
     with pytest.raises(Unreadable, match="node number 5 occurs twice, at different positions"):
         import_formats.read(changed(OWN / "cube.feb", ("		</Nodes>", '<node id="5">1,0,10</node>')))

@@ -147,7 +147,7 @@ def test_a_mesh_of_another_size_than_the_body_is_noticed(tmp_path: Path) -> None
     text = MODELS.format(models=model)
     (tmp_path / "block.scene").write_text(text, encoding="utf-8")
     report = softmark.load(tmp_path / "block.scene").run()
-    assert any("holds 33.1 % more volume" in w.message for w in report.warnings if w.code == "W305")
+    assert any("has 33.1 % more volume" in w.message for w in report.warnings if w.code == "W305")
 
 
 def test_hexahedra_cannot_be_made_of_tetrahedra(tmp_path: Path) -> None:
