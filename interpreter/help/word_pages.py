@@ -93,7 +93,10 @@ def field_facts(f: Field) -> str:
     if f.interval is not None and f.form in ("quantity", "vector", "integer", "each"):
         facts.append(f.interval.words(f.dimension or units.NONE))
     facts += ["may vary in space"] if f.varies else []
-    facts.append("required" if f.required else f"default {_default(f)}")
+    if f.required:
+        facts.append("required")
+    elif f.default is not None or "default:" not in f.doc:  # or the meaning says what replaces it
+        facts.append(f"default {_default(f)}")
     return f" [{'; '.join(facts)}]"
 
 
