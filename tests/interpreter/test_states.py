@@ -283,7 +283,7 @@ def test_the_report_has_every_state(report: softmark.Report) -> None:
     assert 'id="states"' in page
     assert page.count('id="states-') >= len(report.models["finite"].metrics)
     assert '"labels": ["10 %", "40 %", "100 %"]' in page
-    assert "Numbers are those in the last state, 100 %" in page
+    assert "Values are those in the last state, 100 %" in page
     assert "2 models in 3 states" in page
     assert "what else is told is of the last state, 100 %" in lines
     shape = report.models["finite"].shape

@@ -164,7 +164,7 @@ def test_a_configuration_that_takes_too_long_is_tried_again_only_with_more_time(
     arguments = ("beam.scene", "--vary", "n=4,9", "--model", "rod", "--repeats", "0")
     found = compared(*arguments, "--timeout", "1", status=3)
     assert [p["status"] for p in found["points"]] == ["converged", "timed_out"]
-    assert found["points"][1]["message"] == "it was stopped after 1 s; `--timeout` gives more"
+    assert found["points"][1]["message"] == "it was stopped after 1 s; increase `--timeout`"
     assert len(journal("beam-comparison")) == 2
     compared(*arguments, "--timeout", "1", "--resume", status=3)
     assert len(journal("beam-comparison")) == 2, "no more time, no other try"
