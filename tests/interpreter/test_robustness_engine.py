@@ -295,7 +295,7 @@ def test_compare_leaves_stability_alone(file: Path, capsys: pytest.CaptureFixtur
     assert main(["compare", "beam.scene", "--study", "s"]) == 2
     assert "dsl robustness --study s" in capsys.readouterr().err
     assert main(["plan", "beam.scene"]) == 0
-    assert "left to `dsl stress`: s" in capsys.readouterr().out
+    assert "left to `dsl robustness`: s" in capsys.readouterr().out
 
 
 def test_from_python(tmp_path: Path, made_up: None) -> None:
