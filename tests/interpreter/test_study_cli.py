@@ -181,7 +181,7 @@ def test_a_folder_with_finished_tasks_is_refused_unless_told(file: Path, capsys:
     capsys.readouterr()
     assert main(arguments) == 2
     said = capsys.readouterr().err
-    assert "holds 2 finished tasks of this comparison" in said
+    assert "contains 2 finished tasks of this comparison" in said
     assert "`--resume`" in said
     assert "`--fresh`" in said
     assert journal("beam-comparison") == first
