@@ -77,7 +77,10 @@ def test_the_solvers_alone_find_the_tip_of_the_silicone_beam() -> None:
     assert others == []
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+MAIN_NAMES = {module: name for name, (module, _) in reversed(COMMANDS.items())}  # an alias is covered by the first name
+
+
+@pytest.mark.parametrize("command", MAIN_NAMES.values())
 def test_every_command_is_in_the_table(command: str) -> None:
     assert f"`dsl {command}" in TEXT
 

@@ -440,20 +440,6 @@ class Binder:
         named = make_region_lookup(self.module, self.compiler.table, lambda name: find(name, KIND, self.module, place))
         return replace(read_condition(node, evaluator, named), said=format_condition(node, evaluator, named))
 
-    def _components(self, field: Field, node: tree.Expression, place: Place) -> tuple[int, ...]:
-        items = node.items if isinstance(node, tree.Vector | tree.List) else (node,)
-        name = field.name
-        help = f"write `{name} = z` or `{name} = (x, y)`; by default `{name}` is all three"
-        if not items:
-            raise place.fail("E212", node.span, f"`{field.name}` names no component", "empty", help)
-        found = []
-        for item in items:
-            if not isinstance(item, tree.Name) or item.text not in ("x", "y", "z"):
-                problem = f"expected x, y or z, found {evaluation.describe_expression(item)}"
-                raise place.fail("E212", item.span, problem, "not a component", help)
-            found.append("xyz".index(item.text))
-        return tuple(sorted(set(found)))
-
     def _name(self, field: Field, node: tree.Expression, place: Place) -> str:
         if isinstance(node, tree.String) and self.module.prefix + node.value in self.compiler.table.symbols:
             raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text",

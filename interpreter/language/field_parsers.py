@@ -118,6 +118,22 @@ def _in_unit(item: tree.Expression, unit: tree.Unit | None) -> tree.Expression:
     return replace(item, unit=unit) if isinstance(item, tree.Vector) and item.unit is None else item
 
 
+def parse_components(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[int, ...]:
+    """Parse one axis or a tuple of axes as their numbers, 0 to 2. Raises EvaluationError."""
+    items = node.items if isinstance(node, tree.Vector | tree.List) else (node,)
+    name = field.name
+    help = f"write `{name} = z` or `{name} = (x, y)`; by default `{name}` is all three"
+    if not items:
+        raise place.fail("E212", node.span, f"`{name}` names no component", "empty", help)
+    found = []
+    for item in items:
+        if not isinstance(item, tree.Name) or item.text not in ("x", "y", "z"):
+            problem = f"expected x, y or z, found {describe_expression(item)}"
+            raise place.fail("E212", item.span, problem, "not a component", help)
+        found.append("xyz".index(item.text))
+    return tuple(sorted(set(found)))
+
+
 def parse_integer_pairs(
     binder: Binder, field: Field, node: tree.Expression, place: Place
 ) -> tuple[tuple[int, int], ...]:
@@ -216,6 +232,7 @@ FORMS: Mapping[str, Read] = {
     "files": parse_files,
     "texts": parse_texts,
     "points": parse_points,
+    "components": parse_components,
     "target": sweep_values.read_sweep_target,
     "targets": sweep_values.read_sweep_targets,
     "variants": sweep_values.read_variants,

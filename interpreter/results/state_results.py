@@ -72,8 +72,8 @@ def _first_failure(each: Sequence[Any], states: Sequence[float]) -> dict[str, An
         return {"status": "capped"} if capped else {}
     if len({(r.status, r.message) for r in each}) == 1:  # for instance if a file cannot be read
         return {}
-    before = f"; the {_count(wrong)} before it have answers" if wrong > 1 else ""
-    before = "; the state before it has an answer" if wrong == 1 else before
+    before = f"; the {_count(wrong)} before it have solutions" if wrong > 1 else ""
+    before = "; the state before it has a solution" if wrong == 1 else before
     left = len(each) - wrong - 1
     after = f"; {_count(left)} after it {'was' if left == 1 else 'were'} not tried" if left else ""
     told = f"in the state {format_state(states[wrong])}: {each[wrong].message}{before}{after}"

@@ -33,7 +33,7 @@ def test_facets_may_be_more_than_what_is_selected(to: float, share: float) -> No
     model = report.models["hexes"]
     touched, metric = model.contacts["touch"], model.metrics["push"]
     assert touched.taken == pytest.approx(share)
-    assert ("its facets are 125 % of what it selects" in render(report)) is (share > 1.0)
+    assert ("the facets are 125 % of the selected area" in render(report)) is (share > 1.0)
     parts = model.stated["push"].parts
     assert ("touching" in parts) is (share > 1.0)
     assert (parts.get("touching") or 0.0) <= (metric.value or 0.0)

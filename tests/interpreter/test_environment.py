@@ -165,7 +165,7 @@ def test_a_journal_that_does_not_fit(folder: Path) -> None:
     arguments = ("compare", "rod.scene", "--out", "c", "--repeats", "0")
     done = dsl(folder, *arguments, limit=(resource.RLIMIT_FSIZE, 1000))
     assert done.returncode == 3
-    assert "error[E404]: cannot write c: the journal could not be written whole" in said(done)
+    assert "error[E404]: cannot write c: the journal could not be written completely" in said(done)
     whole = dsl(folder, *arguments, "--resume")
     assert whole.returncode == 0, said(whole)
 

@@ -291,7 +291,7 @@ def test_a_page_says_what_is_a_bound_what_is_left_out_and_which_versions(tmp_pat
     assert "of the whole process, an upper bound" in page
     assert f"CalculiX {calculix.version()}" in page
     assert "unsupported" in page
-    assert "element = hex20 (its adapter has tet4, tet10, hex8, hex27)" in page
+    assert "element = hex20 (its adapter supports tet4, tet10, hex8, hex27)" in page
     assert "<= " in shown
     assert "unsupported" in shown
     assert "was not met" not in page

@@ -36,10 +36,8 @@ SAME = 1e-10  # the bar; a deck has 14 digits of each number, and Newton's metho
 
 def text_of(path: Path, filled: SuppliedValues = TOLD) -> str:
     """The scene of a file in mm, t and s."""
-    found = import_formats.read(path)
-    return scene_writer.write_scene(
-        found, deck_units.read_unit_options("mm-t-s", None, None, None), filled, "x-mesh.inp"
-    ).scene
+    units = deck_units.read_unit_options("mm-t-s", None, None, None)
+    return scene_writer.write_scene(import_formats.read(path), units, filled, "x-mesh.inp").scene
 
 
 def metrics(path: Path, model: str) -> dict[str, float]:

@@ -262,7 +262,7 @@ def test_steps_longer_than_a_frame_are_never_real_time() -> None:
 
 
 def test_steps_that_were_not_solved_have_no_time() -> None:
-    with pytest.raises(Undefined, match="2 of 4 steps were not solved"):
+    with pytest.raises(Undefined, match="2 of 4 time steps were not solved"):
         RealTimeFactor().measure(steps([1e-3] * 4, 10e-3, (True, False, True, False)))
     assert RealTimeFactor().measure(steps([1e-3] * 2, 10e-3, (True, True))).details["verdict"] is True
 

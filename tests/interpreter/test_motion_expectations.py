@@ -57,7 +57,7 @@ def test_what_is_lost_is_no_reason_to_take_the_integrator_that_is_there(integrat
     track: Any = SimpleNamespace(balance=EnergyBalance(drift=0.3, gain=0.0, loss=0.3, scale=1.0, time=0.0))
     (said,) = _energy_warning(declared["cells"], declared["fall"].thing, track)
     assert said.code == "W361"
-    assert str(said.help).endswith(f"try {remedy}")
+    assert str(said.help).startswith(f"use {remedy}:")
 
 
 def test_a_refused_explicit_step_leaves_its_number() -> None:

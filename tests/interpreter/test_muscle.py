@@ -74,7 +74,7 @@ def free(tension: float) -> float:
 
 
 @pytest.mark.parametrize(("analysis", "course", "shares"), [
-    ("static(states = [0, 25, 100, 50] %)", "state", (0.0, 0.25, 1.0, 0.5)),
+    ("static(states = [0, 25, 100, 50] %)", "per_state", (0.0, 0.25, 1.0, 0.5)),
     ("quasistatic(duration = 1 s, step = 1 s, times = [0.5, 1] s)", "smooth(over = 1 s)", (0.5, 1.0)),
     ("quasistatic(duration = 1 s, step = 1 s, times = [0.25, 0.75] s)", "ramp(over = 0.5 s)", (0.5, 1.0)),
 ])  # fmt: skip
@@ -286,7 +286,7 @@ def test_heart_that_is_held_has_the_stress_of_its_stretch() -> None:
     "static(states = [50, 100] %)", "quasistatic(duration = 1 s, step = 1 s, times = [0.5, 1] s)",
 ])  # fmt: skip
 def test_a_shortening_follows_its_course(analysis: str) -> None:
-    course = "state" if "static(s" in analysis else "ramp(over = 1 s)"
+    course = "per_state" if "static(s" in analysis else "ramp(over = 1 s)"
     more = f"analysis now = {analysis}"
     found = computed(RUBBER.format(nu=0.5), SHORT.format("40 %", f", own = +x, amplitude = {course}"), more)
     assert found.metrics["less"].states == pytest.approx([0.2 * L, 0.4 * L], rel=1e-9)
@@ -323,9 +323,9 @@ SLOWLY, MOVES = "quasistatic(duration = 1 s, step = 0.1 s)", "dynamic(duration =
 @pytest.mark.parametrize(("muscle", "more", "codes"), [
     (PULLS.format("sine(frequency = 1 Hz)"), SLOWLY, ["W398"]),
     (PULLS.format("sine(frequency = 0.5 Hz)"), SLOWLY, []),
-    (PULLS.format("state"), "static(states = [-10, 100] %)", ["W398"]),
-    (PULLS.format("state"), "static()", ["E311"]),
-    (PULLS.format("state"), SLOWLY, ["E311"]),
+    (PULLS.format("per_state"), "static(states = [-10, 100] %)", ["W398"]),
+    (PULLS.format("per_state"), "static()", ["E311"]),
+    (PULLS.format("per_state"), SLOWLY, ["E311"]),
     (SHORT.format("20 %", ", amplitude = per_state"), SLOWLY, ["E311"]),
     (PULLS.format("ramp(over = 1 s)"), "static()", ["W317"]),
     (PULLS.format("ramp(over = 1 s, start = 3 s)"), SLOWLY, ["W378"]),

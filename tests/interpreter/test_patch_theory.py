@@ -104,7 +104,7 @@ def test_two_blocks_of_two_materials() -> None:
     assert set(facts_of_theory(reference, found)) == {"off", "area_m2", "push_N"}
     moved = found.displacement(np.array([[0.01, 0.02, 0.01], [0.0105, 0.02, 0.01]]))
     assert moved == pytest.approx(np.array([[-2e-4, 1e-4, 5e-5], [-7e-4, 1e-5, 5e-6]]), abs=1e-15)
-    other = PAIR.replace("solid(disjoint(box(size = (10, 20, 10) mm), ", "solid(disjoint(").replace(
+    other = PAIR.replace("solid(disjoint(box(size = (10, 20, 10) mm),\n    ", "solid(disjoint(").replace(
         "origin = (10.5, 0, 0) mm)", "origin = (10.5, 0, 0) mm), box(size = (10, 20, 10) mm)")  # fmt: skip
     rest = at_rest_of(*case(other), answer(other))
     assert rest is not None
@@ -195,7 +195,7 @@ def test_stress_is_known_everywhere() -> None:
         (PAIR, ("origin = (10.5, 0, 0)", "origin = (10.5, 1, 0)"), "with one section"),
         (PAIR, ("box(size = (30, 20, 10) mm, origin = (10.5, 0, 0) mm)",
                 "cylinder(radius = 5 mm, length = 30 mm, axis = +x, origin = (10.5, 9, 5) mm)"), "not boxes"),
-        (PAIR, ("disjoint(box(size = (10, 20, 10) mm), box(size = (30, 20, 10) mm, origin = (10.5, 0, 0) mm))",
+        (PAIR, ("disjoint(box(size = (10, 20, 10) mm),\n    box(size = (30, 20, 10) mm, origin = (10.5, 0, 0) mm))",
                 "box(size = (40.5, 20, 10) mm)"), "is in one piece"),
         (PAIR, ("where = x >= 10 mm and x", "where = y >= 1 mm and x >= 10 mm and x"), "covers only a part of a joint"),
         (PAIR, ("x >= 10.2 mm, m", "x >= 20 mm, m"), "not a whole block"),

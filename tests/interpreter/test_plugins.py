@@ -179,7 +179,7 @@ def made(model, declared, case, workshop):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("given", "reason"), [("1 / 0", "ZeroDivisionError"), ("{}", "gives a dict without `size`")])
+@pytest.mark.parametrize(("given", "reason"), [("1 / 0", "ZeroDivisionError"), ("{}", "returns a dict without `size`")])
 def test_a_model_that_cannot_be_built_fails_alone(given: str, reason: str, tmp_path: Path) -> None:
     file = plugin(tmp_path, BAR.replace("GIVEN", given))
     models = softmark.loads(WITHOUT + "model theirs = bar()\n", plugins=[file]).run().models

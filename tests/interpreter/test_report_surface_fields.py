@@ -144,7 +144,7 @@ def test_surfaces_carry_what_metrics_ask_for() -> None:
     top = (np.abs(rod.position[:, 2] - 0.02) < 2e-4) & (rod.position[:, 0] > 0.03) & (rod.position[:, 0] < 0.07)
     np.testing.assert_allclose(sections.values[top], 3000.0 * (0.1 - rod.position[top, 0]), rtol=0.02)
     said = render(found)
-    assert "stress von_mises, cauchy: a page has room for 6 numbers" in re.sub(r"<[^>]*>", "", said)
+    assert "stress von_mises, cauchy: the report page shows at most 6 surface fields" in re.sub(r"<[^>]*>", "", said)
 
 
 # ------------------------------------------------------------------ scales
@@ -216,9 +216,9 @@ def test_what_is_said(page: str) -> None:
     assert "Colour can also be stress xx, cauchy (metric most) and stress zx (metric most), recovered at" in said
     assert "at the last moment, with the same scale for all models: at first it covers 95 % of the points" in said
     assert f"No colours for rod: {NONE}." in said
-    assert "At the edge of what wall holds stress is singular (W388)" in said
-    assert "Cells of a do not agree at 25 % of the points (W387)" in said
-    assert "Errors and what shapes carry are known at the end only" in said
+    assert "At the edge of the part held by wall stress is singular (W388)" in said
+    assert "Stresses of adjacent cells of a differ at 25 % of the points (W387)" in said
+    assert "Errors and fields are available only at the end" in said
 
 
 def test_without_a_script_there_is_a_picture_and_its_colours(page: str) -> None:

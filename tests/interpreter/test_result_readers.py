@@ -150,7 +150,7 @@ FLAWS = {  # the file, and what must be said of it
     "node.frd": (made.frd().replace(b"-2        10", b"-2        11", 1), "refers to node 11, which does not exist"),
     "unit.csv": (b"X,Y,Z,ux [mm],uy [mm],uz [mm]\n0,0,0,1,1,1\n", "`ux [mm]` contains a unit; name it `ux`"),
     "places.csv": (b"a,b,ux,uy,uz\n0,0,1,1,1\n", "do not contain positions"),
-    "word.csv": (b"X,Y,Z,ux,uy,uz\n0,0,0,1,1,1\n0,0,0,nan,1,1\n", "line 3, column `ux`: `nan` is no number"),
+    "word.csv": (b"X,Y,Z,ux,uy,uz\n0,0,0,1,1,1\n0,0,0,nan,1,1\n", "line 3, column `ux`: `nan` is not a number"),
     "order.csv": (b"t,X,Y,Z,ux,uy,uz\n0,0,0,0,1,1,1\n1,0,0,1,1,1,1\n", "differ between times"),
     "count.csv": (b"t,X,Y,Z,ux,uy,uz\n0,0,0,0,1,1,1\n0,0,0,1,1,1,1\n1,0,0,0,1,1,1\n", "time 1 after it has 1"),
     "outside.pvd": (made.pvd("../x.vtu"), "`../x.vtu`: that lies outside the folder"),

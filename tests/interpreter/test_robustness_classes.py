@@ -80,11 +80,11 @@ def by_model(status: str = "converged", said: dict[str, Any] | None = None, erro
 @pytest.mark.parametrize(
     ("found", "message"),
     [
-        (by_model("capped", stated(0.0)), "has no answer: a cap"),
-        (by_model("converged", stated(0.0, "W301")), "doubts its answer (W301, the element locks)"),
-        (by_model("converged", stated(None)), "vouches for nothing: no coarser mesh"),
-        (by_model("converged", stated(0.06)), "uncertain by 0.06"),
-        (replace(by_model(), truths={}), "nothing is known of how far `theory` can be trusted"),
+        (by_model("capped", stated(0.0)), "has no result: a cap"),
+        (by_model("converged", stated(0.0, "W301")), "has warnings (W301, the element locks)"),
+        (by_model("converged", stated(None)), "states no error: no coarser mesh"),
+        (by_model("converged", stated(0.06)), "the uncertainty of the reference, 0.06, exceeds the limit 0.05"),
+        (replace(by_model(), truths={}), "the accuracy of `theory` is unknown"),
     ],
 )
 def test_a_model_that_is_no_truth_judges_nothing(found: LeanOutcome, message: str) -> None:

@@ -142,7 +142,7 @@ def test_an_interrupt_keeps_what_is_finished(tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     study = "study s = robustness(over = [weight.magnitude])"
-    with pytest.raises(robustness_study.Interrupted, match=r"[345] points are in .*--resume"):
+    with pytest.raises(robustness_study.Interrupted, match=r"[345] points are saved in .*--resume"):
         found_in(tmp_path, study, say=interrupt)
     whole = found_in(tmp_path, study, resume=True)
     assert whole.studies == found_in(tmp_path / "other", study).studies
@@ -155,7 +155,7 @@ def test_choices_and_remedies_from_other_models(tmp_path: Path) -> None:
     assert own["stiff", "stiff.shear", "up"]["right"] == ["yes", "no"]
     wrong = own["stiff", "soft", "down"]
     assert (wrong["class"], wrong["last_right"]) == ("silent", 1.0)
-    assert wrong["remedy"].endswith("right there: rod (made up)")
+    assert wrong["remedy"].endswith("right at that point: rod (made up)")
 
 
 def test_without_a_study_every_number_is_walked(tmp_path: Path, made_up: None) -> None:
@@ -267,7 +267,7 @@ def test_silent_points_come_with_the_command_that_repeats_them(
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--study", "refine"), "`refine` is not a stability study of the scene"),
+        (("--study", "refine"), "`refine` is not a robustness study of the scene"),
         (("--model", "rodd"), "did you mean `rod`?"),
         (("-p", "n=0"), "must be"),
         (("--timeout", "0"), "not a positive number"),
@@ -293,9 +293,9 @@ def test_a_scene_that_nothing_judges(file: Path, capsys: pytest.CaptureFixture[s
 
 def test_compare_leaves_stability_alone(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", "beam.scene", "--study", "s"]) == 2
-    assert "dsl stress --study s" in capsys.readouterr().err
+    assert "dsl robustness --study s" in capsys.readouterr().err
     assert main(["plan", "beam.scene"]) == 0
-    assert "left to `dsl stress`: s" in capsys.readouterr().out
+    assert "left to `dsl robustness`: s" in capsys.readouterr().out
 
 
 def test_from_python(tmp_path: Path, made_up: None) -> None:

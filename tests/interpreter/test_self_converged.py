@@ -159,9 +159,13 @@ def test_the_best_method_is_taken_with_its_distance_from_the_others() -> None:
 
 
 def test_contradictions_and_large_errors_are_refused_with_their_numbers() -> None:
-    with pytest.raises(NoLimit, match=r"contradict .* 31 mm apart; a: order 2.00, within 5 mm; b: order 2.00"):
+    with pytest.raises(
+        NoLimit, match=r"contradict .* differ by 31 mm; a: order 2.00, error at most 5 mm; b: order 2.00"
+    ):
         combine_limits([at(1.0, 0.005), at(1.031, 0.01, "b")], WHERE)
-    with pytest.raises(NoLimit, match=r"error of 60 mm is more than 5 % of the largest displacement, 1 m; .* refine"):
+    with pytest.raises(
+        NoLimit, match=r"error of 60 mm is more than 5 % of the largest displacement, 1 m; .* smaller sizes"
+    ):
         combine_limits([at(1.0, 0.06), at(1.0, 0.07, "b")], WHERE)
 
 

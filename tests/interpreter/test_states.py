@@ -197,7 +197,7 @@ def test_what_comes_before_a_state_without_an_answer_stays(tmp_path: Path) -> No
     assert model.status == "not_converged"
     assert model.message is not None
     assert model.message.startswith("in the state 105 %: ")
-    assert model.message.endswith("the 2 states before it have answers; one state after it was not tried")
+    assert model.message.endswith("the 2 states before it have solutions; one state after it was not tried")
     assert model.each[3].message == "the previous state, 105 %, has no solution"
     values = model.curve("resist").values
     assert None not in values[:2]
@@ -283,9 +283,9 @@ def test_the_report_has_every_state(report: softmark.Report) -> None:
     assert 'id="states"' in page
     assert page.count('id="states-') >= len(report.models["finite"].metrics)
     assert '"labels": ["10 %", "40 %", "100 %"]' in page
-    assert "Numbers are those in the last state, 100 %" in page
+    assert "Values are those in the last state, 100 %" in page
     assert "2 models in 3 states" in page
-    assert "what else is told is of the last state, 100 %" in lines
+    assert "all other results are those of the last state, 100 %" in lines
     shape = report.models["finite"].shape
     assert shape is not None
     assert shape.frames is not None

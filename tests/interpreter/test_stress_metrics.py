@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -178,7 +179,7 @@ def test_a_pressure_all_around_does_not_hide_a_coarse_mesh(tmp_path: Path) -> No
     )
     (said,) = report.warnings
     assert said.code == "W387"
-    assert "in the stress deviator at (50, 10, 20) mm" in said.message
+    assert re.search(r"the stress deviator of .* differs by \d+ % at \(50, 10, 20\) mm", said.message)
 
 
 def test_files_have_the_stress_of_a_scene_that_asks(tmp_path: Path) -> None:

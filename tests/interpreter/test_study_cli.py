@@ -164,7 +164,7 @@ def test_a_configuration_that_takes_too_long_is_tried_again_only_with_more_time(
     arguments = ("beam.scene", "--vary", "n=4,9", "--model", "rod", "--repeats", "0")
     found = compared(*arguments, "--timeout", "1", status=3)
     assert [p["status"] for p in found["points"]] == ["converged", "timed_out"]
-    assert found["points"][1]["message"] == "it was stopped after 1 s; `--timeout` gives more"
+    assert found["points"][1]["message"] == "it was stopped after 1 s; increase `--timeout`"
     assert len(journal("beam-comparison")) == 2
     compared(*arguments, "--timeout", "1", "--resume", status=3)
     assert len(journal("beam-comparison")) == 2, "no more time, no other try"
@@ -181,7 +181,7 @@ def test_a_folder_with_finished_tasks_is_refused_unless_told(file: Path, capsys:
     capsys.readouterr()
     assert main(arguments) == 2
     said = capsys.readouterr().err
-    assert "holds 2 finished tasks of this comparison" in said
+    assert "contains 2 finished tasks of this comparison" in said
     assert "`--resume`" in said
     assert "`--fresh`" in said
     assert journal("beam-comparison") == first

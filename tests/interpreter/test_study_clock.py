@@ -199,7 +199,7 @@ def test_a_process_that_hangs_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(timing_rounds, "CHILD", (sys.executable, "-c", "import time; time.sleep(60)"))
     record = one_run(job("a", timeout_s=0.5), [])
     assert record["status"] == "timed_out"
-    assert record["message"] == "it was not done after 0.5 s"
+    assert record["message"] == "it did not finish within 0.5 s"
     with pytest.raises(ProcessLookupError):
         os.kill(record["pid"], 0)
 

@@ -121,7 +121,7 @@ def test_a_task_that_takes_too_long_is_stopped() -> None:
     found = done([told("a"), told("b", sleep=60), told("c")], timeout=0.5)
     assert time.monotonic() - begin < 30  # of 60 that it would take
     assert [o.point["status"] for o in found.values()] == ["converged", "timed_out", "converged"]
-    assert found["b"].point["message"] == "it was stopped after 0.5 s; `--timeout` gives more"
+    assert found["b"].point["message"] == "it was stopped after 0.5 s; increase `--timeout`"
 
 
 def test_closing_the_outcomes_ends_all_workers() -> None:
@@ -257,7 +257,7 @@ def test_a_reference_is_solved_once_in_a_process(monkeypatch: pytest.MonkeyPatch
 
 
 def test_nobody_answers() -> None:
-    with pytest.raises(worker_pool.NoWorkers, match=r"no dask scheduler answers at tcp://127\.0\.0\.1:9"):
+    with pytest.raises(worker_pool.NoWorkers, match=r"no dask scheduler responds at tcp://127\.0\.0\.1:9"):
         list(worker_pool.run_tasks_on_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9", wait=0.5))
 
 
@@ -320,4 +320,4 @@ def test_a_scheduler_that_dies_leaves_reasons(monkeypatch: pytest.MonkeyPatch) -
     first, *others = worker_pool.run_tasks_on_cluster(given, "tcp://127.0.0.1:9")
     assert first.status == "timed_out"
     assert len(others) == len(given) - 1 > 0
-    assert all("its scheduler is gone: the stream is closed" in str(other.to_json()) for other in others)
+    assert all("no connection to the scheduler: the stream is closed" in str(other.to_json()) for other in others)

@@ -166,9 +166,9 @@ def test_phases_share_out_the_median() -> None:
 
 
 def test_without_a_solution_there_is_no_cost_but_a_reason() -> None:
-    failed = {"status": "timed_out", "message": "it was not done after 1 s"}
+    failed = {"status": "timed_out", "message": "it did not finish within 1 s"}
     assert timing_quality.summarize_cost([failed]) is None
-    assert timing_quality.reason_without_times([failed]) == "it was not done after 1 s"
+    assert timing_quality.reason_without_times([failed]) == "it did not finish within 1 s"
     assert timing_quality.reason_without_times([]) == "it was not timed"
     assert timing_quality.reason_without_times([run()]) is None
 

@@ -73,7 +73,7 @@ def test_values_that_change_the_truth_are_problems_of_their_own(file: Path, caps
     low, high = (found["references"][name]["theory"] for name in found["analysis"]["scenes"])
     assert low["probes"]["axis"]["displacement"] != high["probes"]["axis"]["displacement"]
     shown = capsys.readouterr().out
-    assert "What errors are measured from changes with E: only configurations of one value compete." in shown
+    assert "The reference changes with E: only configurations with the same value are compared." in shown
     assert shown.count("-> E = ") == 2
     assert "changes with <code>E</code>" in page(ComparisonRecord.from_json(found))
 

@@ -41,7 +41,7 @@ def report(text: str) -> Report:
 def test_an_elastic_body_is_at_every_time_where_its_course_has_brought_it() -> None:
     own = report(ELASTIC + BAR + TIMED).models["cubes"]
     static = "analysis pulled = static(states = [50, 100] %)\n"
-    still = report(ELASTIC + BAR.replace("ramp(over = 2 s)", "state") + static).models["cubes"]
+    still = report(ELASTIC + BAR.replace("ramp(over = 2 s)", "per_state") + static).models["cubes"]
     for metric in ("pull", "thin", "kept"):
         first, second, last = own.curve(metric).values
         np.testing.assert_allclose([first, second], still.curve(metric).values, rtol=1e-8)

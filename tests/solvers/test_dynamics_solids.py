@@ -281,7 +281,7 @@ def test_a_support_that_tears_through_the_body_halves_steps(
     ends = np.flatnonzero((mesh.points[:, 0] < 1e-9) | (mesh.points[:, 0] > 1 - 1e-9))
     to = np.where(mesh.points[ends, :1] > 0.5, [[-0.5, 0.0, 0.0]], 0.0).ravel()
     problem = body(mesh, energy, 1.0, INTEGRATORS["bdf2"](), ends)
-    problem = replace(problem, target=to, support_course=sampled(lambda t: min(max(t / 0.02, 0.0), 1.0)))
+    problem = replace(problem, target=to, support_amplitude=sampled(lambda t: min(max(t / 0.02, 0.0), 1.0)))
     path = march(problem, 0.1, 0.02)
     assert path.complete
     assert np.linalg.det(energy.F(path.observed[-1].x)).min() > 0

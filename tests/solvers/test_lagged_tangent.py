@@ -94,7 +94,7 @@ def test_with_damping_moving_supports_and_courses_of_loads(
         problem,
         damping=Rayleigh(0.5, 1e-3),
         target=np.tile([0.0, 0.01, 0.0], len(problem.fixed) // 3),
-        support_course=sampled(lambda t: float(np.sin(20.0 * t))),
+        support_amplitude=sampled(lambda t: float(np.sin(20.0 * t))),
         amplitudes=(sampled(lambda t: 1.0 - 0.5 * float(np.cos(9.0 * t))),),
     )
     path, judge = march(problem, 0.3, 0.01), march(replace(problem, lagged=False), 0.3, 0.01)
@@ -215,7 +215,7 @@ def test_a_cap_is_kept_and_told(lagged: bool, mesh: Mesh) -> None:
         np.testing.assert_array_equal(path.solved, path.residuals <= 1e-8)
         left.append(np.median(path.residuals))
     assert left[1] < left[0]
-    with pytest.raises(ValueError, match="cap"):
+    with pytest.raises(ValueError, match="iteration limit must be at least one"):
         beam(mesh, cap=0)
 
 

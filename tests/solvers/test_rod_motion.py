@@ -267,7 +267,7 @@ SLOW = Swell(2.0 * END)
 
 def loaded(**options: Any) -> Dynamics:
     """The same rod, its clamp turned on a course, its end under a moment and a force on an arm that grow."""
-    problem = let_go(target=np.concatenate([np.zeros(3), TURN]), support_course=SLOW, **options)
+    problem = let_go(target=np.concatenate([np.zeros(3), TURN]), support_amplitude=SLOW, **options)
     chart, tip = chart_of(problem), np.array([3])
     loads: list[Energy] = [problem.assembly.loads[0], MovingRodLoad(chart, RodMoments(tip, MOMENT[None]))]
     loads.append(MovingRodLoad(chart, EccentricRodForces(chart.state(np.zeros(24)), tip, ARM[None], PULL[None])))
