@@ -13,7 +13,7 @@ from softmark.grammar.diagnostic import Source
 from softmark.grammar.parser import parse
 from softmark.grammar.printer import format_source
 from softmark.grammar.tree import Expect
-from softmark.interpreter.models.external.external_declaration import Outside
+from softmark.interpreter.models.external.external_declaration import ExternalSolver
 from softmark.interpreter.planning.run_plan import plan_of
 from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT
 from softmark.scenes import ROOT
@@ -26,7 +26,7 @@ EXPERIMENTS = [f for f in ALL if f not in LIBRARIES]
 @pytest.mark.parametrize("file", EXPERIMENTS, ids=lambda f: f.stem)
 def test_scene_meets_its_expectations(file: Path, report_of: Callable[[Path], softmark.Report]) -> None:
     report = report_of(file)
-    others = {n for n, m in loaded(file).scene.of_kind("model").items() if isinstance(m.thing, Outside)}
+    others = {n for n, m in loaded(file).scene.of_kind("model").items() if isinstance(m.thing, ExternalSolver)}
     left = {n for n in others if report.models[n].status in LEFT_OUT}  # not installed, or said to be unsupported
     assert [(e.text, e.reason) for e in report.expectations if e.passed is not True and not e.left_out] == []
     assert {n: o.message for n, o in report.models.items() if o.status not in ANSWERED and n not in left} == {}

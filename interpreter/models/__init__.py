@@ -20,8 +20,8 @@ from typing import Any
 
 from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
 from softmark.interpreter.models.beam_frame.frame_declaration import Frame6Dof
-from softmark.interpreter.models.external.external_declaration import Outside
-from softmark.interpreter.models.external.rods.external_rod_declaration import OutsideRod
+from softmark.interpreter.models.external.external_declaration import ExternalSolver
+from softmark.interpreter.models.external.rods.external_rod_declaration import ExternalRod
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.imported_results.imported_results_declaration import Results
 from softmark.interpreter.models.material_point.material_point_declaration import Homogeneous
@@ -34,8 +34,8 @@ MODELS: dict[str, type[Any]] = {
     "frame6dof": Frame6Dof,
     "homogeneous": Homogeneous,
     "mass_spring": MassSpring,
-    "external_solver": Outside,
-    "external_rod": OutsideRod,
+    "external_solver": ExternalSolver,
+    "external_rod": ExternalRod,
     "modal": Modal,
     "pod": Pod,
     "results": Results,

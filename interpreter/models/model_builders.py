@@ -14,8 +14,8 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.loaded_plugin import find_faulty_plugin
 from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
 from softmark.interpreter.models.beam_frame.frame_declaration import Frame6Dof
-from softmark.interpreter.models.external.external_declaration import Outside
-from softmark.interpreter.models.external.rods.external_rod_declaration import OutsideRod
+from softmark.interpreter.models.external.external_declaration import ExternalSolver
+from softmark.interpreter.models.external.rods.external_rod_declaration import ExternalRod
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.imported_results.imported_results_declaration import Results
 from softmark.interpreter.models.material_point.material_point_declaration import Homogeneous
@@ -42,8 +42,8 @@ BUILDERS: dict[type[Any], str | Builder] = {
     Frame6Dof: "softmark.interpreter.models.beam_frame.frame_builder",
     Homogeneous: "softmark.interpreter.models.material_point.material_point_builder",
     MassSpring: "softmark.interpreter.models.spring_network.spring_builder",
-    Outside: "softmark.interpreter.models.external.external_builder",
-    OutsideRod: "softmark.interpreter.models.external.rods.external_rod_builder",
+    ExternalSolver: "softmark.interpreter.models.external.external_builder",
+    ExternalRod: "softmark.interpreter.models.external.rods.external_rod_builder",
     Modal: "softmark.interpreter.models.reduced.reduced_builder",
     Pod: "softmark.interpreter.models.reduced.reduced_builder",
     Results: "softmark.interpreter.models.imported_results.imported_results_builder",
@@ -53,13 +53,13 @@ BUILDERS: dict[type[Any], str | Builder] = {
 REMEMBERING: dict[type[Any], str] = {
     Fem: "softmark.interpreter.models.fem.fem_relaxation",
     Beam6Dof: "softmark.interpreter.models.beam.beam_relaxation",
-    Outside: "softmark.interpreter.models.external.external_builder",  # which reports that it is unsupported
-    OutsideRod: "softmark.interpreter.models.external.rods.external_rod_builder",
+    ExternalSolver: "softmark.interpreter.models.external.external_builder",  # which reports that it is unsupported
+    ExternalRod: "softmark.interpreter.models.external.rods.external_rod_builder",
 }
 # builders for poroelastic bodies
 SOAKED: dict[type[Any], str] = {
     Fem: "softmark.interpreter.models.fem.poroelastic_analysis",
-    Outside: "softmark.interpreter.models.external.external_builder",
+    ExternalSolver: "softmark.interpreter.models.external.external_builder",
 }
 
 

@@ -15,7 +15,7 @@ from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.planning.parameter_walk import Until
 from softmark.interpreter.planning.varied_quantities import Unwalkable, WalkedQuantity, default_quantities, quantity_of
 from softmark.interpreter.problem.body_case import Fault, body_of
-from softmark.interpreter.vocabulary.study_words import Stability
+from softmark.interpreter.vocabulary.study_words import RobustnessStudy
 from softmark.records import dataclass
 from softmark.references.measured_curve import CurveFromFile
 from softmark.references.published_values import GivenValues
@@ -46,7 +46,7 @@ class ResolvedStudy:
 
 def resolve_study(scene: Scene, study: Declared | None, only: tuple[str, ...] = ()) -> ResolvedStudy:
     """Return the resolved study; by default, one of every number. The scene must have no errors from `doubts`."""
-    thing = Stability() if study is None else study.thing
+    thing = RobustnessStudy() if study is None else study.thing
     name = "everything" if study is None else study.name
     metric = scene.declared[thing.metric or next(find_judging_metrics(scene), "")]
     if thing.over is None:

@@ -14,8 +14,8 @@ from softmark.interpreter.language.coordinate_conditions import EVERYWHERE, RELA
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic, Static
 from softmark.interpreter.vocabulary.load_words import BodyForce, PointForce
-from softmark.interpreter.vocabulary.self_contact_words import Itself, Tied
-from softmark.interpreter.vocabulary.support_words import Bedded, Drain, InPlane, Level, OnAxis
+from softmark.interpreter.vocabulary.self_contact_words import SelfContact, Tied
+from softmark.interpreter.vocabulary.support_words import Drain, ElasticFoundationSupport, InPlane, OnAxis, RigidPlate
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Shape, Swept
 
@@ -227,12 +227,12 @@ def _build_case(scene: Scene, body: str) -> Case:
     if all(r.thing.material == scene.declared[body].thing.material for r in regions):
         regions = []  # parts of the body's own material are parts in name only
     acting, touching = scene.acting("support", body), scene.acting("contact", body)
-    beds = tuple(s for s in acting if isinstance(s.thing, Bedded | Level))
+    beds = tuple(s for s in acting if isinstance(s.thing, ElasticFoundationSupport | RigidPlate))
     drains = tuple(s for s in acting if isinstance(s.thing, Drain))
     return Case(
         body=scene.declared[body],
         supports=(
-            *(s for s in acting if not isinstance(s.thing, Bedded | Level | Drain)),
+            *(s for s in acting if not isinstance(s.thing, ElasticFoundationSupport | RigidPlate | Drain)),
             *plane_constraints(scene.declared[body]),
         ),
         loads=scene.acting("load", body),
@@ -241,9 +241,9 @@ def _build_case(scene: Scene, body: str) -> Case:
         beds=beds,
         drains=drains,
         contacts=tuple(
-            _build_contact(scene, contact) for contact in touching if not isinstance(contact.thing, Itself | Tied)
+            _build_contact(scene, contact) for contact in touching if not isinstance(contact.thing, SelfContact | Tied)
         ),
-        pairs=tuple(contact for contact in touching if isinstance(contact.thing, Itself | Tied)),
+        pairs=tuple(contact for contact in touching if isinstance(contact.thing, SelfContact | Tied)),
         groups=tuple(r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.group is not None),
     )
 

@@ -10,7 +10,7 @@ from softmark.interpreter.problem.body_case import fault
 from softmark.solvers.mesh.boolean_shapes import Combined
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import MeshFile
-from softmark.solvers.mesh.surface_bodies import Filled
+from softmark.solvers.mesh.surface_bodies import Tetrahedralized
 
 AnyShape = TypeVar("AnyShape", bound=Shape)
 
@@ -24,7 +24,7 @@ def download_shape(shape: AnyShape, at: Location) -> AnyShape:
         return combined
     if shape.flat and shape.prebuilt:
         return _of_region(shape, at)
-    if not isinstance(shape, MeshFile | Filled) or not path.startswith("data:"):
+    if not isinstance(shape, MeshFile | Tetrahedralized) or not path.startswith("data:"):
         return shape
     from softmark.references.data_download import Unavailable, find_file
 

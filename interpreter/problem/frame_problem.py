@@ -12,7 +12,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.tendon_theory_setup import section_stiffness
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, MomentLoad, PointLoad
-from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Hinged
+from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Pinned
 from softmark.references.straight_cantilever import Disc, NotApplicable, Rectangle, Ring
 from softmark.solvers.mesh.frame_shapes import Network
 from softmark.solvers.mesh.shape import transverse
@@ -46,7 +46,7 @@ def frame_of(case: Case) -> Callable[[], Frame]:
         if not isinstance(load.thing.action, BodyForce | PointLoad | LineForce | MomentLoad):
             raise NotApplicable(f"it does not include the load `{load.name}`", TAKES)
     for support in case.supports:
-        if not isinstance(support.thing, Fixed | Displaced | Hinged):
+        if not isinstance(support.thing, Fixed | Displaced | Pinned):
             raise NotApplicable(f"it does not include the support `{support.name}`", "use clamps and hinges")
         if any(len(_selects_interior(member, network, support)) == 2 for member in network.members):
             raise NotApplicable(f"`{support.name}` holds a part of a member", "hold points or whole members")
@@ -151,7 +151,7 @@ class _FrameBuilder:
         rows, imposed, taken = [], [], set()
         for support in self.case.supports:
             thing = support.thing
-            hinged = isinstance(thing, Hinged)
+            hinged = isinstance(thing, Pinned)
             turns = np.array(transverse(thing.axis)) if hinged and thing.axis is not None else np.eye(3)
             for i in self._selected(thing):
                 ways = [(np.eye(3)[c], 0, thing.displacement[c]) for c in thing.components]

@@ -9,7 +9,7 @@ from softmark.records import dataclass
 from softmark.references.indentation import Kind
 from softmark.references.straight_cantilever import NotApplicable, Vector
 from softmark.solvers.mesh.revolved_bodies import Cone
-from softmark.solvers.mesh.rigid_shapes import Punch, Tip
+from softmark.solvers.mesh.rigid_shapes import Punch, RoundedCone
 from softmark.solvers.mesh.shape import add_multiples, cross, dot, replace_coordinate
 from softmark.solvers.mesh.shapes import Cylinder
 from softmark.solvers.mesh.spheres import Sphere
@@ -47,7 +47,7 @@ def indenter_of(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
             raise NotApplicable(f"the axis of `{name}` is not along z", ALONG)
         middle = replace_coordinate(shape.origin, 2, 0.0)  # of the slice
         return Indenter("cylinder", shape.radius, add_multiples(middle, (-shape.radius, normal)))
-    if isinstance(shape, Cylinder | Cone | Punch | Tip):
+    if isinstance(shape, Cylinder | Cone | Punch | RoundedCone):
         if planar == "plane_strain":
             raise NotApplicable(f"in plane strain `{name}` is cut along its axis", ALONG)
         return _revolved_indenter(name, shape, normal)
@@ -64,7 +64,7 @@ def _revolved_indenter(name: str, shape: Any, normal: Vector) -> Indenter:
         return Indenter("punch", shape.radius, foot)
     if isinstance(shape, Punch):
         return Indenter("punch", shape.radius - shape.rounding, foot, shape.rounding)
-    if isinstance(shape, Tip):
+    if isinstance(shape, RoundedCone):
         if not first:
             raise NotApplicable(f"`{name}` presses with its blunt end", "turn it around")
         angle = 0.5 * shape.angle

@@ -17,13 +17,13 @@ from softmark.interpreter.results.reaction_results import EquilibriumForces, Rea
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import PressureLoad, RemoteStress, SurfaceTraction
-from softmark.interpreter.vocabulary.self_contact_words import REACH, Itself
+from softmark.interpreter.vocabulary.self_contact_words import REACH, SelfContact
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Symmetric
 from softmark.records import dataclass
 from softmark.references.contact_patch_test import Block, BlockMaterial, DeformedStack, Joint, Stack
 from softmark.references.straight_cantilever import NotApplicable, Vector
 from softmark.solvers.materials.neo_hookean import NeoHookean
-from softmark.solvers.mesh.disjoint_shapes import Apart
+from softmark.solvers.mesh.disjoint_shapes import DisjointShapes
 from softmark.solvers.mesh.shape import add_multiples, cross, dot, replace_coordinate
 from softmark.solvers.stress_recovery.analytic_stress_field import AnalyticField
 
@@ -136,7 +136,7 @@ def _must_meet(stack: Stack) -> None:
 def block_pile_of(case: Case) -> BlockPile:
     """Return the blocks of a case, in order along the axis. Raises NotApplicable if their sections differ."""
     name = case.body.name
-    if not isinstance(case.shape, Apart):
+    if not isinstance(case.shape, DisjointShapes):
         raise NotApplicable(f"`{name}` is in one piece", PIECES)
     thickness = case.body.thing.thickness if case.planar else 0.0
     found = [rectangle(piece, thickness, bool(case.depth)) for piece in _pieces(case.shape)]
@@ -162,7 +162,7 @@ def block_pile_of(case: Case) -> BlockPile:
 
 def _pieces(shape: Any) -> tuple[Any, ...]:
     """Return the shapes of a combined body, in the order of the scene."""
-    if not isinstance(shape, Apart):
+    if not isinstance(shape, DisjointShapes):
         return (shape,)
     return tuple(piece for half in shape.pair for piece in _pieces(half))
 
@@ -210,7 +210,7 @@ def _joint(piled: BlockPile, number: int) -> Joint:
             f"{count} {between}", "use one `self_contact(...)` or `tied(...)` for each joint, on all of both faces"
         )
     thing = met[0].thing
-    if isinstance(thing, Itself):
+    if isinstance(thing, SelfContact):
         if gap <= SAME * piled.extent:
             raise NotApplicable(
                 f"`{met[0].name}` has no gap to close", "leave one between the blocks, or use `tied(...)`"
@@ -393,7 +393,7 @@ def patch_theory_forces(case: Case, found: DeformedStack) -> EquilibriumForces:
     for pair in case.pairs:
         numbers = [i for i in range(len(stack.joints)) if pair in _joint_contacts(piled, i)]
         reactions[pair.name] = _contact_force(piled, found, numbers)
-        if isinstance(pair.thing, Itself):
+        if isinstance(pair.thing, SelfContact):
             pressures = {i: found.push / found.touched(i) if found.push else 0.0 for i in numbers}
             touches[pair.name] = Touched(sum(map(found.touched, numbers)), max(pressures.values(), default=0.0),
                                          found.left, field=Pressing(piled, pressures))  # fmt: skip

@@ -15,7 +15,7 @@ from softmark.interpreter.results.reaction_results import EquilibriumForces, Rea
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
 from softmark.interpreter.vocabulary.load_words import SurfaceTraction
-from softmark.interpreter.vocabulary.support_words import Drained, Holding, Level
+from softmark.interpreter.vocabulary.support_words import Drained, Holding, RigidPlate
 from softmark.records import dataclass
 from softmark.references.confined_compression import Permeability, PressedColumn
 from softmark.references.poroelastic_compression import CompressedPorousBody
@@ -252,7 +252,9 @@ def compressed_body_of(reference: Declared, case: Case) -> CompressedPorousBody:
     violated.
     """
     analysis, ends = _analysis(case), _ends(case, PLATES)
-    if ends.force and not any(isinstance(b.thing, Level) and ends.taken(b.thing.where) == ends.far for b in case.beds):
+    if ends.force and not any(
+        isinstance(b.thing, RigidPlate) and ends.taken(b.thing.where) == ends.far for b in case.beds
+    ):
         raise NotApplicable(f"the load `{ends.driving.name}` does not keep its plate parallel", PLATES)
     _check_no_fluid_pressure(case)
     dimension, half, root, across = _disc(case, ends) if reference.thing.about == "disc" else _slab(case, ends)

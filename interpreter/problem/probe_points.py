@@ -21,7 +21,7 @@ from softmark.interpreter.problem.probe_domains import ProbeDomain
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.results.even_thinning import pick_evenly
 from softmark.interpreter.results.run_report import DrawnSurface, ProbeResult
-from softmark.interpreter.vocabulary.probe_words import Markers, Nodes, Surface, Volume
+from softmark.interpreter.vocabulary.probe_words import Markers, MeshNodes, Surface, Volume
 from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.records import dataclass
 from softmark.solvers.elements.tet4 import Tet4
@@ -88,7 +88,7 @@ def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Pro
             return _surface(probe, case)
         case Volume(size=size):
             return _volume(probe, case, download_shape(case.shape, case.shaped), size or _volume_size(case.shape))
-        case Nodes(mesh=mesh):
+        case MeshNodes(mesh=mesh):
             return _of_body(probe, case, download_shape(mesh, probe.at("mesh")).points())
         case Markers(of=of):
             return _of_body(probe, case, tracked(of))

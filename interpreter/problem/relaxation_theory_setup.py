@@ -17,7 +17,7 @@ from softmark.interpreter.vocabulary.load_words import SurfaceTraction
 from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.references.prony import Amplitude, AmplitudeSegment, RelaxingBar
 from softmark.references.straight_cantilever import NotApplicable
-from softmark.solvers.materials.viscoelastic import Viscous
+from softmark.solvers.materials.viscoelastic import Viscoelastic
 from softmark.solvers.mesh.shape import Prism, add_multiples, cross, dot, replace_coordinate
 
 REMEDY = "hold one end face along the axis and move or pull the other: `displaced(...)` or `traction(...)`"
@@ -30,7 +30,7 @@ def bar_of(case: Case) -> RelaxingBar:
         raise NotApplicable(
             f"`{name}` is not a straight body with one cross-section", "use a box, a cylinder or a tube"
         )
-    if case.parts or not isinstance(material, Viscous):
+    if case.parts or not isinstance(material, Viscoelastic):
         raise NotApplicable(
             f"`{name}` does not consist of one viscoelastic material", "use `viscoelastic(...)` for the whole body"
         )

@@ -11,7 +11,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case, Fault
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, PointLoad, RemoteStress
-from softmark.interpreter.vocabulary.support_words import Displaced, Symmetric, Turned
+from softmark.interpreter.vocabulary.support_words import Displaced, Rotated, Symmetric
 from softmark.solvers.mesh.rigid_shapes import HalfSpace
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def led_fault(support: Declared, rigid: Declared, way: Declared) -> Diagnostic |
     Bodies from files and filled surfaces are not checked.
     """
     shape = rigid.thing.shape
-    if support.thing.normal is None or not isinstance(way.thing, Displaced | Turned) or shape.fault:
+    if support.thing.normal is None or not isinstance(way.thing, Displaced | Rotated) or shape.fault:
         return None
     if shape.prebuilt or shape.enclosed:
         return None  # its file is only read when needed

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.beam_theory_setup import cantilever_of
 from softmark.interpreter.problem.body_case import Case, Fault, fault
-from softmark.interpreter.vocabulary.support_words import Level
+from softmark.interpreter.vocabulary.support_words import RigidPlate
 from softmark.references.straight_cantilever import NotApplicable
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def problem_of(reference: Declared, case: Case) -> Any:
 
         must_be_isotropic(reference, case)
     for bed in case.beds:
-        if isinstance(bed.thing, Level) and reference.thing.about in POROUS:
+        if isinstance(bed.thing, RigidPlate) and reference.thing.about in POROUS:
             continue
         why = f"`{bed.name}` puts `{case.body.name}` on an elastic foundation"
         raise _assumption_fault(reference, NotApplicable(why, "use `self_converged(...)`, which refines solids"))

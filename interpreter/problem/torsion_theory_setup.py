@@ -9,7 +9,7 @@ from softmark.interpreter.problem.cross_section_coverage import end_frame, end_o
 from softmark.interpreter.problem.rubber_constants import rubber_of
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.support_words import Fixed, Turned
+from softmark.interpreter.vocabulary.support_words import Fixed, Rotated
 from softmark.references.rubber_torsion import TwistedCylinder
 from softmark.references.straight_cantilever import NotApplicable
 from softmark.solvers.mesh.shape import add_multiples, cross
@@ -42,12 +42,12 @@ def cylinder_of(case: Case) -> TwistedCylinder:
     return TwistedCylinder(shape.length, shape.radius, rubber, case.material.poisson, root, axis, angle)
 
 
-def _ends(case: Case) -> tuple[int, Turned]:
+def _ends(case: Case) -> tuple[int, Rotated]:
     """Return the held end, 0 the root, and the rotation of the other. Raises NotApplicable."""
     found: dict[int, object] = {}
     for support in case.supports:
         thing = support.thing
-        if not isinstance(thing, Fixed | Turned) or len(thing.components) < 3:
+        if not isinstance(thing, Fixed | Rotated) or len(thing.components) < 3:
             raise NotApplicable(f"the support `{support.name}` holds it in another way", REMEDY)
         if (end := end_of(thing.where, case.prism)) is None:
             raise NotApplicable(f"the support `{support.name}` does not cover one whole end face", REMEDY)
@@ -55,7 +55,7 @@ def _ends(case: Case) -> tuple[int, Turned]:
             raise NotApplicable("two supports hold one end", REMEDY)
         found[end] = thing
     for end, thing in found.items():
-        if isinstance(thing, Turned) and isinstance(found.get(1 - end), Fixed):
+        if isinstance(thing, Rotated) and isinstance(found.get(1 - end), Fixed):
             return 1 - end, thing
     raise NotApplicable("it needs one fixed end and one rotated end", REMEDY)
 
@@ -64,7 +64,7 @@ def torsion_forces(case: Case, cylinder: TwistedCylinder) -> EquilibriumForces:
     """Return the forces of the theory."""
     found, none = {}, (0.0, 0.0, 0.0)
     for support in case.supports:
-        turned = isinstance(support.thing, Turned)
+        turned = isinstance(support.thing, Rotated)
         at = add_multiples(cylinder.root, (cylinder.length if turned else 0.0, cylinder.axis))
         sign = 1.0 if turned else -1.0
         force = add_multiples(none, (-sign * cylinder.thrust, cylinder.axis))

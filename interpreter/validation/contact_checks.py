@@ -15,16 +15,16 @@ from softmark.interpreter.problem.body_case import is_force_driven
 from softmark.interpreter.problem.out_of_plane_contact import missed_plane_error
 from softmark.interpreter.problem.symmetry_planes import led_fault
 from softmark.interpreter.validation.initial_overlap import check_initial_overlap
-from softmark.interpreter.vocabulary.contact_words import Between
+from softmark.interpreter.vocabulary.contact_words import RigidContactPair
 from softmark.interpreter.vocabulary.load_words import PointForce, Torque
-from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Symmetric, Turned
+from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Rotated, Symmetric
 from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
-from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, Tip
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, RoundedCone
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
 from softmark.solvers.mesh.spheres import RoundBody, Sphere, SphericalShell
-from softmark.solvers.mesh.surface_bodies import Filled
+from softmark.solvers.mesh.surface_bodies import Tetrahedralized
 from softmark.solvers.mesh.tubes import Tube
 
 if TYPE_CHECKING:
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
 # shapes with a signed distance in solvers/contact/signed_distance, which is not imported to check a scene
 DISTANT = (
-    HalfSpace, Sphere, SphericalShell, Box, RoundedBox, Cylinder, Tube, Cone, Revolved, Punch, Tip, Extruded, Filled,
-    MeshFile, Union, Difference, Intersection,
+    HalfSpace, Sphere, SphericalShell, Box, RoundedBox, Cylinder, Tube, Cone, Revolved, Punch, RoundedCone, Extruded,
+    Tetrahedralized, MeshFile, Union, Difference, Intersection,
 )  # fmt: skip
 
 ON_AXIS = 1e-9  # relative to its size: a rigid body closer to the axis rotates about it
@@ -50,12 +50,12 @@ MOVED = (
 def faults(scene: Scene) -> Iterator[Diagnostic]:
     """Yield the errors of contacts and rigid bodies."""
     contacts = list(scene.of_kind("contact").values())
-    between = [c for c in contacts if isinstance(c.thing, Between)]
+    between = [c for c in contacts if isinstance(c.thing, RigidContactPair)]
     for contact in between:
         yield from _check_bodies(scene, contact)
         yield from _check_symmetry(scene, contact)
     for contact in contacts:
-        if not isinstance(contact.thing, Between):
+        if not isinstance(contact.thing, RigidContactPair):
             yield from _check_deformable(scene, contact)
     yield from _check_duplicates(contacts)
     named = {c.thing.rigid for c in between}
@@ -88,7 +88,7 @@ def _check_duplicates(contacts: list[Declared]) -> Iterator[Diagnostic]:
         for first in contacts[:i]:
             one = later.thing
             if _contact_key(one) == _contact_key(first.thing):
-                between = isinstance(one, Between)
+                between = isinstance(one, RigidContactPair)
                 whose = f"between `{one.rigid}` and `{one.body}`" if between else f"of `{one.body}` with itself"
                 yield diagnostic("E616", later.at(), f"`{later.name}` repeats `{first.name}`, the contact {whose}",
                                  "duplicate contact", "remove one of them, or give each its own part of the "
@@ -199,7 +199,7 @@ def _check_actions(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
             yield diagnostic("E655", declared.at("body"), f"`{declared.name}` needs a deformable body, but "
                                                           f"`{body.name}` is rigid",
                              f"unsupported {declared.kind} of a rigid body", help)  # fmt: skip
-        elif not isinstance(thing, Fixed | Displaced | Turned):
+        elif not isinstance(thing, Fixed | Displaced | Rotated):
             yield diagnostic("E655", declared.at(), f"`{declared.name}` is not a support for rigid bodies such as "
                                                     f"`{body.name}`", "not for rigid bodies", MOVED)  # fmt: skip
         elif thing.where is not EVERYWHERE:
@@ -218,9 +218,9 @@ def _check_supports(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
     """Check that supports of a rigid body are compatible: at most one rotation, and no motion of what is fixed."""
     before: list[Declared] = []
     for support in scene.acting("support", body.name):
-        if not isinstance(support.thing, Fixed | Displaced | Turned):
+        if not isinstance(support.thing, Fixed | Displaced | Rotated):
             continue  # refused elsewhere
-        if isinstance(support.thing, Turned) and len(support.thing.components) < 3:
+        if isinstance(support.thing, Rotated) and len(support.thing.components) < 3:
             problem = f"`{support.name}` rotates the rigid body `{body.name}` in some components only"
             label, help = "a rigid body rotates as a whole", "remove `components`"
             yield diagnostic("E657", support.at("components"), problem, label, help)
@@ -236,9 +236,9 @@ def _check_supports(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
         before.append(support)
 
 
-def _find_conflict(one: Fixed | Displaced | Turned, other: Fixed | Displaced | Turned) -> str | None:
+def _find_conflict(one: Fixed | Displaced | Rotated, other: Fixed | Displaced | Rotated) -> str | None:
     """Return the conflict of two supports of a rigid body in a word, or None; displacements add up."""
-    turns = [isinstance(support, Turned) for support in (one, other)]
+    turns = [isinstance(support, Rotated) for support in (one, other)]
     if all(turns):
         return "turn"
     still, moving = (one, other) if isinstance(one, Fixed) else (other, one)

@@ -9,8 +9,8 @@ from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.metrics.metric_base import ForceMetric
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.contact_words import Between
-from softmark.interpreter.vocabulary.self_contact_words import Itself
+from softmark.interpreter.vocabulary.contact_words import RigidContactPair
+from softmark.interpreter.vocabulary.self_contact_words import SelfContact
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
@@ -46,7 +46,9 @@ def metric_faults(scene: Scene) -> Iterator[Diagnostic]:
                 "remove `over`, as a static analysis has one value, or several states of which `.at(50 %)` is one; "
                 "or use a dynamic analysis: `dynamic(...)`",
             )
-        elif moving and not isinstance(scene.declared[named := metric.thing.concerned or ""].thing, Between | Itself):
+        elif moving and not isinstance(
+            scene.declared[named := metric.thing.concerned or ""].thing, RigidContactPair | SelfContact
+        ):
             yield diagnostic(
                 "E635",
                 metric.at(),

@@ -10,18 +10,31 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene, is_rig
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import case_of, free_directions, is_force_driven
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.contact_words import Between
+from softmark.interpreter.vocabulary.contact_words import RigidContactPair
 from softmark.interpreter.vocabulary.load_words import BodyForce, Gravity, PointForce, Torque
-from softmark.interpreter.vocabulary.support_words import Symmetric, Turned
+from softmark.interpreter.vocabulary.support_words import Rotated, Symmetric
 from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
 from softmark.solvers.mesh.spheres import Sphere, SphericalShell
-from softmark.solvers.mesh.surface_bodies import Filled
+from softmark.solvers.mesh.surface_bodies import Tetrahedralized
 from softmark.solvers.mesh.tubes import Tube
 
 # shapes with a mass in solvers/contact/rigid_mass_properties, which is not imported to check a scene
-HEAVY = (Sphere, SphericalShell, Box, Cylinder, Tube, Cone, Revolved, Filled, MeshFile, Union, Difference, Intersection)
+HEAVY = (
+    Sphere,
+    SphericalShell,
+    Box,
+    Cylinder,
+    Tube,
+    Cone,
+    Revolved,
+    Tetrahedralized,
+    MeshFile,
+    Union,
+    Difference,
+    Intersection,
+)
 Reason = tuple[Any, str, str, str]  # place, what, label, help
 
 
@@ -122,14 +135,16 @@ def _check_static(scene: Scene, body: Declared) -> Iterator[Reason]:
                 "leave it out; in a dynamic analysis the body rotates",
             )
     for support in scene.acting("support", name):
-        if isinstance(support.thing, Turned):
+        if isinstance(support.thing, Rotated):
             yield (
                 support.at(),
                 f"`{support.name}` rotates `{name}`, which is driven by loads",
                 "driven by loads and by a support",
                 "remove its mass and its loads and prescribe its whole motion by supports, or remove the rotation",
             )
-    met = [c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between) and c.thing.rigid == name]
+    met = [
+        c for c in scene.of_kind("contact").values() if isinstance(c.thing, RigidContactPair) and c.thing.rigid == name
+    ]
     if met and not is_rigid(other := scene.declared[met[0].thing.body]):
         yield from _check_free_direction(scene, body, other)
     yield from _check_contacts(scene, body)
@@ -182,7 +197,7 @@ def _check_free_direction(scene: Scene, body: Declared, other: Declared) -> Iter
                 "give its `mass`",
             )
     for one in scene.of_kind("contact").values():
-        second = scene.declared[one.thing.rigid] if isinstance(one.thing, Between) else body
+        second = scene.declared[one.thing.rigid] if isinstance(one.thing, RigidContactPair) else body
         if second.name != name and one.thing.body == other.name and is_rigid(second) and is_force_driven(scene, second):
             yield (
                 body.at(),
@@ -200,7 +215,7 @@ def _has_component(action: Any, along: int) -> bool:
 
 def _check_contacts(scene: Scene, body: Declared) -> Iterator[Reason]:
     """Check that it contacts exactly one body, in dynamics a solid."""
-    known = (c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between))
+    known = (c for c in scene.of_kind("contact").values() if isinstance(c.thing, RigidContactPair))
     contacts = [c for c in known if c.thing.rigid == body.name]
     if not contacts:
         yield (

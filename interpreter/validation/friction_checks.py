@@ -12,8 +12,8 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.scene_states import in_state, states_of
 from softmark.interpreter.metrics.slip import FrictionMetric
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.contact_words import Between
-from softmark.interpreter.vocabulary.support_words import Turned
+from softmark.interpreter.vocabulary.contact_words import RigidContactPair
+from softmark.interpreter.vocabulary.support_words import Rotated
 from softmark.references.measured_data import Unreadable
 
 STEP = math.radians(15.0)  # largest rotation per state: slip follows its sine, which is 1.1 % less
@@ -38,9 +38,9 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 
 def check_rotations(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors of rigid bodies that rotate so far between states that slip is underestimated or reversed."""
-    bodies = {c.thing.rigid: c for c in _frictional_contacts(scene) if isinstance(c.thing, Between)}
+    bodies = {c.thing.rigid: c for c in _frictional_contacts(scene) if isinstance(c.thing, RigidContactPair)}
     for body, contact in bodies.items():
-        for support in (s for s in scene.acting("support", body) if isinstance(s.thing, Turned)):
+        for support in (s for s in scene.acting("support", body) if isinstance(s.thing, Rotated)):
             most = _largest_rotation(scene, support)
             if most > STEP * (1.0 + NEAR):
                 yield diagnostic(

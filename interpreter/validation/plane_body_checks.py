@@ -28,7 +28,7 @@ from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.contact_words import Between
+from softmark.interpreter.vocabulary.contact_words import RigidContactPair
 from softmark.interpreter.vocabulary.load_words import (
     BodyForce,
     LineForce,
@@ -38,7 +38,7 @@ from softmark.interpreter.vocabulary.load_words import (
     SurfaceTraction,
 )
 from softmark.interpreter.vocabulary.probe_words import Line, Point
-from softmark.interpreter.vocabulary.support_words import Displaced, Symmetric, Turned
+from softmark.interpreter.vocabulary.support_words import Displaced, Rotated, Symmetric
 from softmark.solvers.elements.plane import PLANE
 from softmark.solvers.mesh.plane_regions import NEAR
 from softmark.solvers.mesh.shape import Shape
@@ -120,7 +120,7 @@ def check_actions(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic("E544", declared.at("at"), f"`{declared.name}` acts outside the plane of `{own}`",
                              "z is not 0", "write z = 0: points of a plane body have z = 0")  # fmt: skip
     for contact in scene.of_kind("contact").values():
-        if isinstance(contact.thing, Between) and contact.thing.body in bodies:
+        if isinstance(contact.thing, RigidContactPair) and contact.thing.body in bodies:
             yield from _check_rigid_motion(scene, contact.thing.rigid, scene.declared[contact.thing.body])
     for analysis in scene.of_kind("analysis").values() if bodies else ():
         for field in _out_of_plane_starts(analysis.thing, alone):
@@ -134,10 +134,10 @@ def _check_rigid_motion(scene: Scene, rigid: str, body: Declared) -> Iterator[Di
     around = body.thing.planar == "axisymmetric"
     for support in scene.acting("support", rigid):
         thing = support.thing
-        if not isinstance(thing, Displaced | Turned):
+        if not isinstance(thing, Displaced | Rotated):
             continue  # refused elsewhere, or without motion
         x, _, z = thing.imposed if isinstance(thing, Displaced) else (0.0, 0.0, 0.0)
-        turns = thing.rotation if isinstance(thing, Turned) else (0.0, 0.0, 0.0)
+        turns = thing.rotation if isinstance(thing, Rotated) else (0.0, 0.0, 0.0)
         if around and (x or z or any(turns)):
             yield diagnostic(
                 "E323",
@@ -170,7 +170,7 @@ def _check_axisymmetric_actions(scene: Scene, declared: Declared) -> Iterator[Di
                 "a cylinder around the axis",
                 "use a plane normal to y; to prevent radial growth write `fixed(..., components = x)`",
             )
-    elif isinstance(thing, Turned) and thing.body in turned:
+    elif isinstance(thing, Rotated) and thing.body in turned:
         yield diagnostic(
             "E323",
             declared.at(),

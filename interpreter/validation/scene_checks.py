@@ -30,7 +30,7 @@ from softmark.interpreter.validation.reference_checks import check_comparisons
 from softmark.interpreter.validation.refinement_checks import check_refinements as doubts_of_refined
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
-from softmark.interpreter.vocabulary.probe_words import Nodes
+from softmark.interpreter.vocabulary.probe_words import MeshNodes
 from softmark.interpreter.vocabulary.support_words import Symmetric
 from softmark.references.measured_curve import CurveFromFile
 from softmark.references.published_values import GivenValues
@@ -171,7 +171,7 @@ def _points(scene: Scene, declared: Declared) -> list[tuple[str, Point]]:
 def _meshes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check that probes of nodes have a shape with nodes."""
     for probe in scene.of_kind("probe").values():
-        if isinstance(probe.thing, Nodes) and not probe.thing.mesh.prebuilt:
+        if isinstance(probe.thing, MeshNodes) and not probe.thing.mesh.prebuilt:
             yield diagnostic("E507", probe.at("mesh"), f"the `mesh` of `{probe.name}` is a shape without cells",
                              "not a mesh", 'name a file: `mesh = mesh("file.msh", unit = 1 mm)`')  # fmt: skip
 

@@ -15,7 +15,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.scene_states import find_time_dependent, in_state, states_of
 from softmark.interpreter.problem.amplitude_tables import table_fault
 from softmark.interpreter.results.state_results import Moment, format_state
-from softmark.interpreter.vocabulary.amplitude_words import Sine, State, Table
+from softmark.interpreter.vocabulary.amplitude_words import PerState, Sine, Table
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 from softmark.references.measured_curve import CurveFromFile
 from softmark.references.measured_data import Unreadable
@@ -47,7 +47,7 @@ def _state_factor(scene: Scene, state: float) -> float:
     if not isinstance(state, Moment):
         return abs(state)
     moved = (d.thing.amplitude for d in find_time_dependent(scene))
-    amplitudes = (c for c in moved if c is not None and not isinstance(c, State))
+    amplitudes = (c for c in moved if c is not None and not isinstance(c, PerState))
     try:
         return max((abs(c.at(state)) for c in amplitudes), default=1.0)
     except Unreadable:  # an unreadable table is reported elsewhere
@@ -61,7 +61,7 @@ def _has_times(scene: Scene) -> bool:
 
 def _state_driven(scene: Scene) -> list[Declared]:
     """Return the loads and supports whose amplitude is the state."""
-    return [d for d in find_time_dependent(scene) if isinstance(d.thing.amplitude, State)]
+    return [d for d in find_time_dependent(scene) if isinstance(d.thing.amplitude, PerState)]
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
@@ -129,7 +129,7 @@ def _muscles(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
 
 def _amplitude_range(scene: Scene, amplitude: Any, states: tuple[float, ...]) -> tuple[float, float]:
     """Return the least and largest share of an amplitude in an analysis, including 0; 0 for an unreadable table."""
-    if isinstance(amplitude, State):
+    if isinstance(amplitude, PerState):
         return min(states, default=0.0), max(states, default=0.0)
     if isinstance(amplitude, Sine):
         swings = amplitude.frequency * max(

@@ -15,7 +15,7 @@ from softmark.interpreter.language.sweep_values import SweepTarget, Variant
 from softmark.interpreter.planning import robustness_plan
 from softmark.interpreter.planning.sweep_expansion import chain, override_of, value_in
 from softmark.interpreter.validation.scene_checks import apply_overrides
-from softmark.interpreter.vocabulary.study_words import Convergence, Stability, Sweep
+from softmark.interpreter.vocabulary.study_words import Convergence, RobustnessStudy, Sweep
 from softmark.records import dataclass
 
 MOST = 50  # largest number of sweeps of a scene
@@ -38,7 +38,7 @@ def check(scene: Scene) -> Iterator[Diagnostic]:
     for name, study in studies.items():
         if name in tried:
             yield from _sweep(scene, study, tried[name])
-        elif isinstance(study.thing, Stability):
+        elif isinstance(study.thing, RobustnessStudy):
             yield from robustness_plan.find_study_errors(scene, study)
         else:
             yield from _check_sweep_user(scene, study, tried)

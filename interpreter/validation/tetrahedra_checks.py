@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.solvers.elements import ELEMENTS, element_of
 from softmark.solvers.elements.reference_cells import Tetrahedron
-from softmark.solvers.mesh.surface_bodies import Filled, SurfaceBody
+from softmark.solvers.mesh.surface_bodies import SurfaceBody, Tetrahedralized
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
@@ -24,7 +24,7 @@ def check_filled_surface(model: Declared, case: Case, shape: SurfaceBody) -> Dia
     kind = _hexahedral_element(model)
     if not kind:
         return None
-    name = Path(shape.file).name if isinstance(shape, Filled) else case.body.name
+    name = Path(shape.file).name if isinstance(shape, Tetrahedralized) else case.body.name
     return diagnostic("E577", model.at(), f"`{model.name}` needs {kind}, but `{name}` is filled with tetrahedra",
                       "tetrahedra only", f"use {FIT}; tet10 does not lock as tet4 does")  # fmt: skip
 

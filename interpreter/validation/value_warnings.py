@@ -18,10 +18,10 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.scene_states import find_time_dependent
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.planning.run_plan import find_needed
-from softmark.interpreter.vocabulary.amplitude_words import State
+from softmark.interpreter.vocabulary.amplitude_words import PerState
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.load_words import BodyForce
-from softmark.interpreter.vocabulary.support_words import Bedded, Symmetric
+from softmark.interpreter.vocabulary.support_words import ElasticFoundationSupport, Symmetric
 
 LIGHTEST, HEAVIEST = 10.0, 30_000.0  # kg/m^3: a light foam, and more than osmium
 SOFTEST, STIFFEST = 10.0, 2e12  # Pa: a very soft gel, and stiffer than diamond
@@ -112,7 +112,7 @@ def _dashpots(scene: Scene) -> Iterator[Diagnostic]:
     if analysis is not None and isinstance(analysis.thing, Dynamic):
         return
     for bed in scene.of_kind("support").values():
-        if isinstance(bed.thing, Bedded) and bed.thing.damping:
+        if isinstance(bed.thing, ElasticFoundationSupport) and bed.thing.damping:
             where = f"in `{analysis.name}`" if analysis else "in a static analysis"
             problem = f"the dashpots of `{bed.name}` have no effect {where}"
             help = "declare `dynamic(...)`, or remove the damping: dashpots act on velocities"
@@ -145,7 +145,7 @@ def _amplitudes(scene: Scene) -> Iterator[Diagnostic]:
     if any(isinstance(a.thing, Dynamic | Quasistatic) for a in scene.of_kind("analysis").values()):
         return
     for declared in find_time_dependent(scene):
-        if declared.thing.amplitude is not None and not isinstance(declared.thing.amplitude, State):
+        if declared.thing.amplitude is not None and not isinstance(declared.thing.amplitude, PerState):
             yield diagnostic("W317", declared.at("amplitude"),
                              f"the `amplitude` of `{declared.name}` has no effect in a static analysis",
                              "a static analysis has no time",

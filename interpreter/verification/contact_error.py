@@ -59,9 +59,9 @@ def edge_area(metric: ContactArea, seen: ProbeResultUnderTest) -> float:
 
 def gap_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
     """Return the part of the stated error due to gaps; none without contact."""
-    from softmark.interpreter.vocabulary.self_contact_words import Itself
+    from softmark.interpreter.vocabulary.self_contact_words import SelfContact
 
-    own = [pair.name for pair in whole.case.pairs if isinstance(pair.thing, Itself)]
+    own = [pair.name for pair in whole.case.pairs if isinstance(pair.thing, SelfContact)]
     if not (own or whole.case.contacts):
         return {}
     beds: Any = getattr(whole.prepared, "beds", {})

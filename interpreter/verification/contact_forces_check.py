@@ -34,10 +34,10 @@ from softmark.solvers.independent_forces.solid_forces import EPS, Floats, Ints
 from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
-from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, Tip
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, RoundedCone
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
 from softmark.solvers.mesh.spheres import Sphere, SphericalShell
-from softmark.solvers.mesh.surface_bodies import Filled
+from softmark.solvers.mesh.surface_bodies import Tetrahedralized
 from softmark.solvers.mesh.tubes import Tube
 
 if TYPE_CHECKING:
@@ -381,9 +381,9 @@ DISTANCES: Mapping[type, Callable[[Any], rigid_contact_forces.Distance]] = {
     Cone: _cone,
     Revolved: lambda shape: _around(shape, shape.outline),
     Punch: _punch,
-    Tip: _tip,
+    RoundedCone: _tip,
     Extruded: _extruded,
-    Filled: _enclosed,
+    Tetrahedralized: _enclosed,
     MeshFile: _enclosed,
     Union: _enclosed,
     Difference: _enclosed,

@@ -14,7 +14,7 @@ import numpy as np
 
 from softmark.interpreter.verification.load_forces_check import MOST_UNSURE, sample_facets, select_facets
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
-from softmark.interpreter.vocabulary.support_words import Level
+from softmark.interpreter.vocabulary.support_words import RigidPlate
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import Floats, Ints
 
@@ -41,7 +41,7 @@ def foundation_forces(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[s
 
 
 def _forces_of_foundation(bed: Declared, case: Case, mesh: DeformedMesh, u: Floats) -> tuple[Floats, float]:
-    if isinstance(bed.thing, Level):
+    if isinstance(bed.thing, RigidPlate):
         return _rigid_plate_forces(bed, case, mesh, u), 0.0
     total, unsure = np.zeros_like(u), 0.0
     for whole, parts, (open_facets, left) in select_facets(bed.thing.where, case, mesh.mesh):

@@ -7,36 +7,36 @@ from __future__ import annotations
 
 from typing import Any
 
-from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, Smooth, State, Table
+from softmark.interpreter.vocabulary.amplitude_words import PerState, Pulse, Ramp, Sine, Smooth, Table
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic, Static
 from softmark.interpreter.vocabulary.body_words import Axisymmetric, BeamNetwork, PlaneStrain, PlaneStress, Rigid, Solid
-from softmark.interpreter.vocabulary.contact_words import Between
+from softmark.interpreter.vocabulary.contact_words import RigidContactPair
 from softmark.interpreter.vocabulary.load_words import (
     Gravity,
     LineLoad,
     PointForce,
     Pressure,
+    RemoteStressLoad,
     Tendon,
-    Tension,
     Torque,
     Traction,
 )
-from softmark.interpreter.vocabulary.probe_words import Line, Markers, Nodes, Point, Surface, Volume
+from softmark.interpreter.vocabulary.probe_words import Line, Markers, MeshNodes, Point, Surface, Volume
 from softmark.interpreter.vocabulary.published_words import Column
 from softmark.interpreter.vocabulary.region_words import BodyGroup, BodyPart
-from softmark.interpreter.vocabulary.self_contact_words import Itself, Tied
-from softmark.interpreter.vocabulary.study_words import Convergence, Pareto, Stability, Sweep
+from softmark.interpreter.vocabulary.self_contact_words import SelfContact, Tied
+from softmark.interpreter.vocabulary.study_words import Convergence, Pareto, RobustnessStudy, Sweep
 from softmark.interpreter.vocabulary.support_words import (
-    Bedded,
     Displaced,
     Drained,
+    ElasticFoundationSupport,
     Fixed,
-    Follows,
-    Hinged,
-    Level,
+    MeasuredMotion,
+    Pinned,
     PorePressure,
+    RigidPlate,
+    Rotated,
     Symmetric,
-    Turned,
 )
 
 BODIES: dict[str, type[Any]] = {
@@ -56,26 +56,26 @@ REGIONS: dict[str, type[Any]] = {
 SUPPORTS: dict[str, type[Any]] = {
     "fixed": Fixed,
     "displaced": Displaced,
-    "rotated": Turned,
-    "measured_motion": Follows,
+    "rotated": Rotated,
+    "measured_motion": MeasuredMotion,
     "symmetric": Symmetric,
-    "pinned": Hinged,
-    "elastic_foundation": Bedded,
-    "rigid_plate": Level,
+    "pinned": Pinned,
+    "elastic_foundation": ElasticFoundationSupport,
+    "rigid_plate": RigidPlate,
     "drained": Drained,
     "pore_pressure": PorePressure,
 }
 
 CONTACTS: dict[str, type[Any]] = {
-    "rigid_contact": Between,
-    "self_contact": Itself,
+    "rigid_contact": RigidContactPair,
+    "self_contact": SelfContact,
     "tied": Tied,
 }
 
 LOADS: dict[str, type[Any]] = {
     "gravity": Gravity,
     "traction": Traction,
-    "remote_stress": Tension,
+    "remote_stress": RemoteStressLoad,
     "pressure": Pressure,
     "point_force": PointForce,
     "torque": Torque,
@@ -95,7 +95,7 @@ AMPLITUDES: dict[str, type[Any]] = {
     "pulse": Pulse,
     "sine": Sine,
     "table": Table,
-    "per_state": State,
+    "per_state": PerState,
 }
 
 PROBES: dict[str, type[Any]] = {
@@ -103,7 +103,7 @@ PROBES: dict[str, type[Any]] = {
     "line": Line,
     "surface": Surface,
     "volume": Volume,
-    "mesh_nodes": Nodes,
+    "mesh_nodes": MeshNodes,
     "markers": Markers,
 }
 
@@ -115,5 +115,5 @@ STUDIES: dict[str, type[Any]] = {
     "sweep": Sweep,
     "convergence": Convergence,
     "pareto": Pareto,
-    "robustness": Stability,
+    "robustness": RobustnessStudy,
 }

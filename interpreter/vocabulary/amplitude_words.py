@@ -197,7 +197,7 @@ def _read_table(path: str, changed: int, at: str, value: str, unit: float, whole
 
 
 @dataclass(frozen=True)
-class State:
+class PerState:
     """Scales with the value of each state of a static analysis: `amplitude = per_state`.
 
     In the state `12.5 %` of `static(states = [5, 12.5, 18.25] %)` a load acts with an eighth of its size, and a support

@@ -12,7 +12,7 @@ from softmark.records import dataclass
 
 
 @dataclass(frozen=True)
-class Between:
+class RigidContactPair:
     """Contact of a deformable body with a rigid body, without penetration; friction is optional.
 
     The rigid body stays where it is declared unless a support moves it, `support hand = displaced(ball, by = (0, 0, -1)

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Self
 
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
 from softmark.interpreter.results.state_results import Moment
-from softmark.interpreter.vocabulary.amplitude_words import AtOneTime, State
+from softmark.interpreter.vocabulary.amplitude_words import AtOneTime, PerState
 from softmark.records import dataclass
 
 Vector3 = tuple[float, float, float]
@@ -133,10 +133,10 @@ def in_state_of_value(thing: Any, value: float) -> Any:
     """
     if isinstance(value, Moment):
         full, amplitude = thing, thing.amplitude
-        if amplitude is None or isinstance(amplitude, State):  # validation refuses `amplitude = per_state` here
+        if amplitude is None or isinstance(amplitude, PerState):  # validation refuses `amplitude = per_state` here
             return thing
         return replace(thing.part(amplitude.at(value)), amplitude=AtOneTime(full))
-    return replace(thing.part(value), amplitude=None) if isinstance(thing.amplitude, State) else thing
+    return replace(thing.part(value), amplitude=None) if isinstance(thing.amplitude, PerState) else thing
 
 
 class HasMaterial:
@@ -198,7 +198,7 @@ class Traction(Load):
 
 
 @dataclass(frozen=True)
-class Tension(Load):
+class RemoteStressLoad(Load):
     """Traction of a uniform remote stress along a direction, on a part of the surface.
 
     The force per undeformed area is T (d.n) d, with T the stress, d its direction and n the outward normal: it is

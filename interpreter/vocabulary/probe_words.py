@@ -89,7 +89,7 @@ class Surface(Probe):
 
 
 @dataclass(frozen=True)
-class Nodes(Probe):
+class MeshNodes(Probe):
     """The nodes of a given mesh of the body, as in studies that compare node by node."""
 
     body: Annotated[str, "body", "body that is evaluated"]

@@ -11,7 +11,7 @@ REACH = 1e-2  # default largest gap of tied surfaces, as a fraction of the body 
 
 
 @dataclass(frozen=True)
-class Itself:
+class SelfContact:
     """Self-contact of a body: separate pieces of `disjoint(...)` with each other, and the folds of one piece.
 
     Both surfaces deform and nothing penetrates: no triangle of the surface crosses another one, in any intermediate

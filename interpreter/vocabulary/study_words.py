@@ -56,7 +56,7 @@ class Pareto:
 
 
 @dataclass(frozen=True)
-class Stability:
+class RobustnessStudy:
     """Robustness study: varies quantities one at a time, from the scene outward, to the limit where each model fails.
 
     Everything else stays as declared. `over = [rubber.poisson, tip.vector, slenderness, coarse.size]` names parameters

@@ -179,7 +179,7 @@ class Displaced(ByVector, Holding):
 
 
 @dataclass(frozen=True)
-class Turned(Holding):
+class Rotated(Holding):
     """Rotates the selected part of a body about an axis (right-hand rule), by up to ten full turns.
 
     Every point moves exactly on its circle about the axis, not only to first order. A static analysis applies the
@@ -225,7 +225,7 @@ class Turned(Holding):
 
 
 @dataclass(frozen=True)
-class Follows(Holding):
+class MeasuredMotion(Holding):
     """Moves the selected part of a body as tracked points moved in an experiment.
 
     Displacements between the tracked points are interpolated by thin plate splines (Duchon 1977), exact at the points,
@@ -249,7 +249,7 @@ class Follows(Holding):
 
 
 @dataclass(frozen=True)
-class Hinged(ByVector):
+class Pinned(ByVector):
     """Holds or moves points on the axes of a network, and leaves their cross-sections free to rotate.
 
     With an `axis` sections rotate only about it, as on a pin; by default they rotate freely, as on a ball joint.
@@ -273,7 +273,7 @@ class Hinged(ByVector):
 
 
 @dataclass(frozen=True)
-class Bedded(Support):
+class ElasticFoundationSupport(Support):
     """Elastic foundation: springs and dashpots under a part of the surface, for surrounding tissue, foam or soil.
 
     The traction -(stiffness u + damping v) acts at every point, per undeformed area, with u the displacement and v the
@@ -294,7 +294,7 @@ class Bedded(Support):
 
 
 @dataclass(frozen=True)
-class Level(Support):
+class RigidPlate(Support):
     """Keeps a plane face parallel to itself: a rigid frictionless plate on it that cannot tilt.
 
     All points of the face move by the same distance along its normal, which follows from the loads, and freely in the

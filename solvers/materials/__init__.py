@@ -37,7 +37,7 @@ from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
 from softmark.solvers.materials.transversely_isotropic import TransverselyIsotropic
 from softmark.solvers.materials.veronda_westmann import VerondaWestmann
-from softmark.solvers.materials.viscoelastic import Viscous
+from softmark.solvers.materials.viscoelastic import Viscoelastic
 from softmark.solvers.materials.volumetric_constraints import CorotationalDilatation, Dilatation, MixedSplit
 from softmark.solvers.materials.yeoh import Yeoh
 
@@ -77,7 +77,7 @@ DIRECTED: dict[str, type[Any]] = {  # anisotropic materials
 }
 
 # words for materials in scenes: laws, and materials that wrap another one
-WORDS: Mapping[str, type[Any]] = ChainMap({"viscoelastic": Viscous, "biphasic": Biphasic}, DIRECTED, MATERIALS)
+WORDS: Mapping[str, type[Any]] = ChainMap({"viscoelastic": Viscoelastic, "biphasic": Biphasic}, DIRECTED, MATERIALS)
 
 
 class NoFiniteLaw(Exception):

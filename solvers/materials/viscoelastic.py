@@ -8,7 +8,7 @@ from softmark.records import dataclass
 
 
 @dataclass(frozen=True)
-class Viscous:
+class Viscoelastic:
     """Finite linear viscoelasticity: the stress of any elastic law relaxes by a Prony series.
 
     S(t) = S_rest + G(t) S0(0) + int_0^t G(t - s) dS0/ds ds,  G(t) = 1 - sum_i g_i (1 - exp(-t / tau_i))

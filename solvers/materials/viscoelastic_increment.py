@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from softmark.solvers.materials.constitutive_law import Array, Law
     from softmark.solvers.materials.maxwell_branch_energy import FirstInvariantBranch
     from softmark.solvers.materials.strain_measures import StrainMeasure
-    from softmark.solvers.materials.viscoelastic import Viscous
+    from softmark.solvers.materials.viscoelastic import Viscoelastic
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
@@ -136,7 +136,7 @@ class PronySeries:
         )
 
 
-def relaxing_part(material: Viscous, strain: str) -> Law | None:
+def relaxing_part(material: Viscoelastic, strain: str) -> Law | None:
     """Return the law of the relaxing stress for a strain measure; None if a material has no such part."""
     elastic: Any = material.law
     if material.of == "whole":
@@ -148,7 +148,7 @@ def relaxing_part(material: Viscous, strain: str) -> Law | None:
     return found
 
 
-def prony_series(material: Viscous, strain: str) -> PronySeries:
+def prony_series(material: Viscoelastic, strain: str) -> PronySeries:
     """Return the Prony series of a material. Raises ValueError if its law has no part that relaxes."""
     if (part := relaxing_part(material, strain)) is None:
         raise ValueError(f"no part of its stress relaxes in {strain} strain")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from softmark.records import dataclass
 from softmark.solvers.mesh.conforming_planes import smallest_size
 from softmark.solvers.mesh.shape import Bounds, Shape, Vector3, add_multiples
-from softmark.solvers.mesh.surface_bodies import Filled, SurfaceBody, modification_stamp
+from softmark.solvers.mesh.surface_bodies import SurfaceBody, Tetrahedralized, modification_stamp
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.conforming_planes import Cut
@@ -227,7 +227,7 @@ def _faceted_surface(shape: Shape, facets: float, halved: int) -> Surface:
         surface = _closed_surface(shape, file_stamp(shape), shape.facets or facets, halved)
         return surface.points, surface.triangles
     if not shape.sides:
-        return shape.surface(facets if shape.prebuilt or isinstance(shape, Filled) else shape.diagonal)
+        return shape.surface(facets if shape.prebuilt or isinstance(shape, Tetrahedralized) else shape.diagonal)
     times = max(0, int(math.log2(max(1.0, COARSE * shape.diagonal / facets))))
     skin = shape.surface(facets * 2**times)
     for _ in range(times + halved):

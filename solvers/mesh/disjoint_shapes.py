@@ -19,7 +19,7 @@ else:
 
 
 @dataclass(frozen=True)
-class Apart(Shape):
+class DisjointShapes(Shape):
     """One body of two separate shapes: they share no node, whether they touch or not.
 
     Each has its own mesh, and the meshes need not match. `contact c = self_contact(BODY)` keeps them from penetrating
@@ -99,9 +99,9 @@ class Apart(Shape):
         """Return whether one of them contains a point."""
         return any(shape.contains(point) for shape in self.pair)
 
-    def slice(self, depth: float) -> Apart:
+    def slice(self, depth: float) -> DisjointShapes:
         """Return the slices of both plane regions with a thickness (m)."""
-        return Apart(_slice_region(self.one, depth), _slice_region(self.other, depth), self.coarser)
+        return DisjointShapes(_slice_region(self.one, depth), _slice_region(self.other, depth), self.coarser)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...] | None:
         """Return the number of cells of both along their directions; None if the size does not determine them."""

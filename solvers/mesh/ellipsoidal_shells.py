@@ -80,7 +80,7 @@ class EllipsoidalWall:
 
 
 @dataclass(frozen=True)
-class BowlSection(EllipsoidalWall, PlaneRegion):
+class TruncatedEllipsoidSection(EllipsoidalWall, PlaneRegion):
     """Half the axial section of a truncated ellipsoidal shell about the y axis, for `axisymmetric`.
 
     It lies where x >= 0, between two ellipses around the origin, below y = `rim`. Cells go from one ellipse to the
@@ -128,7 +128,7 @@ class BowlSection(EllipsoidalWall, PlaneRegion):
 
 
 @dataclass(frozen=True)
-class Bowl(EllipsoidalWall, Shape):
+class TruncatedEllipsoidShell(EllipsoidalWall, Shape):
     """The wall between two ellipsoids about one axis, closed below and cut off above, like a heart ventricle.
 
     `axis` points from the tip to the rim. It is meshed with layers of hexahedra over a disc around the tip, or with

@@ -182,7 +182,7 @@ class Punch(RoundedRevolution):
 
 
 @dataclass(frozen=True)
-class Tip(RoundedRevolution):
+class RoundedCone(RoundedRevolution):
     """A circular cone with a rounded tip at `origin`, from which the axis points into the cone; for rigid bodies only.
 
     `angle` is the full angle at its tip, between opposite sides. The tip is part of a sphere, and the rim of its far

@@ -18,12 +18,12 @@ from softmark.solvers.mesh.cell_counts import circle_radii, count_disc_cells, co
 from softmark.solvers.mesh.conforming_planes import Cut, count_cells, cuts_along
 from softmark.solvers.mesh.cross_sections import Disc, Rectangle
 from softmark.solvers.mesh.curved_boundary import CylinderSide, cylinders_of_cuts
-from softmark.solvers.mesh.disjoint_shapes import Apart
-from softmark.solvers.mesh.ellipsoidal_shells import Bowl, BowlSection
+from softmark.solvers.mesh.disjoint_shapes import DisjointShapes
+from softmark.solvers.mesh.ellipsoidal_shells import TruncatedEllipsoidSection, TruncatedEllipsoidShell
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.plane_regions import Quadrilateral, QuarterRing
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
-from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, Tip
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, RoundedCone
 from softmark.solvers.mesh.shape import (
     Bounds,
     Prism,
@@ -36,7 +36,7 @@ from softmark.solvers.mesh.shape import (
     transverse,
 )
 from softmark.solvers.mesh.spheres import Ellipsoid, Sphere, SphericalShell
-from softmark.solvers.mesh.surface_bodies import Filled
+from softmark.solvers.mesh.surface_bodies import Tetrahedralized
 from softmark.solvers.mesh.tubes import Tube
 
 if TYPE_CHECKING:
@@ -258,16 +258,16 @@ SHAPES: dict[str, type[Shape]] = {
     "spherical_shell": SphericalShell,
     "quadrilateral": Quadrilateral,
     "quarter_ring": QuarterRing,
-    "truncated_ellipsoid_shell": Bowl,
-    "truncated_ellipsoid_section": BowlSection,
+    "truncated_ellipsoid_shell": TruncatedEllipsoidShell,
+    "truncated_ellipsoid_section": TruncatedEllipsoidSection,
     "mesh": MeshFile,
-    "tetrahedralized": Filled,
+    "tetrahedralized": Tetrahedralized,
     "union": Union,
     "difference": Difference,
     "intersection": Intersection,
-    "disjoint": Apart,
+    "disjoint": DisjointShapes,
     "half_space": HalfSpace,
     "rounded_box": RoundedBox,
     "punch": Punch,
-    "rounded_cone": Tip,
+    "rounded_cone": RoundedCone,
 }

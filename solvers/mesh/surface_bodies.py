@@ -61,7 +61,7 @@ class SurfaceBody(Shape):
 
 
 @dataclass(frozen=True)
-class Filled(SurfaceBody):
+class Tetrahedralized(SurfaceBody):
     """The volume inside a closed surface of triangles in a file (STL, OBJ, PLY, OFF, VTK, ...), filled with tetrahedra.
 
     A model's `size` is the cell size; smaller cells are made where the surface needs them. The mesher, fTetWild (Hu et

@@ -18,7 +18,7 @@ import softmark
 from softmark.interpreter.models.external import external_builder
 from softmark.interpreter.models.external.adapters import PROGRAMS, adapter, calculix
 from softmark.interpreter.models.external.adapters.package_process import Package, problem_in
-from softmark.interpreter.models.external.external_declaration import Outside
+from softmark.interpreter.models.external.external_declaration import ExternalSolver
 from softmark.interpreter.models.external.external_problem import Answer, ExternalNotConverged, Problem
 from softmark.interpreter.pipeline import run_pipeline
 from softmark.interpreter.report.run.report_page import render
@@ -117,7 +117,7 @@ def test_what_a_program_can_do_is_said_once() -> None:
     said = PROGRAMS["calculix"]
     assert (said.title, said.elements, dict(said.laws)) == (calculix.title, (*calculix.elements,), dict(calculix.laws))
     assert {adapter(name).install for name in PROGRAMS}
-    assert all(name in (Outside.__doc__ or "") for name in PROGRAMS)
+    assert all(name in (ExternalSolver.__doc__ or "") for name in PROGRAMS)
 
 
 # ------------------------------------------------------------------ what goes wrong

@@ -16,7 +16,7 @@ import softmark
 from softmark.interpreter.pipeline.run_options import RunOptions
 from softmark.interpreter.pipeline.run_pipeline import run_scene
 from softmark.solvers.mesh import mesh_groups
-from softmark.solvers.mesh.disjoint_shapes import Apart
+from softmark.solvers.mesh.disjoint_shapes import DisjointShapes
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
 from softmark.solvers.mesh.mesh_refinement import build_finer_space
 from softmark.solvers.mesh.plane_region_files import FileSlice
@@ -229,7 +229,7 @@ def test_a_region_of_a_file_is_apart_from_another(tmp_path: Path) -> None:
     """It is meshed by its own cells, beside those of a size: a sheet and its twin above it have twice its volume."""
     region = MeshFile(sheet(tmp_path / "sheet.msh", "quad4"), 1.0)
     twin = Quadrilateral(*((x, y + 0.04, z) for x, y, z in (SHEET.first, SHEET.second, SHEET.third, SHEET.fourth)))
-    for pair in (Apart(twin, region), Apart(region, twin)):
+    for pair in (DisjointShapes(twin, region), DisjointShapes(region, twin)):
         assert not pair.fault
         assert pair.flat
         np.testing.assert_allclose(pair.ends, [(0.01, 0.0), (0.05, 0.07)], atol=1e-12)
@@ -238,4 +238,4 @@ def test_a_region_of_a_file_is_apart_from_another(tmp_path: Path) -> None:
         assert len(made.cells) == 2 * len(one.cells)
         assert made.volumes.sum() == pytest.approx(2.0 * one.volumes.sum(), rel=1e-9)
     with pytest.raises(UnreadableMesh, match="overlap"):
-        Apart(region, SHEET).slice(0.002).mesh("quad4", SIZE)
+        DisjointShapes(region, SHEET).slice(0.002).mesh("quad4", SIZE)

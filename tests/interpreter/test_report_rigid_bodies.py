@@ -22,10 +22,10 @@ from softmark.interpreter.report.view3d.rigid_bodies_view import AROUND, room_of
 from softmark.interpreter.results.run_report import DrawnSurface, Report
 from softmark.interpreter.results.vtk_writer import write_vtu
 from softmark.solvers.contact.signed_distance import gap_of
-from softmark.solvers.mesh.rigid_shapes import Punch, RoundedBox, Tip
+from softmark.solvers.mesh.rigid_shapes import Punch, RoundedBox, RoundedCone
 
 AXIS = (0.6, 0.0, 0.8)
-ROUNDED = [Punch(0.8, 0.2, 1.5, AXIS, (0.0, -0.5, -0.6)), Punch(1.0, 0.95, 20.0), Tip(1.0, 0.3, 3.0, AXIS),
+ROUNDED = [Punch(0.8, 0.2, 1.5, AXIS, (0.0, -0.5, -0.6)), Punch(1.0, 0.95, 20.0), RoundedCone(1.0, 0.3, 3.0, AXIS),
            RoundedBox((2.0, 1.0, 1.5), 0.2, (-1.0, -0.5, -0.75))]  # fmt: skip
 SCENE = """softmark 1
 material gel   = linear_elastic(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)

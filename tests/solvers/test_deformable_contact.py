@@ -13,7 +13,7 @@ from softmark.solvers.energies.energy import VectorSpace
 from softmark.solvers.independent_forces.self_intersection import find_intersections
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.neo_hookean import NeoHookean
-from softmark.solvers.mesh.disjoint_shapes import Apart
+from softmark.solvers.mesh.disjoint_shapes import DisjointShapes
 from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.plane_regions import Quadrilateral
 from softmark.solvers.mesh.shapes import Box
@@ -27,14 +27,14 @@ GAP = 2e-3
 
 def blocks(kind, gap=GAP, size=0.5, coarser=0.68):
     """Two cubes of 1 m, one above the other, whose meshes do not match."""
-    return Apart(Box((1.0, 1.0, 1.0)), Box((1.0, 1.0, 1.0), (0.0, 0.0, 1.0 + gap)), coarser).mesh(kind, size)
+    return DisjointShapes(Box((1.0, 1.0, 1.0)), Box((1.0, 1.0, 1.0), (0.0, 0.0, 1.0 + gap)), coarser).mesh(kind, size)
 
 
 def slices(kind, gap=GAP):
     """The same as squares."""
     low = Quadrilateral((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0))
     high = Quadrilateral((0.0, 1.0 + gap, 0.0), (1.0, 1.0 + gap, 0.0), (1.0, 2.0, 0.0), (0.0, 2.0, 0.0))
-    return Apart(low, high, 1.4).slice(0.05).mesh(kind, 0.25)
+    return DisjointShapes(low, high, 1.4).slice(0.05).mesh(kind, 0.25)
 
 
 def between(mesh, gap=GAP):

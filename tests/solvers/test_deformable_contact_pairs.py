@@ -19,7 +19,7 @@ from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials import Law, law_for
 from softmark.solvers.materials.neo_hookean import NeoHookean
-from softmark.solvers.mesh.disjoint_shapes import Apart
+from softmark.solvers.mesh.disjoint_shapes import DisjointShapes
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.plane_regions import Quadrilateral
 from softmark.solvers.mesh.shapes import Box
@@ -52,7 +52,11 @@ def blocks(
     energy: Energies, law: Law, name: str, v: tuple[float, float], size: float = 5e-3, floor: bool = True
 ) -> tuple[Mesh, Any, Dynamics]:
     """A block of 20 mm on a slab of 40 mm, in plane strain, held below or flying; which nodes are the block's."""
-    mesh = Apart(rectangle(0.0, 0.0, 0.04), rectangle(0.01, 0.005 + GAP, 0.02), 0.8).slice(0.01).mesh("quad4", size)
+    mesh = (
+        DisjointShapes(rectangle(0.0, 0.0, 0.04), rectangle(0.01, 0.005 + GAP, 0.02), 0.8)
+        .slice(0.01)
+        .mesh("quad4", size)
+    )
     P, n = mesh.points, mesh.points.size
     top = P[:, 1] > 0.005 + 0.5 * GAP
     mass = weighed(mesh, 1000.0)
@@ -126,7 +130,7 @@ def bars(
 ) -> tuple[Any, Dynamics, IpcContact]:
     """Two of length, modulus and density 1, of which the first flies into the second; its nodes."""
     h = 0.25
-    mesh = Apart(Box((1.0, h, h)), Box((1.0, h, h), (1.001, 0.0, 0.0)), 1.0).mesh("hex8", h)
+    mesh = DisjointShapes(Box((1.0, h, h)), Box((1.0, h, h), (1.001, 0.0, 0.0)), 1.0).mesh("hex8", h)
     P, n = mesh.points, mesh.points.size
     near = np.flatnonzero((np.abs(P[mesh.facets][:, :, 0] - 1.0005) < 0.01).all(axis=1))
     pressing = IpcContact(build_contact_surface(mesh, n, 2, near), 1e-4, 0.5, True)

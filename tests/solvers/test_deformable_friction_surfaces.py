@@ -10,7 +10,7 @@ import pytest
 from softmark.solvers.contact.closest_face_points import closest_point_weights
 from softmark.solvers.contact.contact_surface import build_contact_surface
 from softmark.solvers.independent_forces import deformable_friction_forces as again
-from softmark.solvers.mesh.disjoint_shapes import Apart
+from softmark.solvers.mesh.disjoint_shapes import DisjointShapes
 from softmark.solvers.mesh.plane_regions import Quadrilateral
 from softmark.solvers.mesh.shapes import Box
 
@@ -27,10 +27,10 @@ def made(kind, depth=0.0):
     if kind.startswith(("quad", "tri")):
         low = Quadrilateral((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0))
         high = Quadrilateral((0.0, 1.0 + GAP, 0.0), (1.0, 1.0 + GAP, 0.0), (1.0, 2.0, 0.0), (0.0, 2.0, 0.0))
-        mesh = Apart(low, high, 1.4).slice(0.05).mesh(kind, 0.25)
+        mesh = DisjointShapes(low, high, 1.4).slice(0.05).mesh(kind, 0.25)
     else:
         high = Box((1.0, 1.0, 1.0), (0.0, 0.0, 1.0 + GAP))
-        mesh = Apart(Box((1.0, 1.0, 1.0)), high, 0.68).mesh(kind, 0.5)
+        mesh = DisjointShapes(Box((1.0, 1.0, 1.0)), high, 0.68).mesh(kind, 0.5)
     flat = kind.startswith(("quad", "tri"))
     pressing = IpcContact(build_contact_surface(mesh, mesh.points.size, 3, None, flat, depth), 2 * GAP, 100.0, True)
     x = 2e-4 * np.random.default_rng(1).standard_normal(mesh.points.size)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from softmark.solvers.mesh.ellipsoidal_shells import Bowl, BowlSection
+from softmark.solvers.mesh.ellipsoidal_shells import TruncatedEllipsoidSection, TruncatedEllipsoidShell
 from softmark.solvers.mesh.plane_regions import Slice
 
 WALL = (0.007, 0.017, 0.010, 0.020)
@@ -27,8 +27,8 @@ def between(rim: float, power: int) -> float:
 
 @pytest.mark.parametrize("rim", [-0.004, 0.0, 0.005])
 def test_area_and_volume_are_integrals(rim: float) -> None:
-    assert BowlSection(*WALL, rim).area == pytest.approx(between(rim, 1), rel=1e-8)
-    assert Bowl(*WALL, rim).volume == pytest.approx(math.pi * between(rim, 2), rel=1e-8)
+    assert TruncatedEllipsoidSection(*WALL, rim).area == pytest.approx(between(rim, 1), rel=1e-8)
+    assert TruncatedEllipsoidShell(*WALL, rim).volume == pytest.approx(math.pi * between(rim, 2), rel=1e-8)
 
 
 @pytest.mark.parametrize("more", [{}, PLACED, {"tip": 0.3}], ids=["along z", "anywhere", "finer about the tip"])
@@ -38,7 +38,7 @@ def test_nodes_lie_on_the_wall_and_its_rim(kind: str, more: dict[str, tuple[floa
 
     Quadratic cells hold the volume to 1 % on this mesh of two layers; the rim of the hole is a circle of the ellipsoid.
     """
-    bowl = Bowl(*WALL, 0.005, 2, **more)
+    bowl = TruncatedEllipsoidShell(*WALL, 0.005, 2, **more)
     mesh = bowl.mesh(kind, 0.006)
     assert mesh.volumes.min() > 0.0
     Y = mesh.points - np.array(bowl.origin)
@@ -61,7 +61,7 @@ def test_nodes_lie_on_the_wall_and_its_rim(kind: str, more: dict[str, tuple[floa
 
 def test_bounds_are_reached() -> None:
     """Of a bowl that lies askew: by points of its outer side and of its rim."""
-    bowl = Bowl(*WALL, 0.005, **PLACED)
+    bowl = TruncatedEllipsoidShell(*WALL, 0.005, **PLACED)
     v, u = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, 721), np.linspace(0.0, math.acos(-0.005 / 0.020), 721))
     e3 = np.array(bowl.axis)
     e1 = np.cross(e3, [1.0, 0.0, 0.0])
@@ -72,7 +72,7 @@ def test_bounds_are_reached() -> None:
 
 
 def test_a_section_has_its_layers_and_turns_into_the_bowl() -> None:
-    section = BowlSection(*WALL, 0.005, 3)
+    section = TruncatedEllipsoidSection(*WALL, 0.005, 3)
     mesh = Slice(section, 1e-3).mesh("quad9", 0.004)
     assert Slice(section, 1e-3).counts(0.004)[0] == 3
     x, y, _ = mesh.points.T
@@ -84,7 +84,7 @@ def test_a_section_has_its_layers_and_turns_into_the_bowl() -> None:
 @pytest.mark.parametrize("tip", [1.0, 0.4])
 def test_cells_are_shorter_about_the_tip(tip: float) -> None:
     """Along the inner side of a section, of 16 cells: (15 tip + 1) / 16 of the mean at the tip, 2 - that at the rim."""
-    section = BowlSection(*WALL, 0.005, 1, tip)
+    section = TruncatedEllipsoidSection(*WALL, 0.005, 1, tip)
     _, z = section(np.zeros(17), np.linspace(0.0, 1.0, 17))
     steps = np.diff(np.arccos(-z / 0.017)) / np.arccos(-0.005 / 0.017) * 16.0
     assert steps[0] == pytest.approx((15.0 * tip + 1.0) / 16.0, rel=1e-9)
@@ -92,6 +92,6 @@ def test_cells_are_shorter_about_the_tip(tip: float) -> None:
 
 
 def test_walls_that_are_not_there_are_refused() -> None:
-    assert Bowl(0.010, 0.017, 0.010, 0.020, 0.005).fault
-    assert Bowl(*WALL, 0.018).fault
-    assert not Bowl(*WALL, 0.005).fault
+    assert TruncatedEllipsoidShell(0.010, 0.017, 0.010, 0.020, 0.005).fault
+    assert TruncatedEllipsoidShell(*WALL, 0.018).fault
+    assert not TruncatedEllipsoidShell(*WALL, 0.005).fault

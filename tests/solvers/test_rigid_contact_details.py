@@ -16,7 +16,7 @@ from softmark.solvers.contact.signed_distance import GAPS, gap_of
 from softmark.solvers.independent_forces import rigid_contact_forces
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
-from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, Tip
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, RoundedCone
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.spheres import Sphere, SphericalShell
 from softmark.solvers.mesh.tubes import Tube
@@ -34,7 +34,7 @@ SHAPES: dict[str, Any] = {
     "sharp cone": Cone(1.0, 0.8, 0.0, AXIS),
     "revolved": Revolved(((0.0, 0.0), (0.5, 0.2), (1.0, 0.0), (0.8, 1.0), (0.0, 0.7)), AXIS),
     "punch": Punch(0.6, 0.1, 1.0, AXIS),
-    "tip": Tip(1.2, 0.1, 1.0, AXIS),
+    "tip": RoundedCone(1.2, 0.1, 1.0, AXIS),
     "extruded": Extruded(((0.0, 0.0), (1.0, 0.0), (1.0, 0.4), (0.4, 0.4), (0.4, 1.0), (0.0, 1.0)), 0.7, "y", -0.3),
 }
 

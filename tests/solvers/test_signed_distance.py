@@ -18,7 +18,7 @@ from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
 from softmark.solvers.mesh.files.triangle_proximity import closest_points
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
-from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, RoundedRevolution, Tip
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, RoundedCone, RoundedRevolution
 from softmark.solvers.mesh.shape import Shape, Vector3
 from softmark.solvers.mesh.shapes import SHAPES, Box, Cylinder, MeshFile
 from softmark.solvers.mesh.spheres import Ellipsoid, Sphere, SphericalShell
@@ -39,7 +39,7 @@ KINDS: dict[str, Shape] = {
     "truncated": Cone(2.0, 0.4, 0.9, AXIS, (0.1, -0.5, -0.6)),
     "revolved": Revolved(NOTCHED, AXIS, (0.0, -0.5, -0.6)),
     "punch": Punch(0.8, 0.2, 1.5, AXIS, (0.0, -0.5, -0.6)),
-    "tip": Tip(1.2, 0.2, 1.5, AXIS, (0.0, -0.5, -0.6)),
+    "tip": RoundedCone(1.2, 0.2, 1.5, AXIS, (0.0, -0.5, -0.6)),
     "extruded": SHAPES["extruded"](((0, 0), (1, 0), (1, 0.5), (0.4, 0.5), (0.4, 1), (0, 1.5)), 0.8, "x", -0.3),  # type: ignore[call-arg]
 }
 SURFACES = {"surface of a ball": (KINDS["sphere"], 0.3), "surface with a notch": (KINDS["revolved"], 0.4)}
@@ -188,7 +188,7 @@ def test_values_by_hand() -> None:
     corner = np.array([[1.0, 0.5, 0.75]])
     assert own.gap(corner)[0] == pytest.approx(0.2 * (math.sqrt(3.0) - 1.0))
     assert own.gap(np.zeros((1, 3)))[0] == pytest.approx(-0.5)
-    tip = gap_of(Tip(math.pi / 3.0, 0.1, 2.0, (0.0, 0.0, 1.0)))
+    tip = gap_of(RoundedCone(math.pi / 3.0, 0.1, 2.0, (0.0, 0.0, 1.0)))
     assert tip is not None
     g, n, H = tip.look(np.array([[0.0, 0.0, -0.3]]))
     assert g[0] == pytest.approx(0.3)

@@ -20,7 +20,7 @@ from softmark.solvers.materials.strain_measures import (
     SmallStrainMeasure,
     StrainMeasure,
 )
-from softmark.solvers.materials.viscoelastic import Viscous
+from softmark.solvers.materials.viscoelastic import Viscoelastic
 from softmark.solvers.materials.viscoelastic_increment import prony_series
 
 ALL: list[StrainMeasure] = [SmallStrainMeasure(), GreenStrain(), IsochoricStrain(), BiotStrain()]
@@ -104,7 +104,7 @@ def walked(name: str, h: float, tau: list[float]) -> tuple[list[float], float]:
     end of the work of internal forces, by the trapezoidal rule, relative to it: less what is stored and dissipated."""
     word, constants, of, strain = GELS[name]
     shares, times = SimpleNamespace(values=[0.5, 0.4]), SimpleNamespace(values=tau)
-    gel = Viscous(WORDS[word](**constants, density=1.0), shares, times, of)
+    gel = Viscoelastic(WORDS[word](**constants, density=1.0), shares, times, of)
     memories = BodyHistory((ViscoelasticHistory.at_rest(Point(law_for(gel.law, strain)), prony_series(gel, strain)),))
     rng = np.random.default_rng(3)
     ways, turns = 0.25 * rng.uniform(-1.0, 1.0, (2, 3, 3)), rng.uniform(0.5, 3.0, (2, 3, 3))

@@ -22,7 +22,7 @@ from softmark.solvers.mesh.files.triangle_proximity import closest_points, find_
 from softmark.solvers.mesh.files.watertight_repair import ClosedSurface, close_surface, signed_volume
 from softmark.solvers.mesh.mesh_distortion import cell_qualities
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.mesh.surface_bodies import Filled, SurfaceBody
+from softmark.solvers.mesh.surface_bodies import SurfaceBody, Tetrahedralized
 
 Surface = tuple[Any, Any]
 needs_mesher = pytest.mark.skipif(find_spec("pytetwild") is None, reason="needs the extra `meshing`")
@@ -190,7 +190,7 @@ def test_formats(tmp_path: Path, ending: str) -> None:
         meshio.write_points_cells(file, 1e3 * X, [("triangle", T)])
     else:
         trimesh.Trimesh(1e3 * X, T, process=False).export(file)
-    shape = Filled(str(file), 1e-3)
+    shape = Tetrahedralized(str(file), 1e-3)
     assert shape.volume == pytest.approx(VOLUME, rel=1e-5), "binary STL has single precision"
     assert shape.bounds is not None
     np.testing.assert_allclose(shape.bounds, [X.min(axis=0), X.max(axis=0)], rtol=1e-6)
@@ -200,7 +200,7 @@ def test_a_file_that_was_changed_is_read_again(tmp_path: Path) -> None:
     file = tmp_path / "ball.stl"
     for factor in (1.0, 1.25):
         trimesh.Trimesh(factor * X, T, process=False).export(file)
-        assert Filled(str(file), 1.0).volume == pytest.approx(factor**3 * VOLUME, rel=1e-5)
+        assert Tetrahedralized(str(file), 1.0).volume == pytest.approx(factor**3 * VOLUME, rel=1e-5)
         (tmp_path / "other.stl").write_bytes(b"")
 
 
@@ -347,7 +347,7 @@ def test_a_raw_surface_of_marching_cubes(kept: Path, needs_data: Any) -> None:
 
     needs_data('"data:silicone-beam/truthcylinder1-bent.obj"')
     file = str(find_local("silicone-beam/truthcylinder1-bent.obj"))
-    surface = Filled(file, 4.85e-3, tolerance=1e-3)  # m a unit, about (its digest)
+    surface = Tetrahedralized(file, 4.85e-3, tolerance=1e-3)  # m a unit, about (its digest)
     known = surface.closed()
     said = "; ".join(known.repairs)
     assert all(word in said for word in ("41 holes", "12 triangles of walls without thickness", "4 specks", "passing"))
@@ -365,6 +365,6 @@ def test_an_element_of_ten_nodes_has_straight_edges(
     box = Box((0.01, 0.01, 0.01)).mesh("tet4", 0.003)
     monkeypatch.setattr(tetrahedralization, "_run_mesher", lambda *arguments: (box.points, box.cells, 1.0))
     trimesh.Trimesh(*CUBE, process=False).export(tmp_path / "cube.stl")
-    mesh = Filled(str(tmp_path / "cube.stl"), 1.0).mesh("tet10", 0.003)
+    mesh = Tetrahedralized(str(tmp_path / "cube.stl"), 1.0).mesh("tet10", 0.003)
     assert len(mesh.cells) == len(box.cells)
     assert float(mesh.volumes.sum()) == pytest.approx(1e-6, rel=1e-6)

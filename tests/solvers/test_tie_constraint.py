@@ -13,7 +13,7 @@ from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import VectorSpace
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.neo_hookean import NeoHookean
-from softmark.solvers.mesh.disjoint_shapes import Apart
+from softmark.solvers.mesh.disjoint_shapes import DisjointShapes
 from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
@@ -23,7 +23,7 @@ KINDS = ["tet4", "tet10", "hex8", "hex20", "hex27"]
 
 def blocks(kind):
     """Two cubes of 1 m that touch at z = 1, whose meshes do not match, and the facets of both faces there."""
-    mesh = Apart(Box((1.0, 1.0, 1.0)), Box((1.0, 1.0, 1.0), (0.0, 0.0, 1.0)), 0.68).mesh(kind, 0.5)
+    mesh = DisjointShapes(Box((1.0, 1.0, 1.0)), Box((1.0, 1.0, 1.0), (0.0, 0.0, 1.0)), 0.68).mesh(kind, 0.5)
     face = np.flatnonzero((np.abs(mesh.points[mesh.facets][:, :, 2] - 1.0) < 1e-9).all(axis=1))
     piece = number_mesh_pieces(mesh)[mesh.facets[face, 0]]
     return mesh, face[piece == 0], face[piece == 1]

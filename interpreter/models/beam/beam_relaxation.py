@@ -32,7 +32,7 @@ from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.rod_state import displacement_at
 from softmark.solvers.energies.viscoelastic_memory import BodyHistory
 from softmark.solvers.energies.viscoelastic_rod import RodHistory
-from softmark.solvers.materials.viscoelastic import Viscous
+from softmark.solvers.materials.viscoelastic import Viscoelastic
 from softmark.solvers.materials.youngs_relaxation import young_series
 from softmark.solvers.statics.quasistatic_history import StateInTime, advance_through, state_at_rest
 
@@ -159,7 +159,7 @@ def _build_dynamics(model: Beam6Dof, declared: Declared, case: Case) -> Prepared
     return replace(made, problem=replace(made.problem, remembering=remembering))
 
 
-def series_of(material: Viscous) -> tuple[Floats, Floats]:
+def series_of(material: Viscoelastic) -> tuple[Floats, Floats]:
     """Return the shares of stretch, shears, twist and bendings (k, 6) that relax, and their times (k,), s."""
     g, tau = (np.array(column) for column in zip(*material.branches, strict=True))
     if material.of == "whole" or material.poisson == 0.5:

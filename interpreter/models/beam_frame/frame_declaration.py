@@ -13,7 +13,7 @@ from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.results.run_report import ModelKind
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, MomentLoad, PointLoad
-from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Hinged
+from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Pinned
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import cross
 
@@ -47,7 +47,7 @@ class Frame6Dof(Model):
     """
 
     loads = (BodyForce, PointLoad, LineForce, MomentLoad)
-    supports = (Fixed, Displaced, Hinged)
+    supports = (Fixed, Displaced, Pinned)
     wired = True
     sectional = True
     finely = ("segments",)
@@ -125,7 +125,7 @@ def _points(network: Network, where: object) -> int:
 def _supports(declared: Declared, case: Case, network: Network) -> Iterator[Diagnostic]:
     """Yield errors for supports that hold no points, or only a part of a member."""
     for support in case.supports:
-        if not isinstance(support.thing, (Fixed, Displaced, Hinged)):
+        if not isinstance(support.thing, (Fixed, Displaced, Pinned)):
             continue
         points, _, part = frame_selection.select_points_and_members(support.thing.where, network)
         field, reason = "where", ""
@@ -134,7 +134,7 @@ def _supports(declared: Declared, case: Case, network: Network) -> Iterator[Diag
             reason = f"selects only part of the member from point {a} to point {b}"
         elif not points:
             reason = "selects no end point of a member"
-        elif not isinstance(support.thing, Hinged) and len(support.thing.components) < 3:
+        elif not isinstance(support.thing, Pinned) and len(support.thing.components) < 3:
             field, reason = "components", "cannot hold single components"
         if reason:
             yield diagnostic("E343", support.at(field), f"`{declared.name}` cannot represent the support "
@@ -149,7 +149,7 @@ def plainly_held(case: Case, network: Network) -> bool:
     One clamp holds a network. A hinge about an axis also does, together with a second one that prevents its rotation.
     """
     moving = [support for support in case.supports if any(support.thing.displacement)]
-    clamps = [support for support in case.supports if not isinstance(support.thing, Hinged)]
+    clamps = [support for support in case.supports if not isinstance(support.thing, Pinned)]
     points = {s.name: set(frame_selection.select_points_and_members(s.thing.where, network)[0]) for s in case.supports}
     shared = any(
         points[s.name] & points[o.name] and set(s.thing.components) & set(o.thing.components)
@@ -163,7 +163,7 @@ def plainly_held(case: Case, network: Network) -> bool:
     )  # fmt: skip
 
 
-def _stops(one: Hinged, two: Hinged, here: Vector3, there: Vector3) -> bool:
+def _stops(one: Pinned, two: Pinned, here: Vector3, there: Vector3) -> bool:
     """Return whether a hinge about an axis is prevented from rotating by another support at a different point."""
     if one.axis is None or len(one.components) < 3 or two.axis not in (None, one.axis):
         return False

@@ -13,7 +13,7 @@ from softmark.interpreter.models.beam.tapered_sections import inertia, integrate
 from softmark.interpreter.models.beam_frame import frame_selection
 from softmark.interpreter.models.shared.support_constraints import Constraints
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.vocabulary.support_words import Hinged
+from softmark.interpreter.vocabulary.support_words import Pinned
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod_joints import Joints
@@ -153,7 +153,7 @@ class Layout:
         """Axis of a hinge for each point that it holds; of several hinges, the first one's."""
         found: dict[int, tuple[float, float, float]] = {}
         for support in self.case.supports:
-            if isinstance(support.thing, Hinged) and support.thing.axis is not None:
+            if isinstance(support.thing, Pinned) and support.thing.axis is not None:
                 for i in self.held_points(support).tolist():
                     found.setdefault(i, support.thing.axis)
         return found
@@ -174,7 +174,7 @@ class Layout:
 
     def _turns(self, support: Declared, point: int) -> tuple[int, ...]:
         """Return about which of its axes a held point cannot rotate."""
-        if not isinstance(support.thing, Hinged):
+        if not isinstance(support.thing, Pinned):
             return (0, 1, 2)
         if support.thing.axis is None:
             return ()

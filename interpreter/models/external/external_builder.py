@@ -15,7 +15,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.external import external_process
 from softmark.interpreter.models.external.adapters import adapter
 from softmark.interpreter.models.external.exporters.named_parts import named_of
-from softmark.interpreter.models.external.external_declaration import Outside
+from softmark.interpreter.models.external.external_declaration import ExternalSolver
 from softmark.interpreter.models.external.external_dynamics import dynamic_solution, motion_of, times_of
 from softmark.interpreter.models.external.external_problem import (
     Answer,
@@ -294,12 +294,12 @@ def elapsed_time(answer: Answer, end: End, threads: int) -> ElapsedTime:
     return ElapsedTime(end.wall_s, cpu, True)
 
 
-def load(model: Outside) -> None:
+def load(model: ExternalSolver) -> None:
     """Import what building needs."""
     fem.load(model.solid)
 
 
-def prepare(model: Outside, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
+def prepare(model: ExternalSolver, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build our static model for transfer and checks, or none if the program does not support it. Raises Fault."""
     if reasons := model.reasons(case):
         return UnavailableModel(model.words_of(reasons), "unsupported")
@@ -310,7 +310,7 @@ def prepare(model: Outside, declared: Declared, case: Case, workshop: BuildConte
 
 
 def build_external_dynamics(
-    model: Outside, declared: Declared, case: Case, workshop: BuildContext
+    model: ExternalSolver, declared: Declared, case: Case, workshop: BuildContext
 ) -> PreparedExternalDynamics:
     """Build the dynamic analysis by a program. Raises Fault."""
     solid, parts = fem.build_static(model.solid, replace(declared, thing=model.solid), case, workshop)

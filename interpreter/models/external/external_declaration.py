@@ -28,7 +28,7 @@ else:
 
 
 @dataclass(frozen=True)
-class Outside(ExternalModel):
+class ExternalSolver(ExternalModel):
     """Finite elements solved by another program, on the mesh and with the loads of `fem`, assessed like any model.
 
     The mesh, supports and nodal forces are those of `fem(...)` with the same element, size and strain. Element

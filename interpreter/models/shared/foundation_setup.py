@@ -11,7 +11,7 @@ from softmark.interpreter.models.shared.loaded_surface import surface_of
 from softmark.interpreter.problem.body_case import fault
 from softmark.interpreter.problem.surface_selection.facet_patches import Patches
 from softmark.interpreter.problem.symmetry_planes import must_not_act_on_axis, must_not_act_on_plane
-from softmark.interpreter.vocabulary.support_words import Level
+from softmark.interpreter.vocabulary.support_words import RigidPlate
 from softmark.solvers.elements import moment_fitted_quadrature
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.energies.elastic_foundation import ElasticFoundation
@@ -33,7 +33,8 @@ EXACT, FINE = 4, 10  # squared: Gauss points on flat facets, where products of s
 def create_foundations(case: Case, mesh: Mesh) -> dict[str, ElasticFoundation]:
     """Return the springs and dashpots of every foundation, by name. Raises Fault where a foundation has no area."""
     each = (
-        (bed, _plane_keeping_springs if isinstance(bed.thing, Level) else _distributed_springs) for bed in case.beds
+        (bed, _plane_keeping_springs if isinstance(bed.thing, RigidPlate) else _distributed_springs)
+        for bed in case.beds
     )
     return {bed.name: made(case, bed, mesh) for bed, made in each}
 
@@ -48,7 +49,7 @@ def constraint_rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[In
     for bed in case.beds:
         facets, N, _, normal = _quadrature_points(surface_of(case, bed, bed.thing.where, mesh))
         X = np.einsum("pa,pai->pi", N, mesh.points[facets]) - centre
-        if isinstance(bed.thing, Level):
+        if isinstance(bed.thing, RigidPlate):
             seen = np.hstack([normal, np.cross(X, normal)])
             yield facets[:, 0], seen - seen.mean(axis=0)
         elif bed.thing.directions == "all":

@@ -25,7 +25,7 @@ from softmark.interpreter.vocabulary.load_words import (
     SurfaceTraction,
     TendonLoad,
 )
-from softmark.interpreter.vocabulary.support_words import Hinged, Holding, Level
+from softmark.interpreter.vocabulary.support_words import Holding, Pinned, RigidPlate
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared, Scene
@@ -165,13 +165,13 @@ class Model:
                 yield diagnostic("E501", support.at(),
                                  f"`{declared.name}` cannot represent the support `{support.name}`",
                                  "support not available",
-                                 hinge if isinstance(support.thing, Hinged) else self._most)  # fmt: skip
+                                 hinge if isinstance(support.thing, Pinned) else self._most)  # fmt: skip
         for bed in () if self.bedded else case.beds:
             yield diagnostic("E501", bed.at(), f"`{declared.name}` cannot represent the elastic foundation "
                                                f"`{bed.name}`",
                              "elastic foundation", "use `fem(...)`")  # fmt: skip
         for plate in case.beds if isinstance(case.analysis, Dynamic) else ():
-            if isinstance(plate.thing, Level):
+            if isinstance(plate.thing, RigidPlate):
                 yield diagnostic(
                     "E413",
                     plate.at(),

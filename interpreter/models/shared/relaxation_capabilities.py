@@ -9,7 +9,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
-from softmark.solvers.materials.viscoelastic import Viscous
+from softmark.solvers.materials.viscoelastic import Viscoelastic
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared, Location
@@ -35,7 +35,7 @@ PLAIN = {
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors of a model of a viscoelastic body, and a warning if time steps are too long."""
-    bad = [_invalid_series(material) for material in case.materials if isinstance(material, Viscous)]
+    bad = [_invalid_series(material) for material in case.materials if isinstance(material, Viscoelastic)]
     if problem := next(filter(None, bad), None):
         yield diagnostic("E360", case.body.at("material"), f"the Prony series of `{case.body.name}` is "
                                                            f"invalid: {problem[0]}",
@@ -54,10 +54,10 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
         yield from _steps(case)
 
 
-def _invalid_series(material: Viscous) -> tuple[str, str, str] | None:
+def _invalid_series(material: Viscoelastic) -> tuple[str, str, str] | None:
     """Return the problem, label and help of an error about a Prony series; None if it is valid."""
     g, tau = material.g.values, material.tau.values
-    if isinstance(material.law, Viscous):
+    if isinstance(material.law, Viscoelastic):
         return "its law already is viscoelastic", "nested Prony series", "write the terms of both in one series"
     if len(g) != len(tau):
         shares, times = (f"{n} {what}{'' if n == 1 else 's'}" for n, what in ((len(g), "share"), (len(tau), "time")))
@@ -123,11 +123,11 @@ def _check_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnos
         )
         return
     for material in case.materials:
-        if isinstance(material, Viscous):
+        if isinstance(material, Viscoelastic):
             yield from _check_law(model, declared, case, material)
 
 
-def _check_law(model: Any, declared: Declared, case: Case, material: Viscous) -> Iterator[Diagnostic]:
+def _check_law(model: Any, declared: Declared, case: Case, material: Viscoelastic) -> Iterator[Diagnostic]:
     """Yield errors for a law without the relaxing part, or a strain measure in which that part is not defined."""
     from softmark.solvers.materials.viscoelastic_increment import relaxing_part
 

@@ -21,7 +21,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.scene_states import in_state, states_of
 from softmark.interpreter.models.external.exporters import FORMATS, form
 from softmark.interpreter.models.external.exporters.named_parts import Named, named_of
-from softmark.interpreter.models.external.external_declaration import Outside
+from softmark.interpreter.models.external.external_declaration import ExternalSolver
 from softmark.interpreter.models.external.external_problem import ExternalMaterial, Problem
 from softmark.interpreter.models.external.problem_transfer import (
     NotTransferable,
@@ -131,11 +131,13 @@ def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> 
     model = _as_own_model(declared).thing
     if found := reasons(model, case, moves=True):
         raise NotTransferable(found)
-    if model.mass != "lumped" and not isinstance(declared.thing, Outside):  # an external model has no field `mass`
+    if model.mass != "lumped" and not isinstance(
+        declared.thing, ExternalSolver
+    ):  # an external model has no field `mass`
         raise NotTransferable([(f"mass = {model.mass}", "the exported masses are nodal masses: use `mass = lumped`")])
     theirs = declared.thing
-    if not isinstance(theirs, Outside) or not theirs.told.moves:
-        theirs = Outside("mujoco", model.element, model.strain, model.size, model.body, model.mesh)
+    if not isinstance(theirs, ExternalSolver) or not theirs.told.moves:
+        theirs = ExternalSolver("mujoco", model.element, model.strain, model.size, model.body, model.mesh)
     if found := list(theirs.of_steps(case)):
         raise NotTransferable(found)
     prepared: Any = external_builder.build_external_dynamics(theirs, declared, case, workshop)
@@ -160,7 +162,7 @@ def _plain_regions(scene: Scene, ready: Iterable[str]) -> Iterator[str]:
 
 def _as_own_model(declared: Declared) -> Declared:
     """Return a model of an external program as our own model with the same arguments, for export."""
-    return replace(declared, thing=declared.thing.solid) if isinstance(declared.thing, Outside) else declared
+    return replace(declared, thing=declared.thing.solid) if isinstance(declared.thing, ExternalSolver) else declared
 
 
 def _load_fractions(problems: Sequence[Problem]) -> tuple[float, ...] | None:

@@ -30,7 +30,7 @@ from softmark.interpreter.study.configurations.configuration_task import format_
 from softmark.interpreter.study.configurations.task_outcome import PointTask
 from softmark.interpreter.validation.requested_names import at_name, unknown_models
 from softmark.interpreter.validation.scene_checks import apply_overrides
-from softmark.interpreter.vocabulary.study_words import Stability, Sweep
+from softmark.interpreter.vocabulary.study_words import RobustnessStudy, Sweep
 from softmark.records import dataclass
 
 MOST = 100_000  # maximum number of configurations of one comparison
@@ -206,7 +206,7 @@ def _check_names(subject: SceneSubject, asked: CommandLineAdditions) -> None:
         known = f"studies: {', '.join(studies)}" if studies else "it declares no study; use `--vary h=10mm,5mm`"
         message = f"`{asked.study}` is not a study of the scene"
         problems.append(at_name("--study", asked.study, "E201", message, "not found", known))
-    elif asked.study is not None and isinstance(studies[asked.study].thing, Stability):
+    elif asked.study is not None and isinstance(studies[asked.study].thing, RobustnessStudy):
         message = f"`{asked.study}` is a robustness study, which cannot be compared"
         help = f"run it with `dsl robustness --study {asked.study}`"
         problems.append(at_name("--study", asked.study, "E213", message, "not compared", help))
@@ -250,7 +250,7 @@ def _sweeps(scene: Scene, only: str | None) -> dict[str, Declared]:
         return {name: studies[name]} if name in studies else {}
     sweeps = {n: d for n, d in studies.items() if isinstance(d.thing, Sweep)}
     inner = {d.thing.with_ for d in sweeps.values()} | set(with_dependencies(scene, scene.of_kind("model")))
-    wanted = {d.thing.over for d in studies.values() if not isinstance(d.thing, Sweep | Stability)}
+    wanted = {d.thing.over for d in studies.values() if not isinstance(d.thing, Sweep | RobustnessStudy)}
     return {n: d for n, d in sweeps.items() if n not in inner or n in wanted}
 
 

@@ -36,7 +36,7 @@ from softmark.interpreter.study.robustness.task_queue import KIND, TaskQueue
 from softmark.interpreter.study.robustness.validity_edges import choice_of, edge_of
 from softmark.interpreter.study.workers.task_journal import Interrupted, Journal, JournalRefused
 from softmark.interpreter.validation.requested_names import at_name, unknown_models
-from softmark.interpreter.vocabulary.study_words import Stability
+from softmark.interpreter.vocabulary.study_words import RobustnessStudy
 from softmark.records import dataclass
 
 TIMEOUT = 60.0  # CPU s for a point
@@ -95,7 +95,7 @@ def run_robustness_studies(subject: SceneSubject, request: RobustnessRequest) ->
 def _requested_studies(scene: Scene, request: RobustnessRequest) -> list[ResolvedStudy]:
     """Return the requested studies. Raises SceneError."""
     problems = unknown_models(scene, request.models)
-    own = {n: d for n, d in scene.of_kind("study").items() if isinstance(d.thing, Stability)}
+    own = {n: d for n, d in scene.of_kind("study").items() if isinstance(d.thing, RobustnessStudy)}
     if request.study is not None and request.study not in own:
         help = f"studies: {', '.join(own)}" if own else "it declares none; omit `--study` to vary every number"
         message = f"`{request.study}` is not a robustness study of the scene"

@@ -12,7 +12,7 @@ from typing import Any
 
 from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
 from softmark.interpreter.models.beam_frame.frame_declaration import Frame6Dof
-from softmark.interpreter.models.external.external_declaration import Outside
+from softmark.interpreter.models.external.external_declaration import ExternalSolver
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.material_point.material_point_declaration import Homogeneous
 from softmark.interpreter.models.reduced.reduced_declaration import Reduced
@@ -24,7 +24,7 @@ VERIFIERS: dict[type[Any], str] = {
     Beam6Dof: "softmark.interpreter.verification.by_model.beam_verifier",
     Frame6Dof: "softmark.interpreter.verification.by_model.frame_verifier",
     Homogeneous: "softmark.interpreter.verification.by_model.material_point_verifier",
-    Outside: "softmark.interpreter.verification.by_model.external_verifier",
+    ExternalSolver: "softmark.interpreter.verification.by_model.external_verifier",
     MassSpring: "softmark.interpreter.verification.by_model.spring_verifier",
     Reduced: "softmark.interpreter.verification.by_model.reduced_verifier",
 }

@@ -30,7 +30,7 @@ from softmark.interpreter.verification.reaction_balance import sum_by_support
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, MomentLoad, PointLoad
-from softmark.interpreter.vocabulary.support_words import Hinged
+from softmark.interpreter.vocabulary.support_words import Pinned
 from softmark.records import dataclass
 from softmark.solvers.independent_forces.rod_forces import CheckedRod
 from softmark.solvers.independent_forces.solid_forces import Floats, ForceBalance
@@ -155,14 +155,14 @@ class DeformedNetwork:
     @staticmethod
     def _grips(support: Declared) -> bool:
         """Return whether a support carries moments; the moment about a hinge's axis is zero, see `held`."""
-        return not isinstance(support.thing, Hinged) or support.thing.axis is not None
+        return not isinstance(support.thing, Pinned) or support.thing.axis is not None
 
     @cached_property
     def hinged(self) -> dict[int, Floats]:
         """Axes at hinges: the hinge axis and two normal to it (3, 3), as rows, by place; the first hinge counts."""
         found: dict[int, Floats] = {}
         for support in self.found.case.supports:
-            if not isinstance(support.thing, Hinged) or (axis := support.thing.axis) is None:
+            if not isinstance(support.thing, Pinned) or (axis := support.thing.axis) is None:
                 continue
             for i in np.flatnonzero(self.carries(support).any(axis=1)).tolist():
                 found.setdefault(i, np.array([axis, *transverse(axis)]))
@@ -180,7 +180,7 @@ class DeformedNetwork:
         found = np.zeros((len(self.at[0]), 6), dtype=np.bool_)
         for support in self.found.case.supports:
             own = self.carries(support)
-            if isinstance(support.thing, Hinged) and support.thing.axis is not None:
+            if isinstance(support.thing, Pinned) and support.thing.axis is not None:
                 for i in np.flatnonzero(own.any(axis=1)).tolist():
                     one = np.linalg.norm(np.cross(support.thing.axis, self.hinged[i][0])) <= ALIGNED
                     own[i, 3] = own[i, 3] and not one

@@ -14,11 +14,11 @@ from softmark.solvers.contact.signed_distance.distance_function import Gap
 from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
-from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, Tip
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, RoundedCone
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
 from softmark.solvers.mesh.spheres import Sphere, SphericalShell
-from softmark.solvers.mesh.surface_bodies import Filled
+from softmark.solvers.mesh.surface_bodies import Tetrahedralized
 from softmark.solvers.mesh.tubes import Tube
 
 GAPS: dict[type[Shape], Callable[[Any], Gap | None]] = {
@@ -32,9 +32,9 @@ GAPS: dict[type[Shape], Callable[[Any], Gap | None]] = {
     Cone: shape_distances.revolved_gap,
     Revolved: shape_distances.revolved_gap,
     Punch: shape_distances.rounded_gap,
-    Tip: shape_distances.rounded_gap,
+    RoundedCone: shape_distances.rounded_gap,
     Extruded: shape_distances.prism_gap,
-    Filled: shape_distances.surface,
+    Tetrahedralized: shape_distances.surface,
     MeshFile: shape_distances.surface,
     Union: shape_distances.surface,
     Difference: shape_distances.surface,

@@ -22,7 +22,7 @@ from softmark.solvers.energies.local_blocks import add_blocks, cross_matrix, pro
 
 # empty arguments that switch off parts of the kernel
 NO_SLOTS: Any = np.zeros((0, 12, 12), dtype=np.int32)  # same type as in a sparsity pattern
-Turned = tuple[Floats, Floats, Floats]  # positions (n, 3), rotations (n, 4), d(turn)/d(unknowns) (n, 3, 3)
+Rotated = tuple[Floats, Floats, Floats]  # positions (n, 3), rotations (n, 4), d(turn)/d(unknowns) (n, 3, 3)
 NO_FORCES, NO_DATA = np.zeros((0, 6)), np.zeros(0)
 
 
@@ -43,7 +43,7 @@ class RodChart:
         self._known = b""  # bytes of the unknowns to which `at`, `q` and `T` belong (fast to compare)
         self._state: Floats | None = None  # cached state of the same unknowns
 
-    def turned(self, x: Floats) -> Turned:
+    def turned(self, x: Floats) -> Rotated:
         """Return positions (n, 3), rotations (n, 4) and d(own-axis rotation)/d theta (n, 3, 3), until the next call."""
         if (known := x.tobytes()) != self._known:
             moving_rod_kernels.update_rotations(x.reshape(-1, 6), self.X, self.q0, self.at, self.q, self.T)
@@ -92,7 +92,7 @@ class MovingRod(Energy):
         return np.ascontiguousarray(rod.elements), rod.lengths, C, rod.rest_strains - rod.offset
 
     def _run(
-        self, turned: Turned, scale: float, g: Floats = NO_FORCES, slots: Any = NO_SLOTS, data: Floats = NO_DATA
+        self, turned: Rotated, scale: float, g: Floats = NO_FORCES, slots: Any = NO_SLOTS, data: Floats = NO_DATA
     ) -> float:
         at, q, T = turned
         elements, l, C, rest = self._parts

@@ -13,7 +13,7 @@ from softmark.interpreter.models.beam.tapered_sections import inertia
 from softmark.interpreter.models.external.external_builder import PreparedExternalDynamics
 from softmark.interpreter.models.external.external_dynamics import motion_of
 from softmark.interpreter.models.external.external_problem import Answer, ExternalMaterial, NoAnswer, Problem, Section
-from softmark.interpreter.models.external.rods.external_rod_declaration import OutsideRod
+from softmark.interpreter.models.external.rods.external_rod_declaration import ExternalRod
 from softmark.interpreter.models.shared.prepared_model import BuildContext, Prepared
 from softmark.interpreter.models.shared.unavailable_model import UnavailableModel
 from softmark.interpreter.problem.body_case import Case
@@ -78,12 +78,12 @@ class PreparedRod(PreparedExternalDynamics):
         return {"course": course, "displacement": lambda X: displacement_at(frames[-1], rest, X)}
 
 
-def load(model: OutsideRod) -> None:
+def load(model: ExternalRod) -> None:
     """Import what building needs."""
     beam.load(model.ours)
 
 
-def prepare(model: OutsideRod, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
+def prepare(model: ExternalRod, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """Build our static rod for transfer, or none if the program does not support it. Raises Fault."""
     if reasons := model.reasons(case):
         return UnavailableModel(model.words_of(reasons), "unsupported")

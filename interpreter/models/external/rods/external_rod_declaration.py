@@ -32,7 +32,7 @@ MOST_DAMPED = 0.1
 
 
 @dataclass(frozen=True)
-class OutsideRod(ExternalModel):
+class ExternalRod(ExternalModel):
     """Rod that another program integrates in time, with nodes, sections, masses and forces of `beam6dof`.
 
     These are: stretch, shear, twist and bending stiffness, mass and rotary inertia of the sections for the same number
