@@ -84,8 +84,8 @@ def _tracked(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
     if of is None or data_kind_of(scene.declared[of]) == "points":
         return
     known, at = data_kind_of(scene.declared[of]), declared.at("of")
-    does = "looks at" if declared.kind == "probe" else "follows"
-    else_ = "; to look at a surface, use `surface(...)`" if declared.kind == "probe" else ""
+    does = "needs" if declared.kind == "probe" else "follows"
+    else_ = "; for a surface, use `surface(...)`" if declared.kind == "probe" else ""
     yield diagnostic("E509", at, f"`{declared.name}` {does} tracked points, but `{of}` has none",
                      KNOWN[known], f'name tracked points, `markers("beads.csv", ...)`{else_}')  # fmt: skip
 
@@ -267,7 +267,7 @@ def _pointwise(scene: Scene, metric: Declared, name: str, known: Known) -> _Refu
     if known == "points" and not own:
         return _Refusal(
             "probe",
-            f"`{name}` has only the points that were tracked, but `{probe.name}` looks at others",
+            f"`{name}` has results only at the tracked points, but `{probe.name}` needs other points",
             "not tracked",
             f"use a probe at the tracked points: `probe beads = markers({probe.thing.body}, of = {name})`",
         )

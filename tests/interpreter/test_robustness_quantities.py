@@ -80,7 +80,7 @@ def test_choices_are_all_there(scene: Scene) -> None:
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("tet.cap", "has no value"),
+        ("tet.max_iterations", "has no value"),
         ("none", "is zero"),
         ("wall.where", "not a quantity"),
         ("weight.direction", "not a quantity"),

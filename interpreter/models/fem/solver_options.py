@@ -206,10 +206,10 @@ def _of_path(model: Fem, case: Case) -> Iterator[Clash]:
                 "`path = arc_length` needs a new factorization in each step, in double precision, from "
                 f"rest: remove `{field}`"
             )
-            yield field, problem, "not with arc length", "leave it out, or use `path = load`"
+            yield field, problem, "not with `path = arc_length`", "leave it out, or use `path = load`"
     if model.linear in ("conjugate_gradients", "multigrid"):
-        problem = f"`path = arc_length` passes through unstable states, which linear = {model.linear} cannot solve"
-        yield "linear", problem, "not with arc length", "use `linear = auto`, or `path = load`"
+        problem = f"`path = arc_length` passes through unstable states, which `linear = {model.linear}` cannot solve"
+        yield "linear", problem, "not with `path = arc_length`", "use `linear = auto`, or `path = load`"
 
 
 def _of_forces(model: Fem, case: Case) -> Iterator[Clash]:
