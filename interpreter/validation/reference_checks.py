@@ -240,7 +240,7 @@ def _curves(metric: Declared, name: str, known: Known) -> _Refusal:
     """Return the error for a curve compared with something else."""
     word = metric.constructor.name
     if known != "curve":
-        return _Refusal("against", f"`{word}` compares curves, but `{name}` is {KNOWN[known]}", "no curve",
+        return _Refusal("against", f"`{word}` compares curves, but `{name}` is {KNOWN[known]}", "not a curve",
                         'name a measured curve: `curve("pull.csv", ...)`')  # fmt: skip
     return _Refusal("against", f"`{word}` cannot be computed from `{name}`, which is only a curve", "only a curve",
                     f"compare a curve with it: `metric miss = curve_error(METRIC, against = {name})`")  # fmt: skip
