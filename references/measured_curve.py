@@ -46,7 +46,7 @@ class CurveFromFile(Reference):
     body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     how: ClassVar[How] = "measured"
-    table: ClassVar[str] = "no curve"
+    table: ClassVar[str] = "not a valid curve"
     source: ClassVar[str] = "the files named in the scene"
     error_meaning: ClassVar[str] = "uncertainty of a measured value, in its unit, as stated in the scene"
 

@@ -66,7 +66,7 @@ class TrackedPoints(Reference):
     body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     how: ClassVar[How] = "measured"
-    table: ClassVar[str] = "no table of tracked points"
+    table: ClassVar[str] = "not a valid table of points"
     source: ClassVar[str] = "the file named in the scene"
     error_meaning: ClassVar[str] = "uncertainty of a measured displacement, m, as stated in the scene"
 

@@ -157,7 +157,7 @@ def _word(vocabulary: Vocabulary, text: str, kind: str) -> str:
     if text.lower() in COORDINATES:
         return "use `x`, `y` and `z` for the coordinates"
     if text in vocabulary.words():
-        return f"`{text}` is an element, which models take"
+        return f"`{text}` is an element: write it in a model, as in `fem({text}, ...)`"
     if kind == "" and _is_unit(text):
         return f"`{text}` is a unit: write it right after its number, without blanks inside, as in `9.81 m/s^2`"
     return ""

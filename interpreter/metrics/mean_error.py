@@ -36,7 +36,7 @@ class MeanError(DistanceStatistic):
 
     probe: Annotated[str, "probe", "probe whose points are compared"]
     against: Annotated[str, "reference or model", "solution taken as correct"]
-    statistic: Annotated[Statistic, "statistic that is the value"] = "mean"
+    statistic: Annotated[Statistic, "statistic of the errors"] = "mean"
 
     def measure(self, seen: MetricInput) -> Measurement:
         """Return the statistic of |u - u_ref| over the points. Raises Undefined without reference displacements."""

@@ -59,7 +59,7 @@ class SurfaceDistance(DistanceStatistic):
 
     probe: Annotated[str, "probe", "a probe of the surface, or of points that lie on it"]
     against: Annotated[str, "reference or model", "the measured surface, or a reference with displacements"]
-    statistic: Annotated[SurfaceStatistic, "statistic that is the value"] = "mean"
+    statistic: Annotated[SurfaceStatistic, "statistic of the distances"] = "mean"
     along: Annotated[Literal["nearest", "normal"], "how the distance of a point is measured"] = "nearest"
     reach: Annotated[float | None, "m in (0, inf)",
                      "search distance along a normal; default: extent of the measured surface"] = None  # fmt: skip

@@ -136,8 +136,8 @@ def find_study_errors(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
         if scene.declared[name].kind != "model" or "." in name:
             yield diagnostic("E512", study.at("models"), f"`{name}` is not a model of this scene", "not its own", "")
         elif why := scene.declared[name].thing.unwalked:
-            yield diagnostic("E512", study.at("models"), f"`{name}` has no part in a stability study: {why}",
-                             "not walked", "name models that are solved here, or leave `models` out")  # fmt: skip
+            yield diagnostic("E512", study.at("models"), f"`{name}` cannot be tested in a robustness study: {why}",
+                             "cannot be tested", "name models that are solved here, or leave `models` out")  # fmt: skip
 
 
 def no_judge_error(scene: Scene, at: Location | None, name: str) -> Diagnostic:
@@ -148,28 +148,28 @@ def no_judge_error(scene: Scene, at: Location | None, name: str) -> Diagnostic:
     help += "" if references else ", and a reference such as `reference theory = simo_reissner(BODY)`"
     errors = {n: m.thing.measured_from for n, m in scene.of_kind("metric").items() if m.thing.measured_from}
     lacks = "has none" if not errors else f"has none that can: {_reason_against_judge(scene, next(iter(errors)))}"
-    message = f"`{name}` needs a relative error to tell right from wrong, and the scene {lacks}"
+    message = f"`{name}` needs a relative error to decide whether a model is right, but the scene {lacks}"
     source, span = (at.source, at.span) if at else (None, None)
-    return Diagnostic("E513", message, source, span, "nothing judges" if at else "", help)
+    return Diagnostic("E513", message, source, span, "no relative error" if at else "", help)
 
 
 def _reason_against_judge(scene: Scene, name: str) -> str:
     """Return the reason why a metric cannot judge models."""
     thing = scene.declared[name].thing
     against = thing.measured_from
-    what, why = "is no relative error, so it cannot tell", "it is measured from nothing"
+    what, why = "is not a relative error, so it cannot decide", "it has no reference"
     if thing.unit != "1":
         why = f"it is in {thing.unit}"
     elif against is not None:
-        what = "cannot tell"
-        why = f"how uncertain `{against}` is, is known of its displacements and not in the terms of this metric"
+        what = "cannot decide"
+        why = f"the uncertainty of `{against}` is known for its displacements, not for this metric"
         if isinstance(thing, DerivedMetric):
             known = scene.declared[against].thing.kind
             how = "agreed on" if known == "consensus" else "measured"
-            why = f"`{against}` was {how} of this body as it is, and says nothing of others"
+            why = f"`{against}` was {how} for this body, and does not hold for other values"
             if known == "theory":
-                why = "it is in uncertainties of the value, and not relative to the value itself"
-    return f"`{name}` {what} right from wrong: {why}"
+                why = "it is relative to the uncertainty of the value, not to the value itself"
+    return f"`{name}` {what} whether a model is right: {why}"
 
 
 def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
@@ -190,22 +190,22 @@ def _target(
     """Return the error of a quantity that the study cannot walk, or None."""
     at = Location(study.at("over").source, target.span)
     if again:
-        return diagnostic("E512", at, f"`{study.name}` walks `{target.name}` twice", "the same again", "name it once")
+        return diagnostic("E512", at, f"`{study.name}` varies `{target.name}` twice", "a repetition", "name it once")
     try:
         quantity = quantity_of(scene, target.name)
     except Unwalkable as unfit:
-        return diagnostic("E512", at, str(unfit), "cannot be walked", unfit.help)
+        return diagnostic("E512", at, str(unfit), "cannot be varied", unfit.help)
     except KeyError:
         return _no_field(scene, at, target.name)
     if not quantity.ladders and len(quantity.options) < 2:
-        return diagnostic("E512", at, f"`{target.name}` has nowhere to go: its range ends where it is",
-                          "cannot be walked",
+        return diagnostic("E512", at, f"`{target.name}` cannot be varied: its range contains no other value",
+                          "cannot be varied",
                           "widen its range: `param h = 10 mm in 1 mm .. 100 mm`")  # fmt: skip
     if judge is not None and not follows_quantity(scene, judge, quantity):
         truth = judge.thing.against
-        return diagnostic("E512", at, f"`{target.name}` makes another problem, and `{truth}` has the value of this one",
-                          "the truth stays where it is",
-                          "make it a parameter, in which the values are written, and walk that")  # fmt: skip
+        return diagnostic("E512", at, f"`{target.name}` cannot be varied: the values of `{truth}` do not depend on it",
+                          "the reference stays the same",
+                          f"declare a `param`, use it here and in `{truth}`, and vary the parameter")  # fmt: skip
     return None
 
 

@@ -127,16 +127,16 @@ def quantity_of(scene: Scene, name: str) -> WalkedQuantity:
     if field.form in ("choice", "flag") or (field.form == "value" and field.kind == "element"):
         return _choice_quantity(scene, name, field, value)
     if value is None:
-        raise Unwalkable(f"`{name}` has no value in the scene", "give the field a value: walks start from there")
+        raise Unwalkable(f"`{name}` has no value in the scene", "give the field a value from which the study can start")
     if field.form == "integer":
         return _integer_quantity(name, int(value), field.interval)
     if field.form == "vector":
         return _vector_quantity(name, value, field.dimension or units.NONE)
     if field.form != "quantity":
         words = f"`{name}` is {field.expected}, and not a quantity"
-        raise Unwalkable(words, "walk a number, a vector, a choice, or a parameter that the scene uses there")
+        raise Unwalkable(words, "vary a number, a vector, a choice, or a parameter that the scene uses there")
     if field.varies and not isinstance(value, float | int):
-        raise Unwalkable(f"`{name}` varies in space", "walk a parameter of its expression, such as a factor")
+        raise Unwalkable(f"`{name}` varies in space", "vary a parameter of its expression, such as a factor")
     if attribute == "poisson":
         return _poisson_quantity(name, float(value), None)
     return _number(name, float(value), field.dimension or units.NONE, SPANS.get(attribute, SPAN), field.interval)
@@ -175,7 +175,7 @@ def _choice_quantity(scene: Scene, name: str, field: Field, value: Any) -> Walke
 def _vector_quantity(name: str, value: tuple[float, ...], dimension: Dimension) -> WalkedQuantity:
     """Return a quantity that scales a vector."""
     if not any(value):
-        raise Unwalkable(f"`{name}` is zero, and no multiple of it is another", "give it a size to start from")
+        raise Unwalkable(f"`{name}` is zero, and multiples of zero are zero", "give it a size to start from")
     return _quantity_with_scales(
         name, "factor", 1.0, units.format_vector(value, dimension), dimension, SPAN, vector=tuple(value)
     )
@@ -186,8 +186,8 @@ def _number(
 ) -> WalkedQuantity:  # fmt: skip
     """Return a quantity with logarithmic ladders, limited by its span and the range of its field."""
     if value == 0:
-        help = "give it a size to start from, or walk a parameter with a range: `param a = 0 in 0 .. 10`"
-        raise Unwalkable(f"`{name}` is zero, and no multiple of it is another", help)
+        help = "give it a size to start from, or vary a parameter with a range: `param a = 0 in 0 .. 10`"
+        raise Unwalkable(f"`{name}` is zero, and multiples of zero are zero", help)
     low, high = sorted((value * span[0], value * span[1]))
     if interval is not None:
         low = max(low, interval.low) if not interval.low_open or low < interval.low else low
@@ -215,7 +215,7 @@ def _multiplied(value: float, limit: float, direction: parameter_scale.Direction
 def _integer_quantity(name: str, value: int, interval: Interval | None) -> WalkedQuantity:
     """Return a quantity of whole numbers."""
     if value < 1:
-        raise Unwalkable(f"`{name}` is {value}, and no multiple of it is another", "start from one or more")
+        raise Unwalkable(f"`{name}` is {value}, so doubling gives no other value", "start from one or more")
     low, high = 1, value * DOUBLINGS
     if interval is not None:
         low, high = max(low, int(interval.low)), int(min(high, interval.high))
@@ -245,7 +245,7 @@ def _parameter_quantity(scene: Scene, parameter: Parameter) -> WalkedQuantity:
     if isinstance(value, VectorValue):
         return _vector_quantity(name, value.values, value.dimension)
     if not isinstance(value, Number):
-        raise Unwalkable(f"`{name}` is no number", "walk a number, a vector or a choice")
+        raise Unwalkable(f"`{name}` is not a number", "vary a number, a vector or a choice")
     if value.dimension == units.NONE and _is_poisson(scene, name, value.value):
         return _poisson_quantity(name, value.value, interval)
     if value.dimension == units.NONE and value.value == int(value.value) and _must_be_whole(scene, name, value.value):

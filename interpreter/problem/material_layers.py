@@ -62,7 +62,8 @@ def overlap_fault(a: Declared, b: Declared, label: str) -> Fault:
     return fault(
         "E592", b.at("where" if b.thing.group is None else "name"),
         f"`{a.name}` and `{b.name}` overlap and have different materials", label,
-        f"give their order, `over = [{a.name}]` in `{b.name}`, or exclude the other: `where = ... and not {a.name}`",
+        f"write `over = [{a.name}]` in `{b.name}`, which then replaces `{a.name}`, or exclude `{a.name}`: "
+        f"`where = ... and not {a.name}`",
     )  # fmt: skip
 
 

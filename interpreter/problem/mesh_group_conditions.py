@@ -137,6 +137,6 @@ def _is_sound(region: Declared, mesh: Mesh) -> None:
 def group_of_points_fault(declared: Declared) -> Fault:
     """Return the Fault for a group condition applied to points only."""
     names = ", ".join(f"`{name}`" for name in declared.value("where").groups)
-    problem = f"`{declared.name}` looks at points only, and a point cannot be assigned to {names}"
+    problem = f"`{declared.name}` consists of points, and a point cannot be assigned to {names}"
     help = "use a `surface` or a `volume`, or select by coordinates"
     return fault("E325", declared.at("where"), problem, "a group of cells or faces", help)

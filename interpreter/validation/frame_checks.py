@@ -39,8 +39,8 @@ def check_metrics_and_probes(scene: Scene) -> Iterator[Diagnostic]:
             continue
         part = isinstance(probe.thing, Surface) and probe.thing.where is not None
         if part or not isinstance(probe.thing, Point | Line | Surface | Markers):
-            where = "at a part of the surface of" if part else "into"
-            yield diagnostic("E346", probe.at(), f"`{probe.name}` looks {where} `{body.name}`, a network of beams",
+            where = "a part of the surface of" if part else "the interior of"
+            yield diagnostic("E346", probe.at(), f"`{probe.name}` needs {where} `{body.name}`, a network of beams",
                              "not for networks", "use points, lines or the whole surface")  # fmt: skip
     for metric in scene.of_kind("metric").values():
         body = scene.declared.get(metric.thing.body_in(scene) or "")

@@ -84,8 +84,8 @@ def _check_tracked_points(scene: Scene, declared: Declared) -> Iterator[Diagnost
     if of is None or data_kind_of(scene.declared[of]) == "points":
         return
     known, at = data_kind_of(scene.declared[of]), declared.at("of")
-    does = "looks at" if declared.kind == "probe" else "follows"
-    else_ = "; to look at a surface, use `surface(...)`" if declared.kind == "probe" else ""
+    does = "needs" if declared.kind == "probe" else "follows"
+    else_ = "; for a surface, use `surface(...)`" if declared.kind == "probe" else ""
     yield diagnostic("E509", at, f"`{declared.name}` {does} tracked points, but `{of}` has none",
                      KNOWN[known], f'name tracked points, `markers("beads.csv", ...)`{else_}')  # fmt: skip
 
@@ -240,7 +240,7 @@ def _curves(metric: Declared, name: str, known: Known) -> _Refusal:
     """Return the error for a curve compared with something else."""
     word = metric.constructor.name
     if known != "curve":
-        return _Refusal("against", f"`{word}` compares curves, but `{name}` is {KNOWN[known]}", "no curve",
+        return _Refusal("against", f"`{word}` compares curves, but `{name}` is {KNOWN[known]}", "not a curve",
                         'name a measured curve: `curve("pull.csv", ...)`')  # fmt: skip
     return _Refusal("against", f"`{word}` cannot be computed from `{name}`, which is only a curve", "only a curve",
                     f"compare a curve with it: `metric miss = curve_error(METRIC, against = {name})`")  # fmt: skip
@@ -267,7 +267,7 @@ def _pointwise(scene: Scene, metric: Declared, name: str, known: Known) -> _Refu
     if known == "points" and not own:
         return _Refusal(
             "probe",
-            f"`{name}` has only the points that were tracked, but `{probe.name}` looks at others",
+            f"`{name}` has results only at the tracked points, but `{probe.name}` needs other points",
             "not tracked",
             f"use a probe at the tracked points: `probe beads = markers({probe.thing.body}, of = {name})`",
         )

@@ -146,7 +146,7 @@ def _check_points_inside(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
             bare = axis_point_refusal(scene, declared)
         for field, point in reversed(outside.items()) if bare is not None else ():
-            does = "acts at" if declared.kind == "load" else "looks at"
+            does = "acts at" if declared.kind == "load" else "is evaluated at"
             where = units.format_vector(point, units.LENGTH)
             spans = describe_extent(*shape.bounds) + ("" if shape.convex else f"; it is {shape.gap}")
             problem = f"`{declared.name}` {does} {where}, outside `{body.name}`"
@@ -344,7 +344,7 @@ def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             looked, known = _compared_body(scene, metric), _body(scene, owner)
             if None not in (looked, known) and looked != known:
                 at = Location(expectation.location.source, name.span)
-                problem = f"`{owner}` refers to `{known}`, but `{metric}` looks at `{looked}`"
+                problem = f"`{owner}` refers to `{known}`, but `{metric}` is evaluated on `{looked}`"
                 remedy = "use a metric whose probe is of the same body"
                 yield diagnostic("E505", at, problem, "different bodies", remedy)
 

@@ -187,9 +187,9 @@ def _read_table(path: str, changed: int, at: str, value: str, unit: float, whole
         raise Unreadable(table.name, "an amplitude needs two rows", "give the value at the start and at the end")
     wrong = next((i for i, (a, b) in enumerate(pairwise(times), 1) if not b > a), None)
     if wrong is not None:
-        raise Unreadable(table.name, f"line {table.lines[wrong]}, column `{at}`: time does not go on,"
-                         f" {table.numbers[at][wrong - 1]:.6g} to {table.numbers[at][wrong]:.6g}",
-                         "times grow from row to row; a jump takes two rows that are close")  # fmt: skip
+        raise Unreadable(table.name, f"line {table.lines[wrong]}, column `{at}`: times must increase, "
+                         f"but here they go from {table.numbers[at][wrong - 1]:.6g} to {table.numbers[at][wrong]:.6g}",
+                         "correct the times; for a jump, write two rows with nearly equal times")  # fmt: skip
     areas = [0.0]
     for (t, p), (later, q) in pairwise(zip(times, shares, strict=True)):
         areas.append(areas[-1] + 0.5 * (later - t) * (p + q))

@@ -24,8 +24,8 @@ class Biphasic:
     Darcy's law, in m^4/(N s): the intrinsic permeability in m^2 divided by the viscosity of the fluid in Pa s. It is
     isotropic in the deformed body. With an `exponent` or a `stiffening` it changes with the volume (Holmes and Mow),
     k = permeability ((J - solid) / (1 - solid))^exponent exp(stiffening (J^2 - 1) / 2),
-    where `solid` is the initial solid volume fraction; J always stays above it, because no pores would be left. Small
-    strain accepts only a constant k.
+    where `solid` is the initial solid volume fraction; J always stays above `solid`, where no pores would be
+    left. Small strain accepts only a constant k.
 
     It needs `fem(tet10)`, `fem(hex20)` or `fem(hex27)` and a `quasistatic` analysis. Pressures are continuous and
     linear between corners (Taylor and Hood), so they do not oscillate before fluid has had time to flow. Surfaces are

@@ -38,15 +38,15 @@ def test_ranges_say_where_a_model_is_right_and_what_comes_beyond() -> None:
     found = validity_ranges.ranges_of(STRESS, {"tets": "fem"}, 60.0)
     assert found["models"][0]["ranges"] == [
         {"quantity": "nu", "choice": False, "right": ["0.3", "0.4"],
-         "beyond": {"up": "inaccurate, reported from 0.49"}},
+         "beyond": {"up": "inaccurate (reported) from 0.49"}},
         {"quantity": "L", "choice": False, "right": ["10\u00a0m"], "beyond": {"down": "not converged from 1\u00a0m"}},
         {"quantity": "kind", "choice": True, "right": ["tet10", "hex8"],
-         "beyond": {"up": "inaccurate, reported with tet4"}},
+         "beyond": {"up": "inaccurate (reported) with tet4"}},
     ]  # fmt: skip
     assert [validity_ranges._range_words(r) for r in found["models"][0]["ranges"]] == [
-        "right from 0.3 to 0.4; above: inaccurate, reported from 0.49",
+        "right from 0.3 to 0.4; above: inaccurate (reported) from 0.49",
         "right at 10\u00a0m; below: not converged from 1\u00a0m",
-        "right with tet10, hex8; inaccurate, reported with tet4",
+        "right with tet10, hex8; inaccurate (reported) with tet4",
     ]
 
 

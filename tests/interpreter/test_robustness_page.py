@@ -82,7 +82,7 @@ def made_of(silent: bool = False, hostile: str = "") -> Robustness:
 
 def test_the_page_says_how_many_points_were_what(parsed: Parsed) -> None:
     found = parsed(page(made_of()))
-    assert "18 points of 2 models: 14 right, 2 inaccurate, reported and 2 not converged" in found.text
+    assert "18 points of 2 models: 14 right, 2 inaccurate (reported) and 2 not converged" in found.text
     assert "None was wrong without a warning." in found.text
     assert not re.search(r"\bnan\b|None,", found.text)
 
@@ -97,7 +97,7 @@ def test_points_that_are_wrong_without_a_word_come_first_with_their_command(pars
 
 def test_each_end_of_a_range_says_what_comes_beyond(parsed: Parsed) -> None:
     found = parsed(page(made_of())).text
-    assert "above: inaccurate, reported from 0.4999" in found
+    assert "above: inaccurate (reported) from 0.4999" in found
     assert "0.3 … 0.499" in found
     assert "double, singleright with all" in found
     assert "above: right up to the last tested value, 0.5" in found
@@ -146,7 +146,7 @@ def test_the_nines_of_a_ratio_are_kept() -> None:
 
 def test_a_point_says_its_error_and_what_the_model_states() -> None:
     said = point_tooltip(point("tets", "inaccurate", 0.4, rubber_poisson=0.4999))
-    assert said == "rubber.poisson = 0.4999: inaccurate, reported, error 40 %, stated error 2 %"
+    assert said == "rubber.poisson = 0.4999: inaccurate (reported), error 40 %, stated error 2 %"
 
 
 def test_a_command_is_quoted_for_a_shell() -> None:
@@ -159,4 +159,4 @@ def test_a_notebook_shows_what_is_wrong_first_and_no_markup_of_a_scene(parsed: P
     assert found.index("dsl run beam.scene") < found.index('class="edges"') < found.index("<iframe")
     assert "alert(1)</script>" not in found.split("<iframe")[0]
     assert parsed(found).count("script") == 0
-    assert "inaccurate, reported from 0.4999" in parsed(found).text
+    assert "inaccurate (reported) from 0.4999" in parsed(found).text

@@ -128,5 +128,5 @@ def test_a_linear_solver_that_is_missing_is_said_before_anything_is_solved(
     with pytest.raises(softmark.SceneError) as refused:
         solved(f"model other = fem(tet4, strain = corotational, size = h, linear = {linear})\n")
     (found,) = (d for d in refused.value.diagnostics if d.code == "E508")
-    assert found.message == f"linear = {linear} needs the package {package}"
+    assert found.message == f"`linear = {linear}` needs the package `{package}`"
     assert "softmark[fast]" in found.help

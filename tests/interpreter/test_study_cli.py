@@ -137,7 +137,7 @@ def test_what_has_changed_between_two_results(file: Path, capsys: pytest.Capture
 def test_a_variation_in_error_is_a_failed_point_and_status_3(file: Path) -> None:
     found = compared("beam.scene", "--vary", "L=100mm,200mm", "--model", "rod", "--repeats", "0", status=3)
     assert [p["status"] for p in found["points"]] == ["failed", "converged"]
-    assert found["points"][0]["message"].startswith("E504: `axis` looks at")
+    assert found["points"][0]["message"].startswith("E504: `axis` is evaluated at")
 
 
 @pytest.mark.slow

@@ -148,7 +148,7 @@ def test_a_value_that_the_scene_does_not_bear_is_one_failed_point() -> None:
     found = expanded(text, ("L=100mm,200mm", "model=rod"))
     assert [(c.label, c.reason is None) for c in found] == [("rod, L = 100 mm", False), ("rod, L = 200 mm", True)]
     assert found[0].reason is not None
-    assert found[0].reason.startswith("E504: `axis` looks at (178, 0, 0) mm, outside `beam` (line 13 of <text>)")
+    assert found[0].reason.startswith("E504: `axis` is evaluated at (178, 0, 0) mm, outside `beam` (line 13 of <text>)")
 
 
 def test_two_scenes_of_one_name_are_told_apart() -> None:

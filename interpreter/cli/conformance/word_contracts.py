@@ -35,7 +35,10 @@ def word_breaches(cls: type[Any], kind: str, name: str) -> Iterator[Breach]:
         yield from _field_breaches(field)
     page = constructor_page(word)
     if first not in page or not all(field.doc in page for field in word.fields):
-        yield Breach("`dsl explain` does not show all of it", "write a docstring and fields, which are its page")
+        yield Breach(
+            "`dsl explain` does not show all of it",
+            "write a docstring, and give each field a meaning: they form the page",
+        )
 
 
 def _field_breaches(field: Field) -> Iterator[Breach]:

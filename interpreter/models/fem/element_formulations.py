@@ -58,11 +58,16 @@ def _fits(model: Fem, case: Case) -> Iterator[Clash]:
     """Yield errors for a formulation that does not fit the element, another option or the law."""
     if model.formulation == "displacement":
         return
-    word = f"formulation = {model.formulation}"
+    word = f"`formulation = {model.formulation}`"
     if model.formulation not in find_element(model.element).formulations:
-        yield "E551", "formulation", f"{word} is not available for the element {model.element}", *_element_words(model)
+        yield (
+            "E551",
+            "formulation",
+            f"{word} is not available for the element `{model.element}`",
+            *_element_words(model),
+        )
     elif model.integration == "selective" or model.rotation == "element":
-        other = "integration = selective" if model.integration == "selective" else "rotation = element"
+        other = "`integration = selective`" if model.integration == "selective" else "`rotation = element`"
         yield (
             "E551", "formulation", f"{word} and {other} cannot be combined",
             f"not with {other}", "remove one of the two",
@@ -107,10 +112,10 @@ def _check_mixed(model: Fem, case: Case) -> Iterator[Clash]:
     for field, values in DIRECT.items():
         if getattr(model, field) in values:
             problem = (
-                f"{field} = {getattr(model, field)} cannot solve the saddle point systems of the mixed formulation"
+                f"`{field} = {getattr(model, field)}` cannot solve the saddle point systems of the mixed formulation"
             )
             help = "leave it out, or use `formulation = mean_dilatation` with hex8"
-            yield "E554", field, problem, "not with formulation = mixed", help
+            yield "E554", field, problem, "not with `formulation = mixed`", help
 
 
 def _incompressible(model: Fem, declared: Declared, case: Case) -> Iterator[Clash]:

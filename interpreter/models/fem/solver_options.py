@@ -120,7 +120,7 @@ def _check_elements(model: Fem, case: Case) -> Iterator[Clash]:
         )
     elif model.rotation == "element" and model.strain != "corotational":
         problem, help = (
-            f"strain = {model.strain} has no `rotation` option",
+            f"`strain = {model.strain}` has no `rotation` option",
             "leave it out, or write",
         )
         yield "rotation", problem, "only with corotational", f"{help} `strain = corotational`"
@@ -165,31 +165,31 @@ def _check_static_options(model: Fem, case: Case) -> Iterator[Clash]:
         help = "leave it out, or use `linear = conjugate_gradients`"
         yield (
             "max_linear_iterations",
-            f"linear = {model.linear} has no iterations to limit",
+            f"`linear = {model.linear}` has no iterations to limit",
             "only with conjugate_gradients",
             help,
         )
     if model.factorisation == "reused" and model.linear not in ("auto", "cholesky"):
         yield (
-            "factorisation", f"linear = {model.linear} keeps no factorization between steps", "nothing to reuse",
+            "factorisation", f"`linear = {model.linear}` keeps no factorization between steps", "nothing to reuse",
             "remove one of the two",
         )  # fmt: skip
     if model.precision == "double":
         return
     if model.rotation == "element":
         problem = "one rotation per cell is available only in double precision"
-        yield "precision", problem, "not with rotation = element", "remove one of the two"
+        yield "precision", problem, "not with `rotation = element`", "remove one of the two"
     if model.factorisation == "reused":
         yield (
             "precision", "reused factorizations are corrected by residuals in double precision",
-            "not with factorisation = reused", "remove one of the two: reused factorizations already use "
+            "not with `factorisation = reused`", "remove one of the two: reused factorizations already use "
                                                "single precision",
         )  # fmt: skip
     if model.linear in PACKAGES:
         help = "use `linear = auto`, `cholesky`, `superlu` or `conjugate_gradients`"
         yield (
             "precision",
-            f"linear = {model.linear} computes in double precision",
+            f"`linear = {model.linear}` computes in double precision",
             f"not with {model.linear}",
             help,
         )
@@ -206,10 +206,10 @@ def _check_arc_length(model: Fem, case: Case) -> Iterator[Clash]:
                 "`path = arc_length` needs a new factorization in each step, in double precision, from "
                 f"rest: remove `{field}`"
             )
-            yield field, problem, "not with arc length", "leave it out, or use `path = load`"
+            yield field, problem, "not with `path = arc_length`", "leave it out, or use `path = load`"
     if model.linear in ("conjugate_gradients", "multigrid"):
-        problem = f"`path = arc_length` passes through unstable states, which linear = {model.linear} cannot solve"
-        yield "linear", problem, "not with arc length", "use `linear = auto`, or `path = load`"
+        problem = f"`path = arc_length` passes through unstable states, which `linear = {model.linear}` cannot solve"
+        yield "linear", problem, "not with `path = arc_length`", "use `linear = auto`, or `path = load`"
 
 
 def _check_linear_solver(model: Fem, case: Case) -> Iterator[Clash]:
@@ -222,7 +222,7 @@ def _check_linear_solver(model: Fem, case: Case) -> Iterator[Clash]:
         return
     why = "one rotation for each cell" if model.rotation == "element" else "a load that follows the surface"
     field = "linear" if capped else "factorisation"
-    word = f"{field} = {getattr(model, field)}"
+    word = f"`{field} = {getattr(model, field)}`"
     help = "use `linear = auto`, `superlu` or `pardiso`" if capped else "leave it out"
     yield field, f"{word} needs a symmetric matrix, but that of {why} is not symmetric", "not symmetric", help
 
@@ -231,8 +231,8 @@ def _not_installed(model: Fem) -> Iterator[Clash]:
     """Yield an error if the linear solver is not installed."""
     package = PACKAGES.get(model.linear)
     if package is not None and find_spec(package) is None:
-        problem, help = f"linear = {model.linear} needs the package {package}", "pip install 'softmark[fast]'"
-        yield "linear", problem, "not installed", f"run {help}, or remove `linear`"
+        problem, help = f"`linear = {model.linear}` needs the package `{package}`", "pip install 'softmark[fast]'"
+        yield "linear", problem, "not installed", f"run `{help}`, or remove `linear`"
 
 
 def check_start(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:

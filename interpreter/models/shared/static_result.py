@@ -65,7 +65,7 @@ def uniqueness_warnings(declared: Declared, found: Equilibrium) -> tuple[Diagnos
                 at,
                 f"the stability of the equilibrium of `{declared.name}` could not be determined",
                 "a load has no potential energy",
-                "vary the load and compare: there may be other equilibria",
+                "compute other values of the load: the body may have several equilibria",
             ),
         )
     return ()

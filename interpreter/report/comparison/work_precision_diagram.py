@@ -346,7 +346,7 @@ class Overlay:
 
 
 KEY = (
-    ("M1 5H17V11H37", "front", "Pareto front: no configuration is better in error and cost", "front"),
+    ("M1 5H17V11H37", "front", "Pareto front: no other configuration is better in both error and cost", "front"),
     ("", "on-front", "on the front", "front"),
     ("M11 2l14 12m-14 0l14-12", "capped", "stopped by the iteration limit", "capped"),
     ("M12 1h14v14h-14z", "disturbed", "timing disturbed", "disturbed"),

@@ -29,7 +29,7 @@ class Class:
 
 CLASSES: Mapping[str, Class] = {
     "right": Class("right", "✓", "error within the requested limit"),
-    "inaccurate": Class("inaccurate, reported", "▲", "error above the limit, and the model reports that it may be"),
+    "inaccurate": Class("inaccurate (reported)", "▲", "error above the limit, and the model reports that it may be"),
     "silent": Class(
         "wrong without a warning", "!", "converged, but the error is above the limit and above what the model states"
     ),
