@@ -30,12 +30,7 @@ from softmark.interpreter.importers.xml_numbers import NumberParser, child_text
 from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, parse_xml
 from softmark.safe_files import read_regular
 
-KINDS = {
-    "tet4": 4,
-    "tet10": 10,
-    "hex8": 8,
-    "hex20": 20,
-}  # FEBio elements named as ours: numbers of nodes
+KINDS = {"tet4": 4, "tet10": 10, "hex8": 8, "hex20": 20}  # FEBio elements named as ours: numbers of nodes
 FACETS = {"tri3": 3, "tri6": 3, "tri7": 3, "quad4": 4, "quad8": 4, "quad9": 4}
 VERSIONS = ("3.0", "4.0")
 ROOM = (
