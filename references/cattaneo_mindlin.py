@@ -105,7 +105,10 @@ class PartialSlip(ForceTheory):
         return self.pressed.pressure(r)
 
     def traction(self, r: Array) -> Array:
-        """Return the tangential traction, Pa, at distances from the axis (n,), m; less in the stick zone."""
+        """Return the tangential traction (n,), Pa, at distances from the axis (n,), m.
+
+        It is the friction coefficient times the pressure in the slip zone, and less in the stick zone.
+        """
         c, a = self.stick_radius, self.radius or 1.0
         inner = np.sqrt(np.maximum(c**2 - np.asarray(r, dtype=float) ** 2, 0.0)) / a
         found: Array = self.friction * (self.pressure(r) - self.largest_pressure * inner)

@@ -71,7 +71,7 @@ def require_incompressible(poisson: float) -> None:
 
 @dataclass(frozen=True)
 class Rubber:
-    """A law by its name, with the constants of scenes. Raises NotApplicable for an unknown law."""
+    """Incompressible rubber law by its name and constants in scenes. Raises NotApplicable for an unknown law."""
 
     law: str
     constants: tuple[tuple[str, Any], ...]  # names and values, SI
@@ -88,7 +88,7 @@ class Rubber:
         return cls("mooney_rivlin", (("c1", 0.5 * mu), ("c2", 0.0)))
 
     def energy(self, e: Array) -> Array:
-        """Return W, J/m^3 (n,)."""
+        """Return the energy W (n,), J/m^3, at logarithms e (3, n) of the principal stretches."""
         c = dict(self.constants)
         if self.law == "ogden":
             found: Array = sum(m / a * np.expm1(a * e).sum(axis=0) for m, a in zip(c["mu"], c["alpha"], strict=True))
@@ -97,8 +97,9 @@ class Rubber:
         return found
 
     def tensions(self, e: Array) -> Array:
-        """Return dW/de, the principal stresses up to a common pressure, Pa (3, n), 0 at rest; NaN beyond the law's
-        domain.
+        """Return the principal stresses dW/de (3, n), Pa, up to a common pressure, at the same logarithms e (3, n).
+
+        They are 0 at rest, and NaN beyond the law's domain.
         """
         c = dict(self.constants)
         if self.law == "ogden":

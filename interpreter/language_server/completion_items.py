@@ -246,7 +246,7 @@ def _condition(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
 
 
 def _target(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
-    """Yield parameters, and fields of declarations."""
+    """Yield completions of a quantity to vary: parameters, and fields of declarations as `name.field`."""
     scene = here.document.known
     for name, kind in find_declared_names(here.document).items():
         if kind == "param":

@@ -47,22 +47,22 @@ class Rectangular:
         return self.low, self.high
 
     def size(self, axis: int) -> float:
-        """Return its extent along x, y or z, m."""
+        """Return the extent of the body along x, y or z, m."""
         return self.high[axis] - self.low[axis]
 
     def area(self, axis: int) -> float:
-        """Return the area of a face normal to an axis, m^2; for a body of revolution all around."""
+        """Return the area of a face normal to an axis, m^2; for a body of revolution, of the face all around it."""
         if self.turns:
             return math.pi * (self.high[0] ** 2 - self.low[0] ** 2)
         first, second = (self.size(c) for c in range(3) if c != axis)
         return first * second
 
     def outward(self, axis: int, end: int) -> Vector3:
-        """Return the outward unit normal of a face, 0 the low one."""
+        """Return the outward unit normal of a face; `end` 0 is the low one."""
         return replace_coordinate(NONE, axis, 1.0 if end else -1.0)
 
     def centre(self, axis: int, end: int) -> Vector3:
-        """Return the centre of such a face, m; for a body of revolution on its axis."""
+        """Return the centre of a face, m; for a body of revolution, on its axis. `end` 0 is the low one."""
         found = replace_coordinate(self.middle, axis, self.bounds[end][axis])
         return replace_coordinate(found, 0, 0.0) if self.turns else found
 
@@ -73,12 +73,12 @@ class Rectangular:
         return x, y, z
 
     def taken(self, condition: Condition, axis: int) -> set[int]:
-        """Return which of its two faces normal to an axis a condition selects, 0 the low one, as `ends_of` does."""
+        """Return which of the two faces normal to an axis a condition selects, as `ends_of` does: 0 is the low one."""
         x, y, z = (self.size(a) for a in range(3))
         return ends_of(condition, BoxAlongAxis((x, y, z), self.low, axis))
 
     def everywhere(self, condition: Condition) -> bool:
-        """Return whether a condition selects all of it."""
+        """Return whether a condition selects the whole body."""
         return condition.over(self.low, self.high) == (False, True)
 
 
@@ -94,7 +94,7 @@ class Round:
         return self.shape.bounds
 
     def size(self, axis: int) -> float:
-        """Return its length, m."""
+        """Return the length of the cylinder, m."""
         return self.shape.length
 
     def area(self, axis: int) -> float:
@@ -102,7 +102,7 @@ class Round:
         return math.pi * self.shape.radius**2
 
     def outward(self, axis: int, end: int) -> Vector3:
-        """Return the outward unit normal of an end, 0 the root."""
+        """Return the outward unit normal of an end; 0 is the root."""
         return add_multiples(NONE, (1.0 if end else -1.0, self.shape.axis))
 
     def centre(self, axis: int, end: int) -> Vector3:
@@ -110,7 +110,7 @@ class Round:
         return add_multiples(self.shape.root, (end * self.shape.length, self.shape.axis))
 
     def taken(self, condition: Condition, axis: int) -> set[int]:
-        """Return which of its ends a condition selects."""
+        """Return which ends of the cylinder a condition selects."""
         return ends_of(condition, self.shape)
 
     def around(self, condition: Condition) -> bool:
@@ -152,7 +152,10 @@ def rectangular(case: Case) -> Rectangular | None:
 
 
 def rectangle(shape: Any, thickness: float, turns: bool) -> Rectangular | None:
-    """Return a box, or a slice (thickness in m) of an upright rectangle, possibly revolved about y; else None."""
+    """Return a box, or an upright rectangle as a slice of one; None for any other shape.
+
+    `thickness`, m, is that of the slice; `turns` if the rectangle is the half section of a body revolved about y.
+    """
     if isinstance(shape, Box):
         return Rectangular(*shape.bounds)
     if isinstance(shape, Slice) and isinstance(shape.region, Quadrilateral):

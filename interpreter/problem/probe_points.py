@@ -55,8 +55,7 @@ class ProbePoints:
     """Material points X (n, 3), m, with triangles (k, 3) over them or the volume (n,) of each.
 
     `border` (b, 3), m, are the corners of the cells of a volume, on its surface and where it is cut. `notes` are
-    warnings
-    about them.
+    warnings about them.
     """
 
     X: Floats
@@ -260,7 +259,10 @@ def _volume(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> 
 
 
 def _conditions_by_material(probe: Declared, case: Case) -> tuple[Condition, ...]:
-    """Return the probe's selection in each material, since stress and strain jump between them; None if it is all."""
+    """Return the probe's selection in each material, since stress and strain jump between them.
+
+    The result is empty for a probe without a condition in a body of one material.
+    """
     where = probe.thing.where
     if not case.parts:
         return () if where is None else (where,)

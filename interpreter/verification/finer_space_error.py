@@ -124,7 +124,7 @@ def solve_finer_space(
         x[problem.fixed] = problem.target
         static = interaction_setup.recenter_stabilization(static, x)
         problem = static.problem
-        _must_be_worth(problem.assembly, solved, budget)
+        _must_be_affordable(problem.assembly, solved, budget)
         coarse = _LazyValue(lambda: CoarseLevel.of(above.P, below()[0], problem.assembly, below()[1]))
         if problem.assembly.saddle:  # pressures start from zero, so the first step says little
             state = equilibrium(replace(problem, start=x, watch=budget.check)).x
@@ -161,7 +161,7 @@ def finer_cells(model: Fem, case: Case, solved: DeformedMesh) -> tuple[Fem, Call
     return _without_locking(model, representative_materials(case, solved.mesh), kind), make
 
 
-def _must_be_worth(assembly: Assembly, solved: DeformedMesh, budget: Budget) -> None:
+def _must_be_affordable(assembly: Assembly, solved: DeformedMesh, budget: Budget) -> None:
     """Raise BudgetExceeded if factorising the finer space, by a power of its unknowns, exceeds the budget left."""
     from softmark.solvers.statics.finer_space_solve import SMALL, is_direct
 

@@ -204,7 +204,7 @@ def _check_forces(
 def _check_balance(
     verifier: Verifier, looked: VerifiedSolution, found: dict[str, Any]
 ) -> tuple[dict[str, Any], str | None]:
-    """Return the checks together with the balance of supports and loads."""
+    """Return the checks with the balance of supports and loads, and why a converged solution violates it, or None."""
     own, reason = reaction_balance.check_balance(verifier, looked)
     return found | own, reason if looked.solution.status == "converged" else None
 

@@ -342,7 +342,7 @@ class FacetSweep:
 
     def _panels(self, f: Ints) -> tuple[Ints, Floats, Floats]:
         """Return facets split at lines of equal a through corners, turning points and intersections of borders."""
-        found = [(f, np.zeros(len(f))), (f, np.ones(len(f))), *self._ends(f), *self._special(f)]
+        found = [(f, np.zeros(len(f))), (f, np.ones(len(f))), *self._ends(f), *self._turning_points_and_crossings(f)]
         facet, place = (np.concatenate(column) for column in zip(*found, strict=True))
         order = np.lexsort((place, facet))
         facet, place = facet[order], place[order]
@@ -364,7 +364,7 @@ class FacetSweep:
                 found.append((f[line], _bisect(partial(level, line), *between)))
         return found
 
-    def _special(self, f: Ints) -> list[tuple[Ints, Floats]]:
+    def _turning_points_and_crossings(self, f: Ints) -> list[tuple[Ints, Floats]]:
         """Return turning points of borders along the lines, and their intersections: facets and a, by Newton."""
         seeds, h, count = np.linspace(0.1, 0.9, 5), 1e-4, len(self.condition.borders)
         a0, b0 = (np.tile(t.ravel(), len(f)) for t in np.meshgrid(seeds, seeds))

@@ -92,9 +92,7 @@ class LineForce:
 
 @dataclass(frozen=True)
 class TendonLoad:
-    """Tendon under tension along a straight or helical route through a body, guided without friction, fixed at both
-    ends.
-    """
+    """Tendon under tension along a straight or helical route through a body, frictionless, and fixed at both ends."""
 
     begin: Vector3  # m
     end: Vector3  # m
@@ -111,7 +109,7 @@ class Load:
 
     @property
     def action(self) -> Any:
-        """Way in which the load acts: an instance of one of the classes above."""
+        """Action of the load: an instance of one of the classes above, which models apply."""
         raise NotImplementedError(f"{type(self).__name__} does not say how it acts")
 
     def part(self, share: float) -> Self:
@@ -120,7 +118,7 @@ class Load:
         return less
 
     def in_state(self, number: int, value: float) -> Self:
-        """Return the load in one state of a static analysis, which has this value."""
+        """Return the load in a state of a static analysis, which has this number and value."""
         now: Self = in_state_of_value(self, value)
         return now
 
@@ -145,7 +143,7 @@ class HasMaterial:
     material: Any
 
     def in_state(self, number: int, value: float) -> Self:
-        """Return the body or region in one state, which has this value."""
+        """Return the body or region in a state of a static analysis, which has this number and value."""
         if getattr(self.material, "amplitude", None) is None:
             return self
         made: Self = replace(self, material=in_state_of_value(self.material, value))  # type: ignore[type-var]
@@ -171,7 +169,7 @@ class Gravity(Load):
 
     @property
     def action(self) -> BodyForce:
-        """Way in which the load acts."""
+        """Action of the load: its acceleration as a body force per mass."""
         x, y, z = (self.magnitude * c for c in self.direction)
         return BodyForce((x, y, z))
 
@@ -193,7 +191,7 @@ class Traction(Load):
 
     @property
     def action(self) -> SurfaceTraction:
-        """Way in which the load acts."""
+        """Action of the load: a force per undeformed area on the selected part."""
         return SurfaceTraction(self.where, self.vector)
 
 
@@ -218,7 +216,7 @@ class RemoteStressLoad(Load):
 
     @property
     def action(self) -> RemoteStress:
-        """Way in which the load acts."""
+        """Action of the load: the traction of a remote stress on the selected part."""
         return RemoteStress(self.where, self.magnitude, self.direction)
 
 
@@ -240,7 +238,7 @@ class Pressure(Load):
 
     @property
     def action(self) -> PressureLoad:
-        """Way in which the load acts."""
+        """Action of the load: a pressure normal to the deformed surface of the selected part."""
         return PressureLoad(self.where, self.magnitude)
 
 
@@ -263,7 +261,7 @@ class PointForce(Load):
 
     @property
     def action(self) -> PointLoad:
-        """Way in which the load acts."""
+        """Action of the load: a force at one material point."""
         return PointLoad(self.at, self.vector)
 
 
@@ -289,7 +287,7 @@ class Torque(Load):
 
     @property
     def action(self) -> MomentLoad:
-        """Way in which the load acts."""
+        """Action of the load: a moment on the selected part, without a resultant force."""
         return MomentLoad(self.where, self.moment)
 
 
@@ -315,7 +313,7 @@ class LineLoad(Load):
 
     @property
     def action(self) -> LineForce:
-        """Way in which the load acts."""
+        """Action of the load: a force per undeformed length along the line."""
         return LineForce(self.from_, self.to, self.vector)
 
 
@@ -354,5 +352,5 @@ class Tendon(Load):
 
     @property
     def action(self) -> TendonLoad:
-        """Way in which the load acts."""
+        """Action of the load: a tendon under tension, with its route and guides."""
         return TendonLoad(self.from_, self.to, self.tension, self.winding, self.guides)

@@ -26,26 +26,23 @@ NEWTON = 12  # iterations for the border on a side, which is a cubic with one ro
 
 @dataclass(frozen=True)
 class ContactPressure:
-    """Pressure field from normal forces f (n,), N, and gaps g (n,), m, at nodes of facets (k, m); positions x (n, 3),
-    m.
+    """Contact pressure recovered from normal forces f (n,), N, at the nodes x (n, 3), m, of facets (k, m).
 
     The force of a node divided by its own area is no pressure: on quadratic facets a uniform pressure gives no force at
     the corners of triangles. So forces at mid-sides are moved to the corners at their ends, half each. The force at a
     corner is then exactly the integral of the pressure times the linear shape function of that corner. Divided by the
     integral of that function it is a mean around the corner: never negative, of second order, with the same total
-    force.
-    (A consistent mass matrix would undo the mean and amplify errors of a coarse mesh.) Pressures are per area at `x`.
-    With
-    the `depth`, m, of a slice through a body of revolution, forces and areas are those of whole rings.
+    force. (A consistent mass matrix would undo the mean and amplify errors of a coarse mesh.) Pressures are per area at
+    `x`. With the `depth`, m, of a slice through a body of revolution, forces and areas are those of whole rings.
 
-    At an edge of the surface, a facet receives no force of a shared node if it leans too far from the facets there that
-    touch with all their nodes: these give the direction of the pressure.
+    At an edge of the surface, facets in contact with all their nodes give the direction of the pressure. Another facet
+    receives no force of a node that it shares with them if it leans too far from them.
 
     Nodes with the same number in `alike` (n,) move together, such as those through the thickness of a slice: they share
     one pressure.
 
-    `modulus`, E / (1 - nu^2), Pa, locates the end of contact between two nodes. Nodes in contact are found from forces,
-    or given by `on` (n,) if forces between nodes are included in `f`.
+    The gaps g (n,), m, and `modulus`, E / (1 - nu^2), Pa, locate the end of contact between two nodes. Nodes in contact
+    are found from forces, or given by `on` (n,) if forces between nodes are included in `f`.
     """
 
     facets: Ints
@@ -160,14 +157,10 @@ class ContactPressure:
         """Contact area, m^2.
 
         The border lies between a node in contact and one that is not. Where contact ends smoothly, the pressure at a
-        distance
-        s inside the border is p = k s^(1/2), and the gap outside is g = 4 k / (3 E') s^(3/2), E' = E / (1 - nu^2), for
-        an
-        elastic body on any smooth rigid one (the crack-tip field with no intensity, Johnson 1985, "Contact mechanics",
-        5.1).
-        So p at one node and g at the other give k and the place of the border between them. Where contact ends at an
-        edge
-        the error is less than a facet.
+        distance s inside the border is p = k s^(1/2), and the gap outside is g = 4 k / (3 E') s^(3/2), E' = E / (1 -
+        nu^2), for an elastic body on any smooth rigid one (the crack-tip field with no intensity, Johnson 1985,
+        "Contact mechanics", 5.1). So p at one node and g at the other give k and the place of the border between them.
+        Where contact ends at an edge the error is less than a facet.
         """
         triangles = self._triangles
         on = self.touching[triangles]

@@ -178,8 +178,7 @@ def find_penetrating_points(contact: RigidContact, x: Floats) -> AddedContactPoi
 
     Points added before are found again, also if they press where the body does not touch. Of those without force, the
     near ones stay: without them facets could penetrate again. Facets may penetrate by as much as gaps were enlarged
-    where
-    bodies began in touch.
+    where bodies began in touch.
     """
     return search_penetration(contact, x)[0]
 
@@ -303,10 +302,10 @@ def _deepest_planes(contact: RigidContact, parts: FacetParts, where: Floats, t: 
 
 
 def _border_planes(contact: RigidContact, parts: FacetParts, where: Floats, t: Floats, g: Floats) -> Planes:
-    """Return points and planes of added points whose parts are now deepest at their border: planes keep their body
-    points.
+    """Return points and planes of added points whose parts are now deepest at their border.
 
-    An edge that lies in a facet presses where it leaves the facet and at its end; one of them is barely deeper.
+    The planes keep their points on the body. An edge that lies in a facet presses where it leaves the facet and at its
+    end; one of them is barely deeper.
     """
     assert contact.extra is not None
     which = np.argmax(contact.extra.which == parts.which[:, None], axis=1)
@@ -344,10 +343,8 @@ def _step_towards_deepest(contact: RigidContact, parts: FacetParts, t: Floats) -
     """Return new places on parts (k, m) of added points on their way to the deepest points t, and their last steps.
 
     The part tilts towards the force, and the deepest point moves away: full steps would oscillate. So the first step is
-    a
-    fraction, and later ones use the last two steps (Anderson 1965, of depth one). Any point of a flat part is as far
-    from
-    its plane as the deepest.
+    a fraction, and later ones use the last two steps (Anderson 1965, of depth one). Any point of a flat part is as far
+    from its plane as the deepest.
     """
     new, ways = t.copy(), np.full((len(t), 2, 2), np.nan)
     if contact.extra is None:
@@ -367,10 +364,10 @@ def _step_towards_deepest(contact: RigidContact, parts: FacetParts, t: Floats) -
 
 
 def _common_normal(ways: Floats, n: Floats) -> Floats:
-    """Return the mean of normals (q, 3) beside a point that has least components along the `ways` there (q, 3), m.
+    """Return the weighted mean (3,) of the normals n around a point with the least component along the part.
 
-    It is never zero. If all normals cancel, the point is as deep as possible, half-way between sides, and any of them
-    leads out.
+    The normals n (q, 3) are those at small steps `ways` (q, 3), m, from the point along the part. The mean is never
+    zero: if all normals cancel, the point is as deep as possible, half-way between sides, and any of them leads out.
     """
     from scipy.optimize import nnls  # half a second of modules, for what is sharp alone
 

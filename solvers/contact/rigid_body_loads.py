@@ -17,10 +17,9 @@ from softmark.solvers.energies.local_blocks import add_blocks, cross_matrix
 class RigidBodyLoad(Energy):
     """Load of a free body: `force` (3,), N, at the point `at` (3,), m, of the declared body, and `moment` (3,), N m.
 
-    Moments are about the body axes P, as in its equations: y x P^T force + P^T moment, y the arm of the point in the
-    body
-    frame. A moment of constant direction has no energy under rotations about several axes (Argyris, Dunne and Scharpf
-    1978).
+    The body is number `which` of the `chart`. As in its equations, moments are about the body axes P: y x P^T force +
+    P^T moment, where y is the arm of the point in the body frame. A moment of constant direction has no energy under
+    rotations about several axes (Argyris, Dunne and Scharpf 1978).
     """
 
     chart: Any  # Bodies

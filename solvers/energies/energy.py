@@ -109,8 +109,8 @@ class DynamicPatternEnergy(Energy):
 class LaggedTangentEnergy(Energy):
     """An energy whose tangent can take part of its stress from earlier states.
 
-    This part is wrong in an extrapolated state and makes the tangent indefinite, such as the pressure of nearly
-    incompressible cells. `kept` numbers describe it in a state.
+    An example is the pressure of nearly incompressible cells: in an extrapolated state it is wrong and makes the
+    tangent indefinite. This part of the stress in a state is described by `kept` numbers.
     """
 
     @property

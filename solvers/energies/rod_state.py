@@ -124,7 +124,10 @@ class RodChain:
         return exceeds_half_turn(before, after, self.elements)
 
     def _drift(self, excess: Floats) -> Floats:
-        """Return the correction at the held nodes, interpolated linearly between them; its mean if no node is held."""
+        """Return the drift (nodes, 3), m, to subtract from `excess`: its values at held nodes, linear between them.
+
+        For a component that no node holds, it is the mean of the excess.
+        """
         below, above, part = self._between
         drift = excess.take(below)
         drift += part * (excess.take(above) - drift)

@@ -107,7 +107,7 @@ class Anisotropic(BatchedLaw):
         return None
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
-        """Return the law with `local_bulk` for K, and the constraint J - 1 for the pressure that carries the rest."""
+        """Return the law with K replaced by `local_bulk`, and the constraint J - 1, whose pressure carries the rest."""
         from softmark.solvers.materials.volumetric_constraints import VolumeRatio
 
         return self._with_bulk(self.local_bulk), VolumeRatio()

@@ -140,7 +140,7 @@ class IsochoricMaterial(Isotropic):
         return self.with_bulk(kept), VolumetricLaw(self.constraint, self.bulk_modulus - kept)
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
-        """Return the shape law, with `local_lambda` for lam, and the volume constraint."""
+        """Return the law with `local_lambda` in place of `lame_lambda`, and the volume constraint."""
         return self.with_bulk(self.local_lambda + 2.0 / 3.0 * self.shear_modulus), self.constraint
 
 

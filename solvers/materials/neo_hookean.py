@@ -45,7 +45,7 @@ class NeoHookean(TwoInvariantLaw, Isotropic):
         return _Shear(**vars(self)), _Volume(**vars(self))
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
-        """Return the shape law, with `local_lambda` for lam, and the volume constraint."""
+        """Return the law with `local_lambda` in place of `lame_lambda`, and the volume constraint."""
         from softmark.solvers.materials.volumetric_constraints import LogarithmicVolume
 
         return _Shape(**vars(self)), LogarithmicVolume()

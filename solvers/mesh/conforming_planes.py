@@ -22,11 +22,12 @@ THINNEST = 1e-6  # relative to the range: smallest thickness of a fully held lay
 class Cut:
     """A surface on which nodes must lie: the coordinate `axis` of a shape equals `at` (m) there.
 
-    `thin`: everything between it and the nearest end of the body is held, so that the layer may be arbitrarily thin.
-    For a graded cut, cells are smaller by that factor there, and grow evenly to their usual size over `reach`
-    (m). For a filled surface, they are finer where a condition `holds(x, y, z, extent)`, and `axis` is no coordinate.
-    `turn`
-    (rad) is the direction of the normal of a chord of a disc, from the first transverse axis.
+    If `thin`, everything between the surface and the nearest end of the body is held, so that the layer may be
+    arbitrarily thin. `turn` (rad) is the direction of the normal of a chord of a disc, from the first transverse axis.
+
+    If `finer` is above 1, the cut is graded: cells are smaller by that factor there, and grow evenly to their usual
+    size over `reach` (m). For a filled surface, cells are finer where a condition `where` holds, called as
+    `where.holds(x, y, z, extent)`, and `axis` is no coordinate.
     """
 
     axis: str
@@ -43,8 +44,9 @@ class Cut:
         return self.finer > 1.0
 
     def share(self, away: Any, reach: float) -> Any:
-        """Return the fraction of the usual size at a distance `away` (m): it grows evenly to 1 at `reach` (m); number
-        or array.
+        """Return the fraction of the usual cell size at a distance `away` (m): it grows evenly to 1 at `reach` (m).
+
+        The distance is a number or an array.
         """
         least = 1.0 / self.finer
         return least + (1.0 - least) * away / reach
@@ -61,8 +63,7 @@ def cuts_along(cuts: Iterable[Cut], axis: str) -> tuple[Cut, ...]:
 
 
 def grid_lines(low: float, high: float, count: int, cuts: Sequence[Cut]) -> list[float] | None:
-    """Return grid lines from `low` to `high` (m) with nodes at the cuts; None if `count` even cells already have them
-    all.
+    """Return grid lines from `low` to `high` (m) with nodes at the cuts; None if `count` even cells already have them.
 
     Intervals between cuts are divided into cells of about the even size. A cut too near to another is left out.
     """

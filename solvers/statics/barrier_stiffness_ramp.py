@@ -39,10 +39,9 @@ def ramp_barrier(newton: Newton, x: Floats, load: float) -> Floats:
 def minimize_at_load(newton: Newton, x: Floats, load: float, first: bool) -> Floats:
     """Return the equilibrium at a load by decreasing the energy; with pressure unknowns, by full Newton steps first.
 
-    With pressure unknowns no energy decreases in and out of contact, and steps that decrease the residual are short. So
-    if
-    full steps leave the domain of the law at any but the `first` stiffness, it stops: a smaller change of stiffness is
-    faster. Raises NotConverged.
+    With pressure unknowns no energy decreases as nodes come into contact and leave it, and steps that decrease the
+    residual are short. If full steps leave the domain of the law at the `first` stiffness, such steps follow; at a
+    later one it stops, since a smaller change of stiffness is faster. Raises NotConverged.
     """
     if newton.assembly.saddle:
         try:
@@ -54,7 +53,7 @@ def minimize_at_load(newton: Newton, x: Floats, load: float, first: bool) -> Flo
 
 
 def _softest_fraction(assembly: Assembly) -> float:
-    """Return the first stiffness fraction: so soft, but no body gets past the middle of a rigid body."""
+    """Return the first stiffness fraction: as soft as possible without a body passing the middle of a rigid body."""
     each: list[Any] = [e for e in assembly.loads if e.driven]
     softest: Iterator[float] = (
         e.barrier.distance / max(BEHIND * depth_of_centroid(e.body), e.barrier.distance / SOFT) for e in each
@@ -65,11 +64,10 @@ def _softest_fraction(assembly: Assembly) -> float:
 def solve_in_stiffness_steps(
     newton: Newton, x: Floats, load: float, softs: tuple[float, ...], find: Callable[..., Floats]
 ) -> Floats:
-    """Return the equilibrium from `find` at a load, from x, for each of these fractions of the barrier stiffness in
-    turn.
+    """Return the equilibrium at a load, from x, at the last of the fractions `softs` of the barrier stiffness.
 
-    Where it fails, smaller steps follow. `find` gets a state, the load, and the assembly of that state. Raises
-    NotConverged.
+    The fractions are solved in turn by `find`, which gets a solver, a state, the load, and the assembly of that state
+    (None at first). Where it fails, smaller steps follow. Raises NotConverged.
     """
     known, left, before, own = 0.0, list(softs), None, newton
     while left:
@@ -89,7 +87,7 @@ def solve_in_stiffness_steps(
 
 
 def solver_for(newton: Newton, assembly: Assembly, tolerance: float = 0.0) -> Newton:
-    """Return a Newton solver like another, for another assembly, with its tolerance or a larger one."""
+    """Return a Newton solver like another, for another assembly; `tolerance` replaces its tolerance if it is larger."""
     tolerance = max(newton.problem.tolerance, tolerance)
     problem = replace(newton.problem, assembly=assembly, tolerance=tolerance, exact=None)
     own = type(newton)(problem, newton.history, newton.systems, newton.phase)

@@ -112,7 +112,7 @@ def _substeps_needed(contact: Any) -> int:
 
 
 def _start_body(contact: Any) -> Gap:
-    """Return the rigid body at the start of the motion."""
+    """Return the gap function of a rigid body at the start of the motion: where it was before, or at load zero."""
     found: Gap = contact.posed(0.0) if contact.earlier is None else contact.earlier
     return found
 

@@ -190,7 +190,10 @@ class Newton:
         return pressure_predictor
 
     def trust(self, x: Floats) -> None:
-        """Predict pressures of the next step from x, an equilibrium of the corotational twin: the law's are far off."""
+        """Predict pressures of the next step from x, an equilibrium of the corotational twin.
+
+        The pressures of the law itself are far off there.
+        """
         if self.cellular:
             self._promised = self.mixing.with_predicted_pressures(self.assembly, x, None)
 
@@ -352,8 +355,9 @@ class Newton:
         return 0.0
 
     def _lengthen(self, x: Floats, load: float, d: Floats, merit: Merit) -> float:
-        """Return the multiple of d up to which the merit decreases, by doubling: a definite tangent leaves saddles
-        slowly.
+        """Return the multiple of d up to which the merit decreases, by doubling.
+
+        Steps of a definite tangent leave saddles slowly.
         """
         length, value = 1.0, merit(self._part(x, d, 1.0), load)
         while length < 1e3 and (there := merit(self.space.move(x, 2.0 * length * d), load)) < value:
@@ -366,11 +370,9 @@ class Newton:
         """Return whether the tangent in x has no negative eigenvalue; None if unknown.
 
         If the last step was tiny, the tangent before it is used. Under follower loads its symmetric part is tested,
-        with any
-        linear solver, and the result is True or None: v . K v > 0 for all v excludes any neighbouring equilibrium and
-        any drift
-        (Hill 1958), but not flutter, which needs inertia. A tangent with an indefinite symmetric part may still be
-        stable.
+        with any linear solver, and the result is True or None: v . K v > 0 for all v excludes any neighbouring
+        equilibrium and any drift (Hill 1958), but not flutter, which needs inertia. A tangent with an indefinite
+        symmetric part may still be stable.
         """
         choice, conservative, last = self.systems.choice, self.assembly.conservative, self.last
         rough = choice.reuse or choice.precision == "single"
@@ -448,7 +450,7 @@ class Newton:
         return d
 
     def _factor(self, x: Floats, load: float, projected: bool) -> Factor:
-        """Factorise the tangent, with predicted pressures if there are any."""
+        """Factorise the tangent; unless `projected`, with predicted pressures if there are any. Raises NotConverged."""
         assembly = self._promised if self._promised is not None and not projected else self.assembly
         K = assembly.tangent(x, load, projected)
         try:

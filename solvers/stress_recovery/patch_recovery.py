@@ -56,7 +56,10 @@ class PatchRecovery:
         return self._interpolated(where.nodes, where.N, self.at_nodes)
 
     def left(self, X: Floats) -> Floats:
-        """Return the mean-square difference of cells around X (n, 3) from the recovered value (n, k)."""
+        """Return the root mean square difference (n, k) between sampled and fitted values around points X (n, 3).
+
+        Mean squares of the patches are interpolated between corners by the shape functions of the corners.
+        """
         where, corners = locate_points(self.mesh, X), self.mesh.element.corners
         nodes, N = where.nodes[:, :corners], np.clip(where.N[:, :corners], 0.0, None)
         total = N.sum(axis=1, keepdims=True)
@@ -96,7 +99,7 @@ class PatchRecovery:
             self._nodal |= {n: nothing for n in nodes.tolist() if n not in parents}
 
     def _valued(self, corner: int, X: Floats) -> Floats:
-        """Return the polynomial of a corner at a point (k,)."""
+        """Return the value (k,) of the polynomial of a corner at a point."""
         fit, middle, scale = self._fits[corner]
         basis = np.prod(((self._fit_positions(X) - middle) / scale) ** self._exponents, axis=1)
         value: Floats = basis @ fit
@@ -174,8 +177,7 @@ class PatchRecovery:
     # ------------------------------------------------------------------ patches
 
     def _few(self, cells: Ints) -> Any:
-        """Return whether patches of so many cells are widened on the surface (n,), since linear cells and hexahedra
-        have too few layers of points there.
+        """Return which patches of so many cells are widened on the surface (n,).
 
         Around a corner there, points of linear cells and of hexahedra lie in too few layers for the polynomial.
         """
@@ -232,8 +234,9 @@ class PatchRecovery:
 
 
 def _invert(M: Floats) -> tuple[Floats, Any]:
-    """Return the inverse of positive semi-definite matrices (n, c, c), and which are singular, then their
-    pseudo-inverse.
+    """Return the inverses of positive semi-definite matrices (n, c, c), and which are singular.
+
+    Singular matrices get their pseudo-inverse.
     """
     size = M.shape[1]
     trace = np.trace(M, axis1=1, axis2=2)
@@ -246,8 +249,9 @@ def _invert(M: Floats) -> tuple[Floats, Any]:
 
 
 def _exponents(element: type[Element]) -> Ints:
-    """Return exponents of the fitted monomials (c, 3): up to the element's order; along each axis for quadratic
-    hexahedra.
+    """Return the exponents (c, 3) of the fitted monomials.
+
+    They go up to the element's order, along each axis for quadratic hexahedra.
     """
     each = element.family == "hexahedra" and element.order > 1
     powers = [p for p in np.ndindex(*[element.order + 1] * 3) if each or sum(p) <= element.order]

@@ -30,15 +30,15 @@ def _feet(case: Case, X: Floats) -> tuple[Floats, Floats]:
     """Return the nearest places on the axis (n, 3), m, of points, and the widths of sections there (n,), m."""
     network = case.shape
     if not isinstance(network, Network):
-        return _nearest_on_axis(case.prism, X)
+        return _axis_points_and_widths(case.prism, X)
     axis, width, own = np.zeros_like(X), np.zeros(len(X)), network.nearest(X)
     for number in np.unique(own).tolist():
-        axis[own == number], width[own == number] = _nearest_on_axis(network.members[number], X[own == number])
+        axis[own == number], width[own == number] = _axis_points_and_widths(network.members[number], X[own == number])
     return axis, width
 
 
-def _nearest_on_axis(shape: Swept, X: Floats) -> tuple[Floats, Floats]:
-    """Return the nearest places on the axis of one shape, and the widths of sections there."""
+def _axis_points_and_widths(shape: Swept, X: Floats) -> tuple[Floats, Floats]:
+    """Return the nearest places on the axis of one shape (n, 3), m, and the widths of sections there (n,), m."""
     s = np.clip(shape.stations(X), 0.0, shape.length).tolist()
     return np.array([shape.centre(at) for at in s]), np.array([max(shape.section_at(at).extents) for at in s])
 

@@ -124,7 +124,7 @@ def _times(view: SceneView, point: ComparedPoint) -> list[str]:
 
 
 def format_bytes(number: float | None) -> str:
-    """Return `12.3 MB`."""
+    """Return a number of bytes as text, such as `12.3 MB`; a dash if it is zero or unknown."""
     if not number:
         return DASH
     power = next((p for p in (9, 6, 3) if number >= 10**p), 0)
@@ -205,7 +205,7 @@ def _level(view: SceneView, entry: EffortAtLevel, best: bool, metric: str) -> st
 
 
 def best_at_rates(view: SceneView) -> str:
-    """Return, for every error and frame rate, the most accurate fast enough configuration, and the next model."""
+    """Return the most accurate fast enough configuration for every error and frame rate, and the next model."""
     if not view.metrics:
         return ""
     if not view.timed or not any(p.cost.frame for p in view.points):
@@ -299,7 +299,7 @@ def limit_cells(finest: float | None, found: ConvergenceEstimate, unit: str) -> 
 
 
 def amount(value: float | None, unit: str, digits: int = 6, mark: str = "") -> str:
-    """Return a value in words followed by a mark; a dash if there is none."""
+    """Return a value with its unit as text, followed by `mark`; a dash if there is no value."""
     return DASH if value is None else format_quantity(value, unit, digits, percent=True) + mark
 
 
