@@ -152,7 +152,7 @@ REASONS = {
     "RigidBodyLoad": "what pulls at free rigid bodies, which move in time only",
     "DisplacementEnergy": "hands on the forces of the energy within, which is broken by itself",
     "ScaledLoad": "hands on a part of the forces of a load, which is broken by itself",
-    "ZeroPressureEnergy": "a part of a factor, which gives no forces in a state that has converged",
+    "EnergyWithoutPressure": "a part of a factor, which gives no forces in a state that has converged",
     "StabilizationSpring": "a spring that stabilises the way there, and is nothing where a state has converged",
     "ProjectedEnergy": "reduced models are held against the full one, whose forces are checked: `full_residual`",
     "QuadraticEnergy": "reduced models are held against the full one, whose forces are checked: `full_residual`",

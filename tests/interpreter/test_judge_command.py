@@ -214,7 +214,7 @@ def test_a_model_of_a_used_scene_is_computed_too_or_refused(tmp_path: Path, caps
         metric apart = max_error(axis, against = used.own)
     """, encoding="utf-8")  # fmt: skip
     assert main([*command, "--body", "used.block"]) == 2
-    assert "`disjoint` needs `used.own`" in capsys.readouterr().err
+    assert "`apart` needs `used.own`" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -50,7 +50,7 @@ def levels(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def needs(method: str) -> None:
     """Skip where the method's package is not there, or finds no library."""
-    if method in PACKAGES and not (pardiso if method == "pardiso" else multigrid).installed():
+    if method in PACKAGES and not (pardiso if method == "pardiso" else multigrid).is_installed():
         pytest.skip(f"{PACKAGES[method]} is not there")
 
 

@@ -62,13 +62,15 @@ class BeamVerifier(Verifier):
         return reactions_of(found)
 
     def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the discretisation error from twice the segments; if these cost too much, from fewer.
+        """Return the discretisation error from twice the segments; from fewer if these cost too much or in a plain run.
 
         Raises NoErrorEstimate.
         """
         segments = answer.declared.thing.segments
+        if not answer.asked:
+            return super().discretisation(answer, seen)
         try:
-            with answer.budget.reserving(answer.others if answer.asked else 0.0):
+            with answer.budget.reserving(answer.others):
                 fine = seen.of(self._with_segments(answer, 2 * segments))
         except NoErrorEstimate:
             return super().discretisation(answer, seen)
