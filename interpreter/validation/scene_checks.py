@@ -485,27 +485,10 @@ LOCAL: tuple[Check, ...] = (
     _one_analysis, _shapes, _contacts, _plane, _symmetric, _selections, _check_points_inside, _meshes, _lints,
 )  # fmt: skip
 WHOLE: tuple[Check, ...] = (
-    _touched,
-    _bodies,
-    _regions,
-    _check_directions,
-    _check_varying_materials,
-    _given,
-    _check_supports,
-    _check_undeformed_bodies,
-    _paths,
-    _models,
-    _references,
-    _refined,
-    _metrics,
-    _fluid,
-    _comparisons,
-    _curves,
-    _amplitudes,
-    _check_published_columns,
-    _expectations,
-    _check_unused_declarations,
-)
+    _touched, _bodies, _regions, _check_directions, _check_varying_materials, _given, _check_supports,
+    _check_undeformed_bodies, _paths, _models, _references, _refined, _metrics, _fluid, _comparisons, _curves,
+    _amplitudes, _check_published_columns, _expectations, _check_unused_declarations,
+)  # fmt: skip
 
 
 def apply_overrides(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:

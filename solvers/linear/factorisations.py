@@ -75,8 +75,7 @@ class TooLarge(Singular):
 
     def __init__(self, needed: float, there: float, why: str) -> None:
         super().__init__(
-            f"factorizing the stiffness matrix needs {needed / 1e9:.1f} GB, but only {there / 1e9:.1f} "
-            f"GB are free; {why}"
+            f"a factor of the stiffness matrix needs {needed / 1e9:.1f} GB, and {there / 1e9:.1f} GB are free; {why}"
         )
 
 
@@ -318,11 +317,8 @@ def _symmetric_factor(K: sparse.csr_matrix, precision: Precision, modes: Modes) 
         return None
     fits = _fits_memory(sketch.bytes(8 if precision == "double" else 4))
     long = (1.0 if precision == "double" else 2.0) * LONG * K.shape[0]
-    if (
-        (not fits or sketch.flops > long)
-        and multigrid.is_installed()
-        and (motions := _computed_modes(modes)) is not None
-    ):
+    too_large = not fits or sketch.flops > long
+    if too_large and multigrid.is_installed() and (motions := _computed_modes(modes)) is not None:
         return _multigrid_solver(K, motions, (lambda: _required_cholesky(K, precision, motions)) if fits else None)
     if not fits and _fits_memory(sketch.bytes(4)):
         precision = "single"

@@ -179,11 +179,7 @@ class PreparedMotion:
             energies={name: values[kept] for name, values in track.energies.items()},
         )
         missed = int((~track.solved).sum())
-        message = (
-            f"{missed} of {len(track.solved)} time steps were accepted without reaching the tolerance"
-            if missed
-            else None
-        )
+        message = f"{missed} of {len(track.solved)} time steps were accepted unconverged" if missed else None
         found = self._resolution()
         facts = (
             _facts(track, self.problem.tolerance)
