@@ -180,6 +180,7 @@ def test_constraints_carry_as_well() -> None:
     assert -metrics["across"].value / (1.5e-3 / (W * H)) == pytest.approx(MIDDLE, abs=5e-4)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_errors_are_stated_where_sections_are_free() -> None:
     """Within a width of the clamp none is, and a warning says why; in motion there is no stress at all."""

@@ -334,6 +334,7 @@ def test_a_sound_plugin_keeps_all_contracts(capsys: pytest.CaptureFixture[str]) 
     assert "metric sway; all contracts kept" in capsys.readouterr().out
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_compare_and_its_clock_take_plugins(tmp_path: Path) -> None:
     (tmp_path / "my.scene").write_text(SCENE, encoding="utf-8")

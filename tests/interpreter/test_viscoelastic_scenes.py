@@ -232,6 +232,7 @@ def test_the_theory_of_what_relaxes_is_refused_where_no_share_does() -> None:
     assert codes(linear("0", "1") + MOVED.replace(", amplitude = COURSE", "") + timed) == ["E503"]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_energy_of_a_law_that_is_not_convex_is_said_to_be_unknown_in_a_motion() -> None:
     """The wrong example of W368, without inertia to speak of."""

@@ -117,6 +117,7 @@ def computed(folder: Path) -> set[str]:
     return {n for n, m in report["models"].items() if "kept" not in m}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_save_runs_again_what_it_touched(tmp_path: Path) -> None:
     file = folder_with(tmp_path)

@@ -117,6 +117,7 @@ def test_a_field_of_view_of_ones_own() -> None:
     assert volume.points(np.array([[31.5, 23.5, 16.0]]))[0] == pytest.approx(np.zeros(3), abs=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "shape"),

@@ -21,12 +21,12 @@ WHOLE = bool(os.environ.get("SOFTMARK_WHOLE"))
 DAY = date.fromisoformat(os.environ.setdefault("SOFTMARK_DAY", date.today().isoformat()))  # workers get it, at midnight
 TODAY = DAY.toordinal() % PARTS
 LONGEST = (  # scenes that run for some ten seconds of CPU or more, by their day of the week: at most 180 s a day
-    {"ironing"},
-    {"silicone-beam-as-published", "carved-bodies", "confined-compression"},
-    {"half-spheres", "sphere-on-gel"},
-    {"silicone-beam-by-others", "beam-let-go-by-others", "pin-on-a-membrane", "pin"},
-    {"silicone-beam-scanned", "silicone-beam-filled", "silicone-beam-refined"},
-    {"silicone-beam-release", "sphere-by-force", "heart-beam", "indentation"},
+    {"ironing", "balloon", "bar-on-a-wall"},
+    {"silicone-beam-as-published", "carved-bodies", "confined-compression", "mandels-slab", "actuator"},
+    {"half-spheres", "sphere-on-gel", "sliding-block", "creeping-cantilevers", "ringing-cylinder"},
+    {"silicone-beam-by-others", "beam-let-go-by-others", "pin-on-a-membrane", "pin", "consolidation"},
+    {"silicone-beam-scanned", "silicone-beam-filled", "silicone-beam-refined", "plate-on-a-column", "pressure-vessels"},
+    {"silicone-beam-release", "sphere-by-force", "heart-beam", "indentation", "unconfined-disc", "cooks-membrane"},
     {"ventricle-contracting", "ventricle-inflated", "spherical-inclusion", "torsion", "pressed-blocks"},
 )
 
