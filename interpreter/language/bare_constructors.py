@@ -16,8 +16,7 @@ def find_bare_constructor(
     scope: Scope, module: Module, field: Field, node: tree.Name, place: Place
 ) -> Constructor | None:
     """Return the constructor with this name, or None if the name is declared in the scene. Raises EvaluationError if it
-    is
-    misspelt.
+    is misspelt.
     """
     words, symbol = _constructors_by_name(scope, field.kind), scope.table.symbols.get(module.prefix + node.text)
     if symbol is not None:

@@ -99,8 +99,7 @@ class ReusableParts:
     """Error-free results of a compilation, reused when the scene is compiled again with other overrides.
 
     `needs` has the direct dependencies of each parameter and declaration: the names in its text. Transitive
-    dependencies
-    would take memory that grows with the square of the text.
+    dependencies would take memory that grows with the square of the text.
     """
 
     parameters: Mapping[str, Parameter]

@@ -203,9 +203,8 @@ class Condition:
     """Selection of points: `holds` works on floats and arrays, `over` on a box; `said` is its text with values.
 
     `borders` are the surfaces that can bound it; between them it is true or false throughout. `regions` names the
-    regions
-    in it. `groups` names the groups of a mesh file in it; coordinates cannot decide membership, and `given_of` replaces
-    the groups by known membership.
+    regions in it. `groups` names the groups of a mesh file in it; coordinates cannot decide membership, and `given_of`
+    replaces the groups by known membership.
     """
 
     _test: Callable[[tuple[Any, Any, Any], float], Any] = field(repr=False)

@@ -1,8 +1,7 @@
 """Evaluation of expressions: numbers with dimensions, and vectors. For conditions see condition_syntax.py.
 
 An expression that cannot be evaluated adds one diagnostic to the list and raises EvaluationError; the caller continues
-with the
-next field.
+with the next field.
 """
 
 from __future__ import annotations

@@ -189,9 +189,8 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
     """All constructors by kind of declaration; the table of a kind is imported on first use.
 
     `places` has for each kind the module under `softmark` and the name of its table, in the order in which `dsl list`
-    shows
-    them. `elements` has the same for constructors without arguments, written as bare words. Constructors of `plugins`
-    follow ours.
+    shows them. `elements` has the same for constructors without arguments, written as bare words. Constructors of
+    `plugins` follow ours.
     """
 
     def __init__(

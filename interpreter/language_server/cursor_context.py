@@ -24,8 +24,7 @@ class OpenBracket:
     """Open bracket of a call named `function`, or of a group or a list.
 
     `place` is the number of arguments before the current one, `name` the current argument's name, if any, and `value`
-    its
-    tokens so far; `given` are the fields named in other arguments of the call.
+    its tokens so far; `given` are the fields named in other arguments of the call.
     """
 
     opener: Token

@@ -177,8 +177,7 @@ def serve(incoming: BinaryIO, outgoing: BinaryIO, plugins: Sequence[str] = ()) -
     """Answer an editor until it exits; modules for its first text are loaded during initialisation.
 
     `plugins` are files or names of plugins to load in addition to those in the editor's settings. Returns the exit
-    status
-    of the protocol: 0 if the editor requested shutdown before its exit, else 1.
+    status of the protocol: 0 if the editor requested shutdown before its exit, else 1.
     """
     gc.set_threshold(*LATER)
     silence_refusals()

@@ -33,8 +33,7 @@ class Document:
     """Text with its `folder`, in which named files are looked for, and its `file`, None if it has none.
 
     `version` is the editor's number of this state. `snippets` is true if the editor supports placeholders in
-    completions.
-    `vocabulary` has all constructors, including those of the editor's plugins.
+    completions. `vocabulary` has all constructors, including those of the editor's plugins.
     """
 
     text: str

@@ -29,8 +29,7 @@ class Hausdorff(Metric):
     always the larger one.
 
     The report also gives to_reference_m (from the model), to_model_m (from the reference), reference_closed and, if it
-    is
-    not closed, note.
+    is not closed, note.
     """
 
     probe: Annotated[str, "probe", "a probe of the surface"]

@@ -31,8 +31,7 @@ class Moment(ForceMetric):
     In a dynamic analysis it is the moment of a contact, as for its force.
 
     The report also gives size_Nm, the magnitude of the moment, and in a dynamic analysis largest_in_time_Nm and its
-    time
-    largest_at_s.
+    time largest_at_s.
     """
 
     of: Annotated[str, "support or contact", "the support, or the contact"]

@@ -101,8 +101,7 @@ def record_doubts(work: StateRun, names: Iterable[str]) -> None:
     earlier run.
 
     Warnings about shared objects, such as a support, concern all models, whichever of them gave the warning first. A
-    model
-    that stated its error before such a warning states it again.
+    model that stated its error before such a warning states it again.
     """
     from softmark.interpreter.verification.accuracy_warnings import accuracy_warning_codes
 

@@ -73,8 +73,7 @@ def _comparable(scene: Scene, metric: Declared) -> bool:
     """Return whether the error of the reference is known in the metric's terms.
 
     References state it as a displacement, values have their own uncertainty, theories of contact state the neglected
-    part
-    of forces, and models estimate it for the metric.
+    part of forces, and models estimate it for the metric.
     """
     against = scene.declared.get(metric.thing.against)
     if isinstance(metric.thing, DisplacementMetric):

@@ -23,8 +23,7 @@ def keep_near_points(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np
     """Return which points X (n, 3), m, lie in the body or next to it, and a warning about the others.
 
     A displacement outside the body is extrapolated. Next to the surface that depends on curvature and on where marks
-    are
-    drawn; farther out it is meaningless. Raises Fault if no point is left.
+    are drawn; farther out it is meaningless. Raises Fault if no point is left.
     """
     far, extent = distances(case, X)
     inside = far <= BESIDE * extent

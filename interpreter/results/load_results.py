@@ -24,12 +24,9 @@ class Resultant(JsonRecord):
     """Force, N, and moment about the origin, N m, of one load at full size, undeformed, and its area, m^2.
 
     `exact_force` is the force on the exact body, None for a mesh from a file; `exact_moment` the moment, for loads
-    whose
-    place is fully known. A line load has its `length`, m. `share` is the selected part of the requested area.
-    `remainder`
-    is the area that may or may not belong to the selection; `leaning` the area selected because a flat facet represents
-    a
-    curved surface that no file contains (see `deviation`).
+    whose place is fully known. A line load has its `length`, m. `share` is the selected part of the requested area.
+    `remainder` is the area that may or may not belong to the selection; `leaning` the area selected because a flat
+    facet represents a curved surface that no file contains (see `deviation`).
     """
 
     SELDOM: ClassVar[tuple[str, ...]] = ("exact_moment", "length")

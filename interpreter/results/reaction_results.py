@@ -21,8 +21,7 @@ class Reaction(JsonRecord):
 
     `own_moment` is the moment about `at`, the centre of the supported part, m: deformed, or undeformed at small strain.
     `shared` names the supports that also hold some of that part, and `shared_force` is the reaction there. It counts
-    for
-    the support that comes first in the scene, so that the sum over all supports is the reaction of the body.
+    for the support that comes first in the scene, so that the sum over all supports is the reaction of the body.
     """
 
     force: Vector
@@ -64,9 +63,8 @@ class ContactNumbers(JsonRecord):
     """Contact in numbers: area under pressure, m^2, largest pressure, Pa, and smallest gap, m.
 
     The gap is None if unknown: in self-contact, no parts of the surface face each other. Area and pressure are
-    deformed, or
-    undeformed at small strain. `left` is the mean gap that the barrier leaves where there is pressure, m; `field` has
-    pressures and gaps at points; `rubbing` is the result of friction, if any.
+    deformed, or undeformed at small strain. `left` is the mean gap that the barrier leaves where there is pressure, m;
+    `field` has pressures and gaps at points; `rubbing` is the result of friction, if any.
     """
 
     area: float
@@ -101,10 +99,8 @@ class ContactResult(JsonRecord):
     """Contact in the report: its numbers, and its force and moment on the deformable body.
 
     `overlap` is the depth to which facets cut into the rigid body between their nodes, m; None if unknown. `taken` is
-    the
-    area of the facets that may touch relative to the selected area; None if everything is selected. `beyond` is the
-    contact
-    force over area times largest pressure, if a coarse mesh makes it exceed 1.
+    the area of the facets that may touch relative to the selected area; None if everything is selected. `beyond` is the
+    contact force over area times largest pressure, if a coarse mesh makes it exceed 1.
     """
 
     touch: ContactNumbers
@@ -163,10 +159,8 @@ class EquilibriumForces:
     In a dynamic analysis it holds the final state, and `followed` holds contact results at earlier times.
 
     The work of a load at full size is None if it depends on the path. `acting` is the largest load (by its nodal
-    forces) or
-    reaction, N; `moved` the largest nodal displacement, and `extent` the size of the body, m. `reason` is why nothing
-    is
-    known beyond the listed reactions.
+    forces) or reaction, N; `moved` the largest nodal displacement, and `extent` the size of the body, m. `reason` is
+    why nothing is known beyond the listed reactions.
     """
 
     reactions: Mapping[str, Reaction] = field(default_factory=dict)

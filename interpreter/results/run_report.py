@@ -100,10 +100,8 @@ class SurfaceField:
     """Scalar of stress, strain or contact that a metric asks for, at the points of a model's drawn surface.
 
     `values` (n,) in `unit` are those of the last time, or None with the `reason`. `size` is the typical magnitude of
-    the
-    tensor in the body, `apart` the share of points around which cells disagree (W387), `limitless` the share of the
-    surface
-    without a limit (W388). `partly` is true if it is nonzero only on a part of the surface.
+    the tensor in the body, `apart` the share of points around which cells disagree (W387), `limitless` the share of the
+    surface without a limit (W388). `partly` is true if it is nonzero only on a part of the surface.
     """
 
     words: str  # `stress xx, cauchy`
@@ -146,12 +144,9 @@ class DrawnSurface:
     """Surface of a body in a model or a reference, as the report draws it.
 
     `position` (n, 3) in m, after deformation; `triangles` (k, 3), outward. `frames` (t, n, 3) and `times` (t,) if there
-    is
-    a history or several states. `error` (n,) is the distance to what is `measured_from`, in m; `carried` are the
-    stress,
-    strain and contact fields that the scene asks for. `instruments` are the rigid bodies next to it, at the same times
-    or
-    states, or at rest.
+    is a history or several states. `error` (n,) is the distance to what is `measured_from`, in m; `carried` are the
+    stress, strain and contact fields that the scene asks for. `instruments` are the rigid bodies next to it, at the
+    same times or states, or at rest.
     """
 
     position: NDArray[np.float64]
@@ -170,8 +165,7 @@ class PlottedCurve:
     """Curve that the report plots: y (n,) over x (n,), SI, in these units; for a reference with its uncertainty (n,).
 
     `band` has lower and upper limits (n,) if the uncertainty is not symmetric. `known` (n,) is the reference at the
-    same x,
-    if that is no curve itself.
+    same x, if that is no curve itself.
     """
 
     x: NDArray[np.float64]
@@ -198,8 +192,7 @@ class MetricResult:
 
     `details` are further numbers and words (SI); `samples` the values that it is the mean of, for a histogram;
     `uncertainty` that of the reference, in the metric's unit: a value below it only shows agreement. `published` are
-    the
-    values of others that the scene states.
+    the values of others that the scene states.
     """
 
     value: float | None

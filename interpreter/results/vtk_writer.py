@@ -36,8 +36,7 @@ def write_vtu(report: Report, folder: str | Path) -> list[Path]:
 
     Each rigid body next to it is written as vtu/NAME-BALL.vtu. A result with a history gets one file for each time and
     NAME.pvd, which ParaView opens as one animation; a result with states one file for each solved state, with the value
-    of
-    the state in place of the time. Raises OSError; UnknownElement for an unknown kind of cell.
+    of the state in place of the time. Raises OSError; UnknownElement for an unknown kind of cell.
     """
     target = folder_within(Path(folder), "vtu")
     written: list[Path] = []

@@ -38,16 +38,12 @@ def limited_resources(path: Path, size: int | None = None) -> Iterator[None]:
     """Limit the memory of this process and the time of this thread while a file is read, one file at a time.
 
     The memory limit is the current use plus 1 GiB and 200 times the size of the file, but at most half of the free
-    memory.
-    `size` in bytes is that of all files of a series. A header that promises more data than the file holds, or a small
-    file
-    that unpacks to a large one, then ends in a MemoryError instead of exhausting the machine. Where the system has no
-    such
-    limits, or sets a lower one, memory is not limited.
+    memory. `size` in bytes is that of all files of a series. A header that promises more data than the file holds, or a
+    small file that unpacks to a large one, then ends in a MemoryError instead of exhausting the machine. Where the
+    system has no such limits, or sets a lower one, memory is not limited.
 
     The time limit is 8 s of processor time plus 2 s for each MB; TooSlow is raised as soon as Python code runs again.
-    Other
-    threads wait until the file is read, so that limits are restored in order.
+    Other threads wait until the file is read, so that limits are restored in order.
     """
     try:
         long = path.stat().st_size if size is None else size

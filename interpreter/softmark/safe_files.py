@@ -29,8 +29,7 @@ def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
     """Open a regular file for reading, in bytes.
 
     The path is checked before and after a non-blocking open: a pipe without a writer would block for ever, and opening
-    some
-    devices has effects. Raises OSError, and UnsafeFile if it is not a regular file.
+    some devices has effects. Raises OSError, and UnsafeFile if it is not a regular file.
     """
     return open(path, "rb", opener=descriptor_of)
 

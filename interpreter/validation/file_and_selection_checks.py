@@ -158,8 +158,7 @@ def _may_meet_surface(condition: Condition, shape: Shape) -> bool:
     """Return whether a selection may include surface points of a convex body; False only if certain.
 
     The bounding box is halved repeatedly. Cells in which the condition holds nowhere, and cells whose corners all lie
-    inside
-    the body, contain no selected surface.
+    inside the body, contain no selected surface.
     """
     if shape.bounds is None:
         return True

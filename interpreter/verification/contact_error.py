@@ -128,8 +128,7 @@ def _tie_error(whole: SolutionUnderTest, tied: Sequence[Any], seen: ProbeResultU
     """Return the error by the share of energy in the springs of ties, by which the body is too soft.
 
     To first order this holds for every action on the body as a whole; displacements also have the root mean square
-    opening
-    of the ties. Raises NoErrorEstimate if the share is most of the energy, or is not known.
+    opening of the ties. Raises NoErrorEstimate if the share is most of the energy, or is not known.
     """
     from softmark.interpreter.verification.grid_convergence import HOPELESS
     from softmark.interpreter.verification.probe_errors import NoErrorEstimate

@@ -70,8 +70,7 @@ def check_contacts(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str,
     """Return facts of every contact, by name, and why the state is invalid if a node penetrates a rigid body, or None.
 
     `least_gap` is that of all nodes that may touch, m, and `overlap` the penetration of facets between their nodes, m,
-    if
-    it was checked.
+    if it was checked.
     """
     found, reason = {}, None
     for touch in case.contacts:

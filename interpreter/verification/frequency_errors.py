@@ -55,8 +55,7 @@ class FrequencyUnderTest(ProbeResultUnderTest):
         """Return the rounding error of the frequency, Hz, in cells of these materials.
 
         It contains the rounding of cell coordinates (`far` from the origin, m), and that of the fastest vibration of
-        the mesh,
-        a few pressure waves across a cell.
+        the mesh, a few pressure waves across a cell.
         """
         law = min(materials, key=lambda m: m.density)
         stiff = max(m.shear_modulus * 4.0 / 3.0 + min(m.bulk_modulus, HARD * m.shear_modulus) for m in materials)

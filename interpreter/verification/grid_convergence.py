@@ -20,8 +20,7 @@ def convergence_index(apart: float, ratio: float, theory: float, farther: float 
     """Return the error of a grid, from its distance to one `ratio` times coarser, and that one's to the next coarser.
 
     `theory` is the order of smooth solutions. Two grids use at most the order HIGHEST, since edges of supports reduce
-    it.
-    Grids that are closer than theory predicts agree by chance, or are too coarse: then `farther` decides.
+    it. Grids that are closer than theory predicts agree by chance, or are too coarse: then `farther` decides.
     """
     formal = min(theory, HIGHEST)
     if farther is None or not farther > 0.0 or not apart > 0.0:

@@ -58,8 +58,7 @@ class ProbeResultUnderTest:
     """Result of a probe: displacements (n, 3), or with times those of all (t, n, 3).
 
     `field` are displacements anywhere, at the end; `probe` and `view` further input of the metric, `history` that of
-    the
-    solution.
+    the solution.
     """
 
     X: Floats

@@ -92,8 +92,7 @@ def _pair_moment_note(found: VerifiedSolution) -> str:
     """Return an explanation of moments from forces between parts of a body, with a remedy; "" if there are none.
 
     Forces along the line between two points have no moment. Ties across a gap do not act along it, nor do forces in
-    small
-    strain, whose moments use undeformed positions.
+    small strain, whose moments use undeformed positions.
     """
     for pair in found.case.pairs:
         if isinstance(pair.thing, Tied):

@@ -59,8 +59,7 @@ def converged_mesh_error(answer: SolutionUnderTest, seen: ProbeResultUnderTest, 
     """Return the mesh error of a stress or strain metric. Raises NoErrorEstimate if it does not seem to converge.
 
     At a re-entrant corner, stresses of the cells around a point differ by more on every finer mesh, as the stress
-    itself
-    grows; for a finite stress they converge, however coarse the mesh is.
+    itself grows; for a finite stress they converge, however coarse the mesh is.
     """
     metric = seen.metric
     assert isinstance(metric, TensorMetric)
@@ -109,8 +108,7 @@ def unbounded_displacement(case: Case, mesh: Mesh | None, X: Floats, u: Floats) 
     """Return the point or line force at which X (n, 3), m, moved by u (n, 3) or (t, n, 3), m, is singular, or None.
 
     None also if refinement adds only TRIFLE of the displacement: a force at the end of a long bar dents it by less than
-    it
-    bends it.
+    it bends it.
     """
     if mesh is None or not len(X):
         return None

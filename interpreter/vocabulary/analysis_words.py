@@ -45,12 +45,11 @@ class Static:
     likewise. `amount` also scales the flattened, collapsed and inverted states. The same `seed` gives the same
     disturbance. See `solve.recovery` in the report.
 
-    `states` are several load levels, solved one after another: loads and supports with `amplitude = per_state` act
-    with the fraction of their size that is the state's value. Measurements with as many `states` are compared one by
-    one, and
-    every metric is available in each state. `fem` and springs start each state from the previous one, unless they are
-    `disturbed` or follow a path; other models start from rest. A state without a solution ends the sequence. A report
-    shows every metric from state to state. `MODEL.METRIC.at(12.5 %)` is the value in one state, and `expect
+    `states` are several load levels, solved one after another: loads and supports with `amplitude = per_state` act with
+    the fraction of their size that is the state's value. Measurements with as many `states` are compared one by one,
+    and every metric is available in each state. `fem` and springs start each state from the previous one, unless they
+    are `disturbed` or follow a path; other models start from rest. A state without a solution ends the sequence. A
+    report shows every metric from state to state. `MODEL.METRIC.at(12.5 %)` is the value in one state, and `expect
     MODEL.METRIC < 1 mm` must hold in every state. Where a single number is needed, as in comparisons and studies, it is
     that of the last state.
     """

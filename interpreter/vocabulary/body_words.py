@@ -36,10 +36,9 @@ class Rigid:
     """A rigid body, such as an instrument, a plate or a floor. It acts on other bodies only by a `contact`.
 
     It has no material and no mesh. It stays where it is declared unless supports move it as a whole: `displaced(ball,
-    by = (0, 0, -1) mm, amplitude = per_state)` or `rotated(...)`, both without `where`. At most one support rotates
-    it; this rotation comes first, followed by the sum of the displacements. The gap to another body is measured from
-    the exact
-    shape.
+    by = (0, 0, -1) mm, amplitude = per_state)` or `rotated(...)`, both without `where`. At most one support rotates it;
+    this rotation comes first, followed by the sum of the displacements. The gap to another body is measured from the
+    exact shape.
 
     With a `density`, or a `mass` spread evenly over its volume, it moves freely in a dynamic analysis. It then has six
     degrees of freedom and the inertia of its shape, and moves under `gravity(...)`, `point_force(...)` at one of its

@@ -16,12 +16,9 @@ class Barrier:
 
     Beyond s = `bend` the pressure continues as a straight line, so that energy and tangent also exist for iterates
     behind the surface, from which Newton's method returns. A converged state is valid only if all gaps are positive.
-    The
-    pressure at touch is `touch_pressure` (Pa); the stiffness (Pa) is raised for bodies that press harder. The law has
-    two
-    continuous derivatives, as truncated barriers need (Li et al. 2020, "Incremental potential contact", ACM Trans.
-    Graph.
-    39:49, eq. 6), but grows as 1 / g instead of ln g near touch.
+    The pressure at touch is `touch_pressure` (Pa); the stiffness (Pa) is raised for bodies that press harder. The law
+    has two continuous derivatives, as truncated barriers need (Li et al. 2020, "Incremental potential contact", ACM
+    Trans. Graph. 39:49, eq. 6), but grows as 1 / g instead of ln g near touch.
     """
 
     distance: float

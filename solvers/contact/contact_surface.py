@@ -25,9 +25,8 @@ class ContactSurface:
     """Surface with corners at rest `X` (v, d), m, that move by `M` (d v, dofs), and outward faces `faces` (t, d).
 
     `patch` (v,) numbers the pieces of the body that share no node. The last `points` rows of `X` are sample points,
-    which
-    belong to no face and have areas `A` (points,), m^2. `of` is the mesh facet of each sample, `home` (t,) that of each
-    face. For a slice d is 2, and areas are those of the whole thickness or of rings.
+    which belong to no face and have areas `A` (points,), m^2. `of` is the mesh facet of each sample, `home` (t,) that
+    of each face. For a slice d is 2, and areas are those of the whole thickness or of rings.
     """
 
     X: Floats
@@ -205,8 +204,8 @@ def _place_samples(mesh: Mesh, facets: Ints, parts: int, flat: bool) -> tuple[In
     Half of the pressure on a facet acts on its own samples, and half on its flat parts through samples of the other
     surface: the latter by I N, linear on parts, instead of the shape functions N. So samples get 2 N - I N, and both
     together give N: a uniform pressure gives the right nodal forces. (With N the worst error of a patch of quadratic
-    cells
-    was 3 %; it is now below 0.4 %.) A curved facet lies as far inside its samples as its flat parts lie inside it.
+    cells was 3 %; it is now below 0.4 %.) A curved facet lies as far inside its samples as its flat parts lie inside
+    it.
     """
     k = mesh.facets.shape[1]
     facet = FACETS[k]

@@ -40,8 +40,7 @@ def collision_free_fraction(
     """Return the fraction (at most 1, by halves) of a motion d (dofs,) from x that moves no point through a rigid body.
 
     It is 0 if there is none. Rigid bodies move to where they are in the contacts `to`, whatever the fraction; by
-    default
-    they stay.
+    default they stay.
     """
     ends = contacts if to is None else to
     known = [
@@ -69,8 +68,8 @@ def has_passed_through(start: PointsInBodyFrame, end: PointsInBodyFrame) -> bool
     """Return whether a point has entered the rigid body on one side and is leaving it on another.
 
     Positions are in the frame of the rigid body. Its gap is 1-Lipschitz: points that moved by less than the sum of
-    their
-    gaps at both ends have touched nothing. Paths are straight lines: over an edge the body may cut up to half of one.
+    their gaps at both ends have touched nothing. Paths are straight lines: over an edge the body may cut up to half of
+    one.
     """
     step = end.X - start.X
     far = np.sqrt(np.einsum("ni,ni->n", step, step))

@@ -77,8 +77,7 @@ class DeformableFriction(DynamicPatternEnergy):
 
     The friction is elastic and perfectly plastic (Wriggers 2006, ch. 5), and continues from the state before (`since`).
     With forces and positions of an earlier iterate (`lag`) it has an energy (Li et al. 2020). Without a lag it has
-    none,
-    and the tangent is not symmetric.
+    none, and the tangent is not symmetric.
     """
 
     pressing: IpcContact
@@ -277,8 +276,7 @@ def _select_nearest_faces(pairs: Ints, p: Floats, t: Floats) -> tuple[Ints, Floa
     """Return the index (m,) of the pair with the nearest face of each sample, and its distance, m.
 
     A face that looks at the sample is preferred. Among faces whose distances differ only by rounding, such as for a
-    sample
-    exactly over an edge, the first is taken: a sample that switches between faces has no equilibrium.
+    sample exactly over an edge, the first is taken: a sample that switches between faces has no equilibrium.
     """
     r = vectors_from_closest_points(p, t)
     far = np.linalg.norm(r, axis=1)

@@ -26,9 +26,8 @@ class RigidContact(Energy):
     `shares` N (p, a) are the shape functions of nodes `of` (p, a). By default the points are the `nodes` (m,) of the
     surface, at rest at X (m, 3), m, for which forces are reported in any case. Only points are kept outside the body: a
     facet between them may enter a convex body by its chord height. `posed` maps a load fraction to the rigid body
-    there;
-    `share` is the present fraction. The contact is frictionless; with `flat` the gap is that of plane sections, and no
-    force acts along z.
+    there; `share` is the present fraction. The contact is frictionless; with `flat` the gap is that of plane sections,
+    and no force acts along z.
     """
 
     driven: ClassVar[bool] = True  # by the share of the load, to which it is not in proportion

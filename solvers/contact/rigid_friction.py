@@ -39,10 +39,8 @@ class DualTractions:
     """Dual variable of the friction tangent: tractions t (m, 3), Pa, predicted by the iterate before.
 
     The law times its denominator, w t = most s with w = max(|s|, most / k), is smooth enough to be linearised: a node
-    that
-    has just begun to slide keeps some stiffness along its slip (Chan, Golub and Mulet 1999, SIAM J. Sci. Comput.
-    20:1964,
-    eq. 4.6). Near the solution t is the traction, and the tangent is exact.
+    that has just begun to slide keeps some stiffness along its slip (Chan, Golub and Mulet 1999, SIAM J. Sci. Comput.
+    20:1964, eq. 4.6). Near the solution t is the traction, and the tangent is exact.
     """
 
     def __init__(self) -> None:
@@ -67,8 +65,7 @@ class Slip:
     """Slip of points relative to their anchors.
 
     `s` (m, 3) is the slip along the surface, m, `size` (m,) its length, `t` (m,) the opposing traction, Pa, `slides`
-    (m,)
-    whether that is the friction limit, and `spring` the stick stiffness, Pa/m.
+    (m,) whether that is the friction limit, and `spring` the stick stiffness, Pa/m.
     """
 
     s: Floats
@@ -111,12 +108,10 @@ class RigidFriction(RigidContact):
     s/|s|.
 
     It is elastic and perfectly plastic, by return mapping (Simo and Laursen 1992; Wriggers 2006, ch. 5). `anchors` (p,
-    3)
-    are points of the rigid body: they move with it, and are constant within a state; a state ends with those of
-    `settled`.
-    The `spring` k, Pa/m, lets a sticking point move by mu p / k at most, less than the barrier distance. With the
-    present
-    p there is a force and an unsymmetric tangent, but no energy; with a `lag`, from an earlier iterate, there are both.
+    3) are points of the rigid body: they move with it, and are constant within a state; a state ends with those of
+    `settled`. The `spring` k, Pa/m, lets a sticking point move by mu p / k at most, less than the barrier distance.
+    With the present p there is a force and an unsymmetric tangent, but no energy; with a `lag`, from an earlier
+    iterate, there are both.
     """
 
     friction: float = 0.0

@@ -41,8 +41,7 @@ class AddedContactPoints:
     frame.
 
     Each is the deepest point of the surface part with number `which` (p,), at local coordinates t (p, 2). `ways` (p, 2,
-    2)
-    are the coordinates before, and the step from there to the deepest point.
+    2) are the coordinates before, and the step from there to the deepest point.
     """
 
     points: SurfacePoints

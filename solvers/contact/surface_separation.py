@@ -18,8 +18,7 @@ def least_facing_distance(V: Floats, faces: Ints, normals: Floats) -> float | No
     """Return the least distance, m, from a corner of V (n, d) to a face (f, d) of the same surface that faces it.
 
     `normals` (f, d) are outward unit normals. Faces at the corner itself are left out. The result is infinite if no
-    parts
-    face each other, and None if the surface has too many faces for this search.
+    parts face each other, and None if the surface has too many faces for this search.
     """
     corners = np.unique(faces)
     if len(corners) * len(faces) > PAIRS:

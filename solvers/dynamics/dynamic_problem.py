@@ -87,9 +87,8 @@ class Dynamics:
     first tried with one lagged tangent: same tolerance, faster. If that does not converge, Newton's method takes the
     step.
 
-    `cap` is a number of iterations after which an implicit step is accepted although it has not converged,
-    as many real-time codes do; the trajectory records such steps and their residuals. With max_iterations = 1 and
-    without
+    `cap` is a number of iterations after which an implicit step is accepted although it has not converged, as many
+    real-time codes do; the trajectory records such steps and their residuals. With max_iterations = 1 and without
     `lagged` a step is linearly implicit (Baraff and Witkin 1998).
 
     The last `pulling` of the loads are muscle, whose work is reported separately. With `remembering`, its viscoelastic

@@ -26,11 +26,10 @@ from softmark.solvers.energies.rod_state import lengths
 class RodElastic(RodElementEnergy):
     """Rod strain energy, J: sum of l/2 (eps - eps0) . C (eps - eps0), eps = (Gamma, K) at element middles.
 
-    eps0 are the strains of the undeformed state `rest` (nodes * 7,), which may be bent, twisted and placed anywhere;
-    C = diag(EA, GA2, GA3, GJ, EI2, EI3), shared or per element. A rigid motion changes neither energy nor resultants.
+    eps0 are the strains of the undeformed state `rest` (nodes * 7,), which may be bent, twisted and placed anywhere; C
+    = diag(EA, GA2, GA3, GJ, EI2, EI3), shared or per element. A rigid motion changes neither energy nor resultants.
     Adjacent nodes must rotate by less than 180 degrees relative to each other; beyond that the shorter rotation is
-    taken.
-    Sources: Simo & Vu-Quoc 1986 (energy and strains), Crisfield & Jelenic 1999 (objective interpolation).
+    taken. Sources: Simo & Vu-Quoc 1986 (energy and strains), Crisfield & Jelenic 1999 (objective interpolation).
     """
 
     rest: Floats

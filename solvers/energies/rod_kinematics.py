@@ -95,8 +95,7 @@ class ElementRotations:
     """Relative and mean rotations of both nodes of each element.
 
     p = q_a + q_b is twice their midpoint (the geodesic midpoint, once normalised), c = (s, v) = conj(q_a) q_b. The sign
-    of
-    q_b is chosen to make s >= 0.
+    of q_b is chosen to make s >= 0.
     """
 
     q_a: Floats  # (n, 4)

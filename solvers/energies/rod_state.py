@@ -196,11 +196,10 @@ def _tangents(X: Floats) -> Floats:
 def displacement_at(x: Floats, rest: Floats, X: Floats, along: Callable[[Floats], Floats] | None = None) -> Floats:
     """Return displacements (m, 3), m, of material points X (m, 3) around a rod.
 
-    u = x(s) + R(s) R_rest(s)^T (X - X(s)) - X, s the coordinate of X along the axis: positions linear between
-    nodes, rotations on the geodesic, cross-sections rigid; points beyond an end follow that end rigidly.
-    `along` returns coordinates along the undeformed axis (k,), m, of points (k, 3); by default the axis must be
-    straight.
-    Raises ValueError if it is not.
+    u = x(s) + R(s) R_rest(s)^T (X - X(s)) - X, s the coordinate of X along the axis: positions linear between nodes,
+    rotations on the geodesic, cross-sections rigid; points beyond an end follow that end rigidly. `along` returns
+    coordinates along the undeformed axis (k,), m, of points (k, 3); by default the axis must be straight. Raises
+    ValueError if it is not.
     """
     start, now = rest.reshape(-1, 7), x.reshape(-1, 7)
     s_nodes, s = _axis_coordinates(start[:, :3], X) if along is None else (along(start[:, :3]), along(X))

@@ -261,11 +261,9 @@ def factor(
     """Return a solver for systems with K, by a suitable method or the one named.
 
     `precision` is that of a Cholesky factor; solutions are refined. `modes`, rigid motions from
-    `sparse.rigid_body_modes`,
-    are needed by multigrid, and make large factors smaller. The analysis of a pattern is cached
-    (`linear.symbolic_cache`).
-    Raises Singular if a pivot vanishes or the matrix has a number that is not finite, its subclasses NotInstalled and
-    TooLarge if the method cannot be used, and Unsolved.
+    `sparse.rigid_body_modes`, are needed by multigrid, and make large factors smaller. The analysis of a pattern is
+    cached (`linear.symbolic_cache`). Raises Singular if a pivot vanishes or the matrix has a number that is not finite,
+    its subclasses NotInstalled and TooLarge if the method cannot be used, and Unsolved.
     """
     must_be_finite(K)
     if method == "auto":
@@ -432,9 +430,8 @@ def condition(K: sparse.csr_matrix, factor: Factor) -> float:
 
     |S K S| |(S K S)^-1|, S = diag(|K_ii|^-1/2): factorisation is invariant to such a scaling (van der Sluis 1969), and
     units drop out. The norm of the inverse is by Hager's method (Hager 1984; Higham 1988, algorithm 4.1), within a
-    factor
-    of three in practice, with four or five solutions. For an unsymmetric matrix, whose factor does not solve with the
-    transposed, it is still a lower bound. Infinite if a solution is not finite; raises Unsolved.
+    factor of three in practice, with four or five solutions. For an unsymmetric matrix, whose factor does not solve
+    with the transposed, it is still a lower bound. Infinite if a solution is not finite; raises Unsolved.
     """
     n = K.shape[0]
     if n == 0:

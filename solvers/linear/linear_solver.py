@@ -34,12 +34,10 @@ MOST = 20_000  # iterations of conjugate gradients without a cap
 class Linear:
     """Linear solver options: `method` as in `linear.factorisations.factor`, or diagonal-preconditioned CG.
 
-    `cap` stops CG after that many iterations, converged or not. `reuse` keeps an earlier factor as the
-    preconditioner as
-    long as that costs less than a new one. `modes` are the body's rigid motions. `spare` is the extra compliance of
-    systems
-    with pressures (see `linear.saddle_point`), which have no cap, no reuse and double precision. `halved` marks these
-    systems as nearly symmetric, so that a factor of their symmetric part suffices.
+    `cap` stops CG after that many iterations, converged or not. `reuse` keeps an earlier factor as the preconditioner
+    as long as that costs less than a new one. `modes` are the body's rigid motions. `spare` is the extra compliance of
+    systems with pressures (see `linear.saddle_point`), which have no cap, no reuse and double precision. `halved` marks
+    these systems as nearly symmetric, so that a factor of their symmetric part suffices.
     """
 
     method: Method = "auto"
@@ -106,8 +104,7 @@ class Systems:
         """Return the relative residual for the next linear system, from Newton's residuals now and before.
 
         0.9 (r / r_before)^2, not far below the last goal while that was loose (Eisenstat and Walker 1996, choice 2),
-        and never
-        smaller than the tolerance requires.
+        and never smaller than the tolerance requires.
         """
         if not np.isfinite(before) or before == 0.0:
             return LOOSEST

@@ -42,8 +42,7 @@ class LinearSolver:
     With a single-precision factor of K itself, two or three iterations give 1e-10; with that of a similar matrix a few
     more, as long as they cost less than a new factorisation, by counts of operations. Matrices that are not positive
     definite, or with unsymmetric pattern, go to `linear.factorisations.factor`. Every x is checked: |b - K x| is at
-    most
-    `tolerance` |b|, or its rounding error if that is below ROUGH |b|; else Unsolved is raised.
+    most `tolerance` |b|, or its rounding error if that is below ROUGH |b|; else Unsolved is raised.
     """
 
     name = "multifrontal Cholesky with conjugate gradients"

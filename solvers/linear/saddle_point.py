@@ -89,8 +89,7 @@ def factor(
     """Return a solver for K, by `make` of a matrix with `spare` (n,) >= 0 subtracted from the pressure diagonal.
 
     If K is nearly symmetric, `make` gets only its symmetric part (`halved`), and refinement corrects that. Raises
-    errors of
-    `make`.
+    errors of `make`.
     """
     near = (0.5 * (K + K.T)).tocsr() if halved else K
     softened: Any = sparse.csr_matrix((near.data.copy(), near.indices, near.indptr), shape=K.shape)

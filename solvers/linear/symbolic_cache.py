@@ -42,8 +42,7 @@ def cached_pattern(K: sparse.csr_matrix, motions: Modes = None) -> KnownPattern:
 
     A pattern is identified by its two arrays, which must not be modified, or by equal ones, and removed with the array
     `indptr` of the analysed matrix: scipy passes that on from a pattern to its matrices, while each of these has its
-    own
-    view of the indices.
+    own view of the indices.
     """
     with _LOCK:
         for entry in _KNOWN:

@@ -1,10 +1,9 @@
 """Adaptive quadrature over the cells of a mesh, for functions that vary within cells more than Gauss points can see.
 
 The reference cell is halved along one of its edges, and its halves again, until two rules agree in every part and
-bounds
-of the function over a part leave no room for a feature between the points. Source of the scheme: Berntsen, Espelid and
-Genz (1991), "An adaptive algorithm for the approximate calculation of multiple integrals"; bounds by interval
-arithmetic are those of Moore (1966).
+bounds of the function over a part leave no room for a feature between the points. Source of the scheme: Berntsen,
+Espelid and Genz (1991), "An adaptive algorithm for the approximate calculation of multiple integrals"; bounds by
+interval arithmetic are those of Moore (1966).
 """
 
 from __future__ import annotations

@@ -148,14 +148,12 @@ class Union(Combined):
     """The union of two bodies of any shapes, also those read from files; they must meet.
 
     Curved sides are approximated by flat facets, half the size of a model's cells (of the smallest, in a graded mesh).
-    The two surfaces are united exactly (manifold3d, the extra `solids`: `pip install
-    "softmark[solids]"`). The volume inside is filled with tetrahedra by the extra `meshing`, as for `tetrahedralized`.
-    The report gives the
-    volume that the facets miss and how the mesh deviates from its surface. Conditions are evaluated on the facets,
-    which lie
-    inside a ball and inside a hole: selections along curved sides need some margin. The area that a load selects is
-    compared with the surfaces of the shapes themselves, or with finer facets if one of them comes from a file. For
-    three bodies write a union of a union.
+    The two surfaces are united exactly (manifold3d, the extra `solids`: `pip install "softmark[solids]"`). The volume
+    inside is filled with tetrahedra by the extra `meshing`, as for `tetrahedralized`. The report gives the volume that
+    the facets miss and how the mesh deviates from its surface. Conditions are evaluated on the facets, which lie inside
+    a ball and inside a hole: selections along curved sides need some margin. The area that a load selects is compared
+    with the surfaces of the shapes themselves, or with finer facets if one of them comes from a file. For three bodies
+    write a union of a union.
     """
 
     operation = "union"

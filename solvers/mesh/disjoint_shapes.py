@@ -24,9 +24,8 @@ class DisjointShapes(Shape):
 
     Each has its own mesh, and the meshes need not match. `contact c = self_contact(BODY)` keeps them from penetrating
     each other, `contact c = tied(BODY)` glues them where they touch; without either, nothing connects them. `region
-    upper =
-    part(BODY, where = ..., material = ...)` gives one its own material. For three shapes, write two apart from a third.
-    Both are solids, or both plane regions.
+    upper = part(BODY, where = ..., material = ...)` gives one its own material. For three shapes, write two apart from
+    a third. Both are solids, or both plane regions.
     """
 
     gap = "separate pieces"

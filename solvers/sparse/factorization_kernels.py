@@ -29,8 +29,7 @@ def factorise(
     front.
 
     Front s has pivots[s] columns of rows[s] rows at L[panel[s]:], column by column; its update matrix, the lower
-    triangle
-    of the rest, is at U[update[s]:]. Places are unsigned: signed ones would be tested for being negative.
+    triangle of the rest, is at U[update[s]:]. Places are unsigned: signed ones would be tested for being negative.
 
     With `signs` (n,) it is K = L S L^T, S = diag(+-1), in the same order, from front `begin`, where it stopped without
     them: writes S, and the pivots into `values` (n,); `work` has room for BLOCK columns, or for all columns below the

@@ -20,8 +20,7 @@ def build_elimination_tree(
     """Compute the postorder `order` (n,) in place, parents in the elimination tree, and column counts of the factor.
 
     The tree is by Liu (1990); the counts, with the diagonal and weighted by the unknowns of each node, by Gilbert, Ng
-    and
-    Peyton (1994). `lists` (11, n) of -1 is work memory.
+    and Peyton (1994). `lists` (11, n) of -1 is work memory.
     """
     n = len(order)
     place, ancestor, above, head, after = lists[0], lists[1], lists[2], lists[3], lists[4]
@@ -102,8 +101,7 @@ def merge_supernodes(parent: Ints, counts: Ints, weights: Ints, columns_up_to: I
     """Return the starts (fronts + 1,) of runs of columns that are eliminated together.
 
     These are fundamental supernodes, merged with their last child if few explicit zeros result: at most `shares` of a
-    front
-    of `columns_up_to` columns. Plain Python: 1 us a column, once for each pattern.
+    front of `columns_up_to` columns. Plain Python: 1 us a column, once for each pattern.
     """
     n, relaxed = len(parent), list(zip(columns_up_to.tolist(), shares.tolist(), strict=True))
     only = np.bincount(parent[parent >= 0], minlength=n) == 1
@@ -137,10 +135,8 @@ def compute_front_structures(
     """Compute the unknowns below each front in order (`index`), and their positions in the parent's front (`local`).
 
     A node is below every front on the paths up the tree from its neighbours to its own, and nodes come in order: no
-    sorting
-    is needed. `place` is the inverse of `order`, `owner` (n,) the front of each node in that order, `offset` (n + 1,)
-    its
-    first unknown; `filled` begins as index_start, `mark` (fronts,) with -1.
+    sorting is needed. `place` is the inverse of `order`, `owner` (n,) the front of each node in that order, `offset` (n
+    + 1,) its first unknown; `filled` begins as index_start, `mark` (fronts,) with -1.
     """
     for k in range(len(order)):
         for t in range(indptr[order[k]], indptr[order[k] + 1]):
@@ -225,8 +221,7 @@ def dissect(indptr: Ints, indices: Ints, points: Floats, leaf: int, order: Ints)
     """Compute a nested dissection by planes (George 1973; Heath and Raghavan 1995), separators last in `order` (n,).
 
     Each part of more than `leaf` nodes is cut across one of the axes or its longest direction, with the smallest
-    separator.
-    Returns the number of nodes in no separator; these come first, unordered.
+    separator. Returns the number of nodes in no separator; these come first, unordered.
     """
     n = len(order)
     nodes, rank = np.arange(n), np.full(n, -1, np.int64)

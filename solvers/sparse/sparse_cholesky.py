@@ -73,8 +73,7 @@ class Cholesky:
         """Factorise the matrix with these values (nnz,). Raises Indefinite, also if a value is not finite.
 
         `indefinite` allows negative pivots, and counts them; the order does not change, so that the accuracy of
-        solutions must
-        be checked. Indefinite is then raised only for a vanishing pivot.
+        solutions must be checked. Indefinite is then raised only for a vanishing pivot.
         """
         self._signs, self.negative_pivots = self._none, 0
         with ALONE:

@@ -29,10 +29,8 @@ def solve_with_stiffer_barriers(problem: Statics, find: Find) -> Equilibrium:
     """Return the equilibrium from `find` with barriers stiff enough, and contact points enough, for positive gaps.
 
     Its `beside` has the final contacts. In its facts, `stiffened` is the factor of stiffness, and `joined` the number
-    of
-    added points in contact; these start with the state before, like all others. Raises NotConverged if no equilibrium
-    is
-    found, no barrier is stiff enough, or a rigid body has passed through the surface.
+    of added points in contact; these start with the state before, like all others. Raises NotConverged if no
+    equilibrium is found, no barrier is stiff enough, or a rigid body has passed through the surface.
     """
     found, used = _stiffen_until_gaps_positive(problem, find)
     last, contacts = found, _rigid_contacts(used.assembly)

@@ -201,10 +201,8 @@ def _conjugate_gradients(K: sparse.csr_matrix, b: Floats, precondition: Solve, c
     """Return x with K x = b by conjugate gradients; None if K is not definite, or after MOST iterations.
 
     The residual is dominated by stiff modes, such as volume changes, while bending is soft. So convergence also
-    requires
-    that the energy has stopped growing over DELAY iterations (Strakos and Tichy 2002), and that x has stopped moving.
-    Near
-    incompressibility almost all the energy may be in volume changes while the error of x is as large as x.
+    requires that the energy has stopped growing over DELAY iterations (Strakos and Tichy 2002), and that x has stopped
+    moving. Near incompressibility almost all the energy may be in volume changes while the error of x is as large as x.
     """
     x, r, p, rz = np.zeros_like(b), b.copy(), np.zeros_like(b), 1.0
     gained: list[float] = []

@@ -68,10 +68,8 @@ def solve_force_balance(problem: Statics, press: ForceControl, find: Find) -> Eq
     """Return the equilibrium, by `find` with contact, at the position where the contact force balances the force.
 
     Its facts `pressed` hold the travel, m, the unbalanced force `left_N`, N, the stiffness, N/m, the number of
-    positions
-    solved, and whether the body `gave_way` on the way there. Raises NotConverged if nothing stops the rigid body, or
-    the
-    position is unstable.
+    positions solved, and whether the body `gave_way` on the way there. Raises NotConverged if nothing stops the rigid
+    body, or the position is unstable.
     """
     return _PositionSearch(problem, press, find).found()
 
@@ -245,8 +243,7 @@ class _PositionSearch:
         """Return whether the contact force falls on the way to a position, so that the body snaps through.
 
         Steps may jump over that: if the cubic through two neighbouring positions with their stiffnesses need not be
-        monotonic
-        (Fritsch and Carlson 1980), the middle position is solved as well.
+        monotonic (Fritsch and Carlson 1980), the middle position is solved as well.
         """
         low, high = sorted((self.press.begun, here.d))
         way = sorted((own for own in self.seen if low <= own.place.d <= high), key=lambda own: own.place.d)

@@ -194,8 +194,7 @@ class MaterialPoint:
         """Return the residual of Kirchhoff stress on free axes, Pa, and of the constraint, times the stiffness at rest.
 
         It is a function of logarithms of stretches, in which a volume change is linear; for small strain it is the
-        nominal
-        stress.
+        nominal stress.
         """
         left = self._unbalanced(drive, t, p)[free]
         left = left if self.linear else t[free] * left

@@ -32,8 +32,7 @@ class ImposedDeformation:
     """Imposed stretches along x, y and z (3,), nan where free, and nominal stresses on free axes (3,), Pa.
 
     `shear` has the indices (a, b) and the value of the off-diagonal entry of F. `driven` are the loaded axes. Without
-    free
-    stretches the pressure of an incompressible solid makes the stress on the axis `relieved` zero.
+    free stretches the pressure of an incompressible solid makes the stress on the axis `relieved` zero.
     """
 
     stretches: Floats

@@ -29,8 +29,7 @@ class StateInTime:
     """State at a time: `x` at `time`, the history variables of its energies, and works since the start, J.
 
     `work` is that of internal forces and of pumped fluid; `times` and `states` are those of all steps so far, with
-    jumps
-    twice.
+    jumps twice.
     """
 
     x: Floats

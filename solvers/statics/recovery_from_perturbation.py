@@ -54,8 +54,7 @@ class PerturbedBody:
     """Body in a perturbed `state` that satisfies its supports.
 
     `cells` are its cells under any law; None for bodies whose cells cannot invert (springs, rods). `inverted` returns
-    the
-    numbers of inverted cells in a state; `seed` determines every random choice. Pressure unknowns come after the
+    the numbers of inverted cells in a state; `seed` determines every random choice. Pressure unknowns come after the
     displacements.
     """
 

@@ -21,10 +21,9 @@ class RodNetwork:
     """State space of rods that share points: stretch and shear change only as the increment says.
 
     As in `rod_state.RodChain` for one rod: nodes that move along straight lines while elements rotate would stretch
-    these
-    in second order. So points are corrected such that elements have their axes l R(new) (Gamma + dGamma . d), by least
-    squares with weights 1 / l, which is exact along one rod; where rods close a loop, the misfit is distributed in
-    proportion to length. Fixed components move only by d.
+    these in second order. So points are corrected such that elements have their axes l R(new) (Gamma + dGamma . d), by
+    least squares with weights 1 / l, which is exact along one rod; where rods close a loop, the misfit is distributed
+    in proportion to length. Fixed components move only by d.
     """
 
     rest: Floats  # of the nodes (n * 7,)

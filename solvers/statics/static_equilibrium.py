@@ -434,10 +434,8 @@ def _condition(newton: Newton, x: Floats) -> tuple[float, float] | None:
     """Return the condition number of the last tangent, and the relative rounding error; None without a direct factor.
 
     The condition number times eps is a bound that slender bodies stay far below (a rod of 1 : 50 000 in 1000 segments
-    has
-    2e-2 and is right to 1e-8), so if it is large the error is measured. None with pressure unknowns. Raises
-    NotConverged
-    if fewer than three digits are left.
+    has 2e-2 and is right to 1e-8), so if it is large the error is measured. None with pressure unknowns. Raises
+    NotConverged if fewer than three digits are left.
     """
     last, K = newton.last, newton.matrix
     if last is None or K is None or last.tolerance or K.dtype != np.float64 or newton.assembly.saddle:
@@ -462,8 +460,7 @@ def _energy_error(exact: Assembly, x: Floats) -> float:
     """Return the error of a state in the energy norm, sqrt(r . K^-1 r / 2E): infinite if K is not definite.
 
     On fine meshes the residual of a rounded state grows: rounding varies from node to node, and the stiffness of such
-    short
-    waves is large. They hardly change the energy.
+    short waves is large. They hardly change the energy.
     """
     g = exact.gradient(x, 1.0)[exact.free]
     try:

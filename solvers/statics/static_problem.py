@@ -64,8 +64,7 @@ class Equilibrium:
     """Converged state, its relative residual, and every iteration that led to it.
 
     `criterion` is the one of `Statics` that was met. `stable` is None if unknown: under follower loads, with an
-    iterative
-    linear solver, and if a cap ended the solution, when the state is no equilibrium.
+    iterative linear solver, and if a cap ended the solution, when the state is no equilibrium.
     """
 
     x: Floats
@@ -116,32 +115,24 @@ class Statics:
     """Static problem: `rest` is moved in `space` until `assembly` is balanced, with `target` imposed on `fixed`.
 
     `path` is the method: load stepping, or arc length along the path of equilibria. Without a `way` the target is
-    imposed
-    in proportion to the load; with one, load steps from rest are limited by it. `twin` is the assembly of the
-    corotational
-    law with the same moduli, or None. `sound` tests whether a state is admissible (no inverted cell), `near` whether an
-    equilibrium of the twin is a suitable start, and `jumped` whether no motion leads from one equilibrium to the next,
-    such
-    as where parts have turned past each other. `bold` tries full steps first, without a twin for rods, whose space
-    already
-    follows their rotation. `convex` marks a positive quadratic energy, whose one equilibrium is stable. `extent` is the
-    size of the body in m; `weights` make rotations comparable with displacements: forces are multiplied and motions
-    divided
-    by them. `travelled` (m) is the length of the motion before `rest`, if that is a state in time.
+    imposed in proportion to the load; with one, load steps from rest are limited by it. `twin` is the assembly of the
+    corotational law with the same moduli, or None. `sound` tests whether a state is admissible (no inverted cell),
+    `near` whether an equilibrium of the twin is a suitable start, and `jumped` whether no motion leads from one
+    equilibrium to the next, such as where parts have turned past each other. `bold` tries full steps first, without a
+    twin for rods, whose space already follows their rotation. `convex` marks a positive quadratic energy, whose one
+    equilibrium is stable. `extent` is the size of the body in m; `weights` make rotations comparable with
+    displacements: forces are multiplied and motions divided by them. `travelled` (m) is the length of the motion before
+    `rest`, if that is a state in time.
 
     Convergence: the residual force is at most `tolerance` times the larger of load and reactions. In a stiff body or
-    under
-    a tiny load rounding alone can exceed that, since a strain of 1e-16 times a large stiffness is a force. If a Newton
-    step
-    no longer lowers it, one of two criteria decides. Either the error in the energy norm, sqrt(r . K^-1 r / 2E), is at
-    most
-    `tolerance`, E the strain energy. Or the force is within four times its rounding error, and the last Newton step,
-    with a
-    definite tangent, was below TINY times the motion so far: no better state exists in this arithmetic.
+    under a tiny load rounding alone can exceed that, since a strain of 1e-16 times a large stiffness is a force. If a
+    Newton step no longer lowers it, one of two criteria decides. Either the error in the energy norm, sqrt(r . K^-1 r /
+    2E), is at most `tolerance`, E the strain energy. Or the force is within four times its rounding error, and the last
+    Newton step, with a definite tangent, was below TINY times the motion so far: no better state exists in this
+    arithmetic.
 
     `resultant` (N) returns the resultant of forces (dofs,); if given, that of the residual meets the tolerance as well,
-    as
-    far as one or two steps with the last factor achieve it.
+    as far as one or two steps with the last factor achieve it.
 
     Options. `linear` selects the linear solver. `start` is a state from which full steps are tried before those from
     rest.

@@ -56,10 +56,8 @@ def critical_load(problem: Statics, history: list[Iteration], left: Floats) -> f
 
     The path is followed under fixed loads. Between a stable and an unstable state the tangent is assumed linear in the
     load; its least critical load is the next guess (Lanczos). The bracket shrinks to CLOSE around it, with the inertia
-    of
-    both ends. `left` is an unstable equilibrium at full load, which need not lie on that path. None if no state of the
-    path
-    is unstable, or the linear solver cannot tell; and with contact, where tangents change abruptly.
+    of both ends. `left` is an unstable equilibrium at full load, which need not lie on that path. None if no state of
+    the path is unstable, or the linear solver cannot tell; and with contact, where tangents change abruptly.
     """
     if problem.touches:
         return None
@@ -183,10 +181,8 @@ def rounding_error(newton: Newton, x: Floats, factor: Factor) -> float:
     """Return the relative rounding error of a state: its change when all its numbers change by one digit.
 
     |K^-1 (g(x (1 + eps r)) - g(x))| over the motion from rest, r = +-1 at random, the largest of three, as in
-    stochastic
-    arithmetic (Vignes 1974); or the next Newton step |K^-1 g(x)|, which is large for a factor spoilt by rounding.
-    Infinite
-    if it is not finite; raises Unsolved.
+    stochastic arithmetic (Vignes 1974); or the next Newton step |K^-1 g(x)|, which is large for a factor spoilt by
+    rounding. Infinite if it is not finite; raises Unsolved.
     """
     problem, free = newton.problem, newton.assembly.free
     x = np.asarray(x, dtype=np.float64)

@@ -2,9 +2,8 @@
 
 Runs one after another, each in a process of its own, and writes `interpreter/documentation/gallery.json` (numbers,
 verdicts, sources, CPU time) and `interpreter/documentation/pictures/gallery/SCENE.png`. Scenes whose text is the one
-that their
-numbers are of are left out: interrupted, it goes on where it was. `--fresh` runs them again, `--timeout` is s of CPU
-of each.
+that their numbers are of are left out: interrupted, it goes on where it was. `--fresh` runs them again, `--timeout` is
+s of CPU of each.
 """
 
 from __future__ import annotations

@@ -4,9 +4,8 @@
 
 The cube of `tests/shared/indented_cylinder.py`, 40 mm wide, of about 5 000 tetrahedra, a sphere of 10 mm in radius
 without friction, and even states of travel up to 1 mm. Without contact as many states of an equal force, spread over a
-patch of
-the top, drive the same mesh. Seconds of CPU of the solutions alone: no compiling, no reports, no stated errors. With
-`--calculix` the same mesh by CalculiX, all of its run, and how far both are from the truth.
+patch of the top, drive the same mesh. Seconds of CPU of the solutions alone: no compiling, no reports, no stated
+errors. With `--calculix` the same mesh by CalculiX, all of its run, and how far both are from the truth.
 """
 
 from __future__ import annotations

@@ -2,9 +2,8 @@
 
 For every `fem(...)` of a scene with a plain displacement formulation an `external_solver(PROGRAM, ...)` of the same
 element, size, body and mesh is added; corotational strain, which other programs do not have, becomes finite strain. Of
-identical
-models only one is added. A model that the scene refuses is omitted; what a program cannot do is `unsupported`, with its
-reason.
+identical models only one is added. A model that the scene refuses is omitted; what a program cannot do is
+`unsupported`, with its reason.
 """
 
 from __future__ import annotations

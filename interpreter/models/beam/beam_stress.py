@@ -34,8 +34,7 @@ class Piece:
     """One straight or curved axis with nodes at stations (k,), m, undeformed and deformed (k, 7).
 
     `ends` (k - 1, 12) are the forces and moments that hold each element, N in space and N m about axes of nodes;
-    `lines`
-    (k - 1, 3) are the line loads along it, N/m.
+    `lines` (k - 1, 3) are the line loads along it, N/m.
     """
 
     shape: Swept

@@ -56,9 +56,8 @@ def ovalling_softening(section: Section, poisson: float, curvature: float) -> fl
     """Return how much softer a bent thin-walled tube is than a beam, relative: 3/2 (1 - nu^2) (r^2 curvature / t)^2.
 
     Its section flattens; r is the middle radius and t the wall thickness. Source: Brazier (1927), "On the flexure of
-    thin
-    cylindrical shells", the work of bending to second order in curvature. It is zero for a section without a hole, and
-    conservative for a thick wall.
+    thin cylindrical shells", the work of bending to second order in curvature. It is zero for a section without a hole,
+    and conservative for a thick wall.
     """
     if (hollow := section.hollow) is None:
         return 0.0

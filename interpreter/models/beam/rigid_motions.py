@@ -28,8 +28,7 @@ def free_motions(rows: Floats, centre: Floats, extent: float) -> list[str]:
 
     Rows (n, 6) are about `centre` (3,), with rotations in units of 1 / extent. A free motion is a translation, or a
     rotation about an axis: that of the free motion v + w x r lies at w x v / w.w (Mozzi 1763), after all free
-    translations
-    are removed from v.
+    translations are removed from v.
     """
     null = _null(rows)
     if len(null) == 6:

@@ -23,8 +23,7 @@ def select_points_and_members(
     """Return the points, whole members and partly selected members of a condition, each counted from 0.
 
     A member counts between its ends. Conditions are evaluated on axes: bounds over pieces of these decide, and where
-    they
-    remain undecided, the middle of a piece.
+    they remain undecided, the middle of a piece.
     """
     size = network.diagonal
     points = tuple(i for i, point in enumerate(network.points) if condition.holds(*point, size))

@@ -75,10 +75,9 @@ class Problem:
     """Body in static equilibrium, or in `motion`, under dead loads, on a mesh.
 
     Nodes and cells count from 0, in the order of solvers/elements. `held` (h, 2) are nodes and components (0, 1, 2),
-    which
-    are displaced by `values` (h,), m, at full load. `forces` (n, 3), N, are the nodal forces at full load, of tractions
-    and
-    weight as softmark integrates them. Solutions are requested at load fractions `shares` (s,) in order; the last is 1.
+    which are displaced by `values` (h,), m, at full load. `forces` (n, 3), N, are the nodal forces at full load, of
+    tractions and weight as softmark integrates them. Solutions are requested at load fractions `shares` (s,) in order;
+    the last is 1.
 
     For a rod, which has a `section`, cells are its segments (m, 2), and held components 3, 4, 5 are rotations.
     """

@@ -81,8 +81,7 @@ def run(
     """Run a command in a folder, within limits of seconds and bytes of address space, and return how it ended.
 
     Standard input is empty. Both outputs go to LOG, up to `most` bytes. CPU time is limited to that of `threads` in
-    twice
-    the wall time, in case nothing watches the clock any more.
+    twice the wall time, in case nothing watches the clock any more.
     """
     mark = uuid.uuid4().hex
     limits = (FILE * memory, memory, 2 * seconds * threads + 1)

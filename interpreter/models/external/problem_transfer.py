@@ -1,8 +1,7 @@
 """Transfer of a model to an external program: its mesh, supports, loads and materials.
 
 `reasons` returns the features of a model and its case that cannot be transferred, from the scene only; `problem_of`
-needs
-arrays.
+needs arrays.
 """
 
 from __future__ import annotations
@@ -155,9 +154,8 @@ def problem_of(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: 
     """Return the neutral problem of a prepared `fem(...)` model in a case, or in one state of it.
 
     Small strain uses the initial moduli of any material, so that its law is `linear_elastic`. With a motion, the
-    constants
-    are also these moduli, with the word of the law. With `mesh`, only the mesh is needed, and forces are those on the
-    undeformed body. Raises NotTransferable.
+    constants are also these moduli, with the word of the law. With `mesh`, only the mesh is needed, and forces are
+    those on the undeformed body. Raises NotTransferable.
     """
     import numpy as np
 

@@ -314,8 +314,7 @@ def must_determine_pressure(
     """Raise Fault if supports leave a uniform pressure in an incompressible body undetermined.
 
     This happens if supports hold the whole surface: a prescribed volume change is impossible, and without one the
-    pressure
-    is arbitrary.
+    pressure is arbitrary.
     """
     import numpy as np
 

@@ -87,10 +87,8 @@ class Fem(HasMaterial, Model):
 
     `refine_factor` and `refine_at` grade the mesh. At the border of the condition `refine_at`, if it is a plane or a
     circle that a mesh of the shape can follow, the cell size normal to the border is `size / refine_factor`; it grows
-    to `size` at
-    half the body's extent from there. In a filled surface, cells are smaller by that factor where the condition holds;
-    facets of
-    combined shapes have the smallest size. If `size` is halved, all cells are halved.
+    to `size` at half the body's extent from there. In a filled surface, cells are smaller by that factor where the
+    condition holds; facets of combined shapes have the smallest size. If `size` is halved, all cells are halved.
 
     `initial_guess` names another model of the body whose solution is the initial guess of Newton's method, for example
     on a coarser mesh or with a cheaper strain measure; its cost is part of the cost of this model.

@@ -59,8 +59,7 @@ class PreparedResults(Meshless):
     """Displacements of a body from a file: `u` (t, n, 3), m, of its points at `times` (t,), s.
 
     In statics there is one state; in dynamics the states end with that at the end of the analysis. `body` (b, 3), m,
-    are
-    points of the body's surface.
+    are points of the body's surface.
     """
 
     declared: Declared

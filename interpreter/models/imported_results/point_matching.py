@@ -44,8 +44,7 @@ class Matched:
     """Undeformed points `X` (n, 3), m, of a file, and their displacements `u` (t, n, 3), m, at `times` (t,), s, if any.
 
     `mesh` connects the points; None if there are only points. `name` is the file's name of the displacements. In a
-    `flat`
-    body, a slice, z is ignored; in a `wired` one, of rods, nothing is known between points.
+    `flat` body, a slice, z is ignored; in a `wired` one, of rods, nothing is known between points.
     """
 
     X: Floats
@@ -163,8 +162,7 @@ def match_points(
     """Match a file by the name of its displacements or `position`, or by `nodes` if their mesh is given.
 
     `depth`, m, is the thickness of a plane body, None for a solid. A body of rods is `wired` and has only points.
-    Raises
-    Unmatched.
+    Raises Unmatched.
     """
     name, X, u = _displacements(told, at, rest)
     times = None if told.times is None else time * np.asarray(told.times, dtype=np.float64)

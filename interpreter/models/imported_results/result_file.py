@@ -19,10 +19,8 @@ class ResultFile:
     """Points (n, 3) and vectors at them by name (t, n, 3), at `times` (t,), or in order if the file has no times.
 
     `cells` (m, a) are of one kind of element, in the order of solvers/elements; None if there are only points or
-    unknown
-    elements. If there are only plane cells, these are `flat`, with meshio's name. `points` are undeformed according to
-    the
-    file; if a series moves them, `moved` (t, n, 3) are the moved points.
+    unknown elements. If there are only plane cells, these are `flat`, with meshio's name. `points` are undeformed
+    according to the file; if a series moves them, `moved` (t, n, 3) are the moved points.
     """
 
     points: Floats

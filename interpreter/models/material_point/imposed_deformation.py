@@ -39,10 +39,8 @@ class ImposedState:
     """Homogeneous state along x, y and z that supports and loads impose.
 
     `stretches` are None where free; `stresses` are the nominal stresses there, Pa. `shear` is an off-diagonal entry (a,
-    b)
-    of F, and its size. `driven` are the axes that are moved or loaded. Points move with `anchors`, which are displaced
-    by
-    `shifts`, m. `let_go` are the supports whose constraint such a state violates: their names, and axes.
+    b) of F, and its size. `driven` are the axes that are moved or loaded. Points move with `anchors`, which are
+    displaced by `shifts`, m. `let_go` are the supports whose constraint such a state violates: their names, and axes.
     """
 
     stretches: tuple[float | None, float | None, float | None]

@@ -31,8 +31,8 @@ class Followed:
     """Contacts in a dynamic analysis: forces at every accepted step, and the surface at some of them.
 
     Forces at a time are means over the two adjacent steps (solvers/dynamics/contact_output.py), so that their impulse
-    is
-    correct. Moment arms use undeformed positions if strains are `small`. Self-contacts, `meets`, follow rigid contacts.
+    is correct. Moment arms use undeformed positions if strains are `small`. Self-contacts, `meets`, follow rigid
+    contacts.
     """
 
     case: Case

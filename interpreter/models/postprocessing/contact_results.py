@@ -75,10 +75,8 @@ def nodal_friction_results(
     """Return friction results at nodes; `to_nodes` sums values of contact points (p,) at nodes (n,), by their shares.
 
     `slip`, m, is the mean of the slip `slid` (p,), m, of surrounding points, weighted by areas A (p,), m^2. `sticks` is
-    1
-    where most of the normal force `push` (p,), N, is on sticking points, whose force is `sticks` (p,), N; it is -1
-    where
-    the surface slides, and 0 without pressure.
+    1 where most of the normal force `push` (p,), N, is on sticking points, whose force is `sticks` (p,), N; it is -1
+    where the surface slides, and 0 without pressure.
     """
     area, force = to_nodes(A), to_nodes(push)
     pressed = force > 0.0

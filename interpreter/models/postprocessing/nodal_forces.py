@@ -59,17 +59,12 @@ class NodalForces:
     """Nodal forces in a static state: nodes `x` (n, 3), m, and the residual `left` (n, 6), N and N m.
 
     Nodes are deformed, or undeformed if strains are small, so that internal moments balance. Moments are about the
-    columns
-    of `frames` (n, 3, 3), or in space. `u` (n, 3) are displacements, m, `loads` (n, 6) the full forces of each load,
-    and
-    `energy` the strain energy, J. `work` is that of each full load along these displacements, J; None if it depends on
-    the
-    path. `turns_freely` is true if internal forces have no moment, that is if the energy is invariant to rotations.
-    `written` (n, 6) is the residual of the state as stored, while `left` excludes the effect of its rounding. Forces on
-    an
-    `axial` body, one of revolution about the y axis, have a resultant along the axis and no moment. `pulling` (n, 6)
-    are
-    the forces of muscles, whose resultant is zero but whose size counts as a scale.
+    columns of `frames` (n, 3, 3), or in space. `u` (n, 3) are displacements, m, `loads` (n, 6) the full forces of each
+    load, and `energy` the strain energy, J. `work` is that of each full load along these displacements, J; None if it
+    depends on the path. `turns_freely` is true if internal forces have no moment, that is if the energy is invariant to
+    rotations. `written` (n, 6) is the residual of the state as stored, while `left` excludes the effect of its
+    rounding. Forces on an `axial` body, one of revolution about the y axis, have a resultant along the axis and no
+    moment. `pulling` (n, 6) are the forces of muscles, whose resultant is zero but whose size counts as a scale.
     """
 
     X: Floats

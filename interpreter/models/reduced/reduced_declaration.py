@@ -53,8 +53,7 @@ class Modal(Reduced):
     response to each load. With `derivatives` it also contains as many modal derivatives, the fields along which static
     responses curve as they grow (Idelsohn and Cardona 1985; Barbic and James 2005); without them a body that rotates by
     more than a few degrees locks. There is no training: the space depends on the loads of the scene and their places,
-    not
-    on their size.
+    not on their size.
 
     `cells = sampled` evaluates only cells that a non-negative least squares fit selects and weights (ECSW: Farhat,
     Avery, Chapman and Cortial 2014), so that the cost of a solution does not grow with the mesh. They are fitted to the
@@ -65,8 +64,7 @@ class Modal(Reduced):
     `converged` refers to the reduced equations. `full_residual` in the report is the residual of the full model's
     equations, relative to its loads, and `estimated_error` is the corresponding displacement error (`W419`). Options of
     `of` that trade accuracy for speed (caps, precision, linear solver, start) are ignored. Source: Krysl, Lall and
-    Marsden
-    (2001).
+    Marsden (2001).
     """
 
     of: Annotated[str, "model", "finite element model that is reduced"]

@@ -28,8 +28,7 @@ class FrictionHistory:
 
     `anchors` (m, 3), m, are the points of the rigid body, as declared, at which the `points` of the surface last stuck;
     for contact between deformable surfaces they are `Since`. `slid` (m,) is the accumulated slip of each point or
-    sample,
-    m. `work` is the heat dissipated by friction up to this state, J, and `now` the part of it of this state.
+    sample, m. `work` is the heat dissipated by friction up to this state, J, and `now` the part of it of this state.
     """
 
     anchors: Any

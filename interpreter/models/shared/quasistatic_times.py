@@ -49,8 +49,7 @@ class AmplitudeSchedule:
     """Loads and supports over time: `amplitudes` of loads, `movers`, and full support displacements `target` (c,).
 
     Muscle and tendon amplitudes follow those of loads. A mover is an amplitude and the indices in the target that
-    follow
-    it.
+    follow it.
     """
 
     analysis: Quasistatic

@@ -39,10 +39,8 @@ class RegionVolume:
     """Volume of a region, m^3: `asked` by the scene, and `taken` by its cells on a mesh.
 
     `missed` lies in cells of another material, and `beyond` in its own cells but outside the region. `bent` is the part
-    of
-    both between a curved border and the flat sides of the cells that follow it. `beside` is the smallest volume, m^3,
-    of
-    the body and the other regions: what is missed of a large region may be most of a small one.
+    of both between a curved border and the flat sides of the cells that follow it. `beside` is the smallest volume,
+    m^3, of the body and the other regions: what is missed of a large region may be most of a small one.
     """
 
     asked: float
@@ -225,8 +223,7 @@ def region_errors(case: Case, prepared: Prepared) -> list[tuple[float, tuple[int
     """Return for every region that cells do not follow its relative volume error, and the side of a bounding solution.
 
     The error is infinite unless the border cuts next to no volume from cells, as a polygon does from a circle. The side
-    is
-    (0, 0), which changes no cell, where the error is negligible.
+    is (0, 0), which changes no cell, where the error is negligible.
     """
     if not case.parts or prepared.mesh is None:
         return []

@@ -112,8 +112,7 @@ def _thin(case: Case, touch: Touch, mesh: Mesh) -> float:
     """Return the distance at which a barrier begins, m, so small that the remaining gap is negligible.
 
     In static analyses it is a small fraction of the prescribed support motion, or, if there is none, of the compression
-    by
-    loads.
+    by loads.
     """
     extent = size_of(case, mesh)
     if isinstance(case.analysis, Dynamic):

@@ -143,9 +143,8 @@ def pressure_energies(mesh: Mesh, u: Floats, p: Floats | None, moduli: Moduli) -
     """Return twice the energy that pressures leave out, and twice the strain energy of cells, J.
 
     `u` (n, 3), m, are displacements. `p` (m, b), Pa, are pressures at the corners of cells or one per cell; None means
-    bulk
-    moduli times the mean volume change. Pressures have less energy than the dilatation theta that they belong to: they
-    leave out int (K theta - p)^2 / K dV, where K varies and theta does not.
+    bulk moduli times the mean volume change. Pressures have less energy than the dilatation theta that they belong to:
+    they leave out int (K theta - p)^2 / K dV, where K varies and theta does not.
     """
     strain, V = _strains(mesh, u), mesh.volumes
     theta = np.trace(strain, axis1=1, axis2=2)

@@ -52,8 +52,7 @@ def undefined_directions(rule: DirectionProfile, mesh: Mesh, axial: bool) -> Und
     """Return the volume of a mesh without a direction, cached in the mesh; None if the direction exists everywhere.
 
     Fields from files are checked at the points of a finer rule: they are unknown between these. For a body of
-    revolution
-    (`axial`), volumes are those of rings.
+    revolution (`axial`), volumes are those of rings.
     """
     key: Any = (undefined_directions, rule)
     if key not in mesh.selections:

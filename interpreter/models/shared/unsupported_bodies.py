@@ -54,8 +54,7 @@ class UnsupportedBody:
         """Return warnings that name the contacts holding each piece in a state u (3 n,), m, and its free motions.
 
         The warnings contain no numbers of the state, so that equal warnings of several states can be merged. The
-        motions are
-        empty if the body is held.
+        motions are empty if the body is held.
         """
         each = [self._kept(declared, contacts, u, piece) for piece in self.pieces]
         return tuple(note for note, _ in each), ", and to ".join(adrift for _, adrift in each if adrift)

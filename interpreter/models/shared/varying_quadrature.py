@@ -134,8 +134,7 @@ class CellRule:
     """Quadrature points of every cell: local points `xi` (m, q, 3) and volumes `w` (m, q), m^3.
 
     Cells with fewer points are padded with points of zero volume in their centre. `special` (m,) are cells that do not
-    have
-    the points of their element.
+    have the points of their element.
     """
 
     xi: Floats

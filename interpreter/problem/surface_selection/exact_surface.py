@@ -62,8 +62,7 @@ def select_surface(shape: Shape, condition: Condition) -> tuple[float, Floats] |
     """Return selected area, m^2, and the integral of the outward normal (3,), m^2; None for shapes from files.
 
     Computed once for all models of a body. For combined bodies the exact surface of each part is used where it lies on
-    the
-    combined surface.
+    the combined surface.
     """
     found = None if condition.groups else _measure_surface(shape, condition)
     return found and found[:2]
@@ -121,8 +120,7 @@ def _combined_pieces(shape: Combined) -> list[Piece] | None:
     """Return the surface of a combination: of each shape's surface the part outside the other, or inside it.
 
     Where both surfaces coincide, the first counts if both bodies lie on the same side (on opposite sides for a
-    difference),
-    and the second never. Borders between parts of the first shape are not part of its surface.
+    difference), and the second never. Borders between parts of the first shape are not part of its surface.
     """
     first, second = pieces(shape.one), pieces(shape.other)
     if first is None or second is None:
@@ -311,8 +309,7 @@ def _selected_side(side: CylinderSide | ConeSide, condition: Condition, extent: 
     """Return the selected part of the side of a cylinder or a cone, with its normal away from the axis.
 
     It is integrated over strips between the axis and the side, each point representing the one right outside: an angle
-    and
-    an axial length have the area r (e - r' a), with the direction e from the axis a and the radius r there.
+    and an axial length have the area r (e - r' a), with the direction e from the axis a and the radius r there.
     """
     r, q = side.radii
     slope, root, a = (q - r) / side.length, np.array(side.origin), np.array(side.axis)

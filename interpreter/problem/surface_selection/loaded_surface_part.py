@@ -151,8 +151,7 @@ def find_loaded_surface(shape: Shape, mesh: Mesh, condition: Condition) -> Loade
     """Return the part of a mesh's surface that a condition selects, computed once.
 
     Conditions apply to the exact body: facets of a curved side are evaluated on that side, and those of a mesh file
-    within
-    their deviation from the smooth surface.
+    within their deviation from the smooth surface.
     """
     known: LoadedSurface | None = mesh.selections.get(condition)
     if known is None:

@@ -30,8 +30,7 @@ def clip_triangles(
 
     `members` returns which triangles are in a named group, if the condition has some. Points are in the order of the
     surface. Without selected area, the result is the selected points, if any. The share is relative to the area within
-    the
-    condition's borders, curved ones as chords of the triangles they cross.
+    the condition's borders, curved ones as chords of the triangles they cross.
     """
     extent = float(np.linalg.norm(np.ptp(X, axis=0)))
     if condition.groups and members is not None:

@@ -110,8 +110,7 @@ def summarize_cost(records: Sequence[Record], asked: int = FEWEST, pace: float |
     solution.
 
     `pace` is the usual one of the whole comparison, by default of these runs. With too few clean runs, wall times are
-    those
-    of all runs, and CPU times those of the runs at that pace if these are enough.
+    those of all runs, and CPU times those of the runs at that pace if these are enough.
     """
     runs = [r for r in records if is_timed_solution(r)]
     if not runs:

@@ -23,9 +23,8 @@ def resolution_of(scene: Scene, model: str) -> dict[str, Any]:
     """Return the resolution of a model.
 
     `of`: the numbers, by field; `formal`: the order in displacements of each, if known; `problem`: a digest of all
-    else;
-    `meshed`: whether the number of elements is that of the model's own mesh; `counts`: cells of that mesh along each
-    direction, if known from the body's shape.
+    else; `meshed`: whether the number of elements is that of the model's own mesh; `counts`: cells of that mesh along
+    each direction, if known from the body's shape.
     """
     own = scene.declared[model]
     whole = [scene.declared[name] for name in with_dependencies(scene, [model])]
@@ -71,8 +70,7 @@ def formal_orders(scene: Scene, model: Declared) -> dict[str, int]:
     """Return the theoretical order in displacements for each resolution field of a model, for smooth solutions.
 
     Models declare the orders of their size or segments, integrators that of the step. Springs, modes and tolerances
-    have
-    none.
+    have none.
     """
     if model.thing.unsolved:
         return {}

@@ -22,10 +22,8 @@ class TimingJob(JsonRecord):
 
     The scene is a `text` (with the `folder` of its files) or a `file`, by its path or its name in the standard library.
     Solutions are repeated until they have taken `least_s` seconds. A first solution that takes longer than `patience_s`
-    is
-    not repeated as a warm-up: it is the timed one. A process that needs longer than `costly_s` in total is repeated
-    only
-    three times; one that is not finished after `timeout_s` is killed.
+    is not repeated as a warm-up: it is the timed one. A process that needs longer than `costly_s` in total is repeated
+    only three times; one that is not finished after `timeout_s` is killed.
     """
 
     READ: ClassVar = {"overrides": tuple, "plugins": tuple}

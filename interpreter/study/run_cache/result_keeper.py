@@ -60,8 +60,7 @@ class FolderRunCache:
         """Return whether a solved model is worth saving before the run, which may be interrupted, has ended.
 
         It is if it was slow and everything that measures it is available: the models that others are compared with are
-        solved,
-        and no reference depends on models.
+        solved, and no reference depends on models.
         """
         seconds = sum(sum(timing.seconds) for work in works for timing in _clock(work, name))
         return seconds > WORTH and self._place is not None and self._measurable(works) and self._stands(works)

@@ -105,8 +105,7 @@ def time_jobs(
     """Return the cost of each job by its key (see `timing_quality`), None without a solution.
 
     Each job runs until `repeats` runs are undisturbed, with at most `extra` more (by default `repeats`), and once more
-    with
-    clocks for the `phases`. Records in `done` count if they are from this machine. Jobs with one key are one job.
+    with clocks for the `phases`. Records in `done` count if they are from this machine. Jobs with one key are one job.
     """
     unique = list({job.key: job for job in jobs}.values())
     book = _TimingRecords(unique, repeats, repeats if extra is None else extra, phases)

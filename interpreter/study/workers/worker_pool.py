@@ -110,10 +110,8 @@ def run_tasks(
     starts.
 
     A task that takes longer than `timeout` seconds is killed (`timed_out_outcome`); closing the iterator kills all
-    workers.
-    With a
-    `patience` above 1 the timeout is CPU time, so that a busy machine changes no outcome, and the limit of wall time is
-    that many times as long. If `tasks` is a deque, the receiver of an outcome may append further tasks.
+    workers. With a `patience` above 1 the timeout is CPU time, so that a busy machine changes no outcome, and the limit
+    of wall time is that many times as long. If `tasks` is a deque, the receiver of an outcome may append further tasks.
     """
     waiting = tasks if isinstance(tasks, deque) else deque(tasks)
     pool = _Pool(waiting, jobs, timeout, started, command=command, patience=patience)
@@ -240,8 +238,7 @@ def run_tasks_on_cluster(
     """Yield the outcomes of tasks run by the workers of a dask scheduler, as they become available. Raises NoWorkers.
 
     Each thread of a worker performs one task at a time. A task cannot be killed there: after `timeout` seconds it
-    counts as
-    `timed_out_outcome`, and its thread continues.
+    counts as `timed_out_outcome`, and its thread continues.
     """
     client = _client(address, wait)
     try:

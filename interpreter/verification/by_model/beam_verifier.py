@@ -131,10 +131,8 @@ def theory_error(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     """Return the relative error of beam theory due to clamps, thickness, curling, ovalization and strain.
 
     Estimates for solid sections, conservative compared with solids of the same shape. Bending stretches one side as
-    much as
-    it compresses the other, so that a nonlinear law shows only in second order; in axial stretch it shows at once.
-    Axially
-    loaded bodies neither shear nor curl.
+    much as it compresses the other, so that a nonlinear law shows only in second order; in axial stretch it shows at
+    once. Axially loaded bodies neither shear nor curl.
     """
     section, poisson = case.prism.section, case.material.poisson
     spans, checks = max(1, len(case.supports)), result.solve.get("checks") or {}

@@ -194,8 +194,7 @@ class SolidVerifier(SizedMeshVerifier):
         """Return the distance to the finer space at the nodes of the cells around a single point, in the metric's unit.
 
         At one point two inaccurate meshes may agree by chance where their difference changes sign, but not at all nodes
-        around
-        it. Zero for metrics that are not about a single point.
+        around it. Zero for metrics that are not about a single point.
         """
         mesh, tensors = answer.mesh, seen.tensors_at_one
         if mesh is None or not (seen.single or tensors):
@@ -234,8 +233,7 @@ class SolidVerifier(SizedMeshVerifier):
         """Return the error divided by the distance to the finer space; larger for incompressible quadratic cells.
 
         Such cells have too few displacements, and lose an order (Babuska and Suri 1992, "Locking effects in the finite
-        element
-        approximation of elasticity problems").
+        element approximation of elasticity problems").
         """
         thing: Fem = answer.solid.thing
         element = find_element(thing.element)

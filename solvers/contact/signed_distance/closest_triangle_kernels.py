@@ -19,10 +19,8 @@ def find_closest_triangles(
     """Find for points X (n, 3) the closest triangle `best` (n,) and the barycentric coordinates `share` (n, 3) there.
 
     Node k of the tree has a box from low[k] to high[k], and the children child[k], child[k] + 1. A leaf has child[k] =
-    0
-    and the triangles first[k, 0] to first[k, 1] of `corners` (t, 3, 3). `stack` has room for twice the depth of the
-    tree,
-    `own` for three numbers.
+    0 and the triangles first[k, 0] to first[k, 1] of `corners` (t, 3, 3). `stack` has room for twice the depth of the
+    tree, `own` for three numbers.
     """
     for i in range(len(X)):
         far = np.inf

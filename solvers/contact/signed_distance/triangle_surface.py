@@ -21,11 +21,9 @@ class TriangleSurface:
     """Closed triangle surface: points (n, 3), m, and outward triangles (t, 3).
 
     The sign is that of the angle with the normal of the closest face, edge or corner. The normal of a corner is the
-    mean
-    of those of its triangles, weighted by their angles there, so that the sign is right everywhere (Baerentzen and
-    Aanaes
-    2005). The Hessian is that of the closest part: zero for a face, 1/d for an edge and a corner, even if the triangles
-    approximate a curved surface.
+    mean of those of its triangles, weighted by their angles there, so that the sign is right everywhere (Baerentzen and
+    Aanaes 2005). The Hessian is that of the closest part: zero for a face, 1/d for an edge and a corner, even if the
+    triangles approximate a curved surface.
     """
 
     def __init__(self, points: Floats, triangles: Ints) -> None:

@@ -2,8 +2,7 @@
 
 Units are mm, Pa and uN (g, mm and s), because it ignores forces below 1e-6. It reads 20 characters of a number, that is
 14 digits, and prints 7 digits of each displacement. The restart file has doubles, which are used if they agree with the
-printed digits.
-Source: Dhondt, "CalculiX CrunchiX User's Manual", version 2.20.
+printed digits. Source: Dhondt, "CalculiX CrunchiX User's Manual", version 2.20.
 """
 
 from __future__ import annotations

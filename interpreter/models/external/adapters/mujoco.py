@@ -5,8 +5,8 @@ of St Venant and Kirchhoff, mu tr(E^2) + lam/2 tr(E)^2 of Green strain E, exactl
 steps are its own: `discrete` solves one system in M + h D + h^2 K per step, with the forces at its start, by at most
 100 iterations by default; `Euler`, semi-implicit, is used for explicit steps. Stiffness-proportional damping is in D;
 joints of a flex may have none, so that mass-proportional damping is by actuators. The model is that of `dsl export --to
-mujoco`, exporters/mujoco_exporter.py.
-Source: its documentation, Computation: Integrators, and XML reference: flex/elasticity; Todorov, Erez and Tassa (2012).
+mujoco`, exporters/mujoco_exporter.py. Source: its documentation, Computation: Integrators, and XML reference:
+flex/elasticity; Todorov, Erez and Tassa (2012).
 """
 
 from __future__ import annotations

@@ -5,9 +5,8 @@ length, by constraints as stiff as possible, and sections are normal to them: st
 inertia about e2 and e3, are ignored. The energy at a node is EI |kb|^2 / (l0 + l1) of the curvature binormal kb and the
 edges at it; a clamped edge next to the held node is SHORT of the next, so that the clamp is at the node. A box and two
 moduli give EI2, EI3 and GJ, as in its compiler. All is in the axes of the section, so that the rod is along x. Steps
-are `discrete`.
-Source: its documentation, Modeling: Rods; Bergou, Wardetzky, Robinson, Audoly and Grinspun (2008), Discrete elastic
-rods, ACM Trans. Graph. 27(3):63.
+are `discrete`. Source: its documentation, Modeling: Rods; Bergou, Wardetzky, Robinson, Audoly and Grinspun (2008),
+Discrete elastic rods, ACM Trans. Graph. 27(3):63.
 """
 
 from __future__ import annotations

@@ -3,8 +3,7 @@
 Its VTU has separate nodes for each cell, as doubles, in its own order: they are matched by position. It stops at a
 gradient of 1e-8 of its own, and the option for another tolerance differs between its versions: loads below about 1 mN
 may remain unsolved, which is reported. It reports no version. It was never run here: the format is taken from its
-sources.
-Source: its src/main.cpp, io/OutData.cpp, io/VTUWriter.cpp; polysolve's nonlinear/Solver.cpp.
+sources. Source: its src/main.cpp, io/OutData.cpp, io/VTUWriter.cpp; polysolve's nonlinear/Solver.cpp.
 """
 
 from __future__ import annotations

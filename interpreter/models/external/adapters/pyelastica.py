@@ -70,8 +70,7 @@ def energy(rod: Any) -> float:
     """Return the kinetic and strain energy, J; the strain energy is a lower bound for its law.
 
     Its own strain energy, S e^2 / 2, ignores that its sections grow thin, which divides its forces by the stretch and
-    its
-    couples by the third power of the stretch. In tension it does less work than that; in compression no less.
+    its couples by the third power of the stretch. In tension it does less work than that; in compression no less.
     """
     motion = rod.compute_translational_energy() + rod.compute_rotational_energy()
     strain, bending = rod.sigma - rod.rest_sigma, rod.kappa - rod.rest_kappa

@@ -3,9 +3,8 @@
 Its VTU has six digits of each displacement, in the order of our nodes; the residual that this causes is reported. The
 log of its static solver states convergence. Its own clock begins after the first step, which is the only one here, so
 that its time is that of its whole process. It reports no version. It was never run here: the format is taken from its
-sources.
-Source: Component/IO/Mesh/VTKExporter.cpp, ODESolver/Backward/StaticSolver.cpp, Engine/Transform/DifferenceEngine.inl
-and GUI/BatchGUI.cpp.
+sources. Source: Component/IO/Mesh/VTKExporter.cpp, ODESolver/Backward/StaticSolver.cpp,
+Engine/Transform/DifferenceEngine.inl and GUI/BatchGUI.cpp.
 """
 
 from __future__ import annotations

@@ -4,8 +4,7 @@ model.
 Each node is a body with slides for its free components. Weight is `gravity`; the remaining nodal forces and
 mass-proportional damping are actuators with bias F - a m v. MJCF cannot give the duration of a motion: a comment states
 the number of steps. It also has no exact counterpart of the integrator: `discrete` solves one system per step, `Euler`
-none.
-Source: its documentation, XML reference: flex/elasticity, actuator/general; Computation: Integrators.
+none. Source: its documentation, XML reference: flex/elasticity, actuator/general; Computation: Integrators.
 """
 
 from __future__ import annotations
