@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,9 @@ from softmark.references.data_download import find_file
 from softmark.references.measured_data import Frame, Unreadable
 from softmark.resource_limits import TooSlow, describe_read_error, limited_resources
 from softmark.solvers.materials.heterogeneous import with_constants
-from softmark.solvers.mesh.voxel_bounds import VoxelBounds
+
+if TYPE_CHECKING:  # importing it loads numba
+    from softmark.solvers.mesh.voxel_bounds import VoxelBounds
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -57,6 +59,8 @@ class Image:
 
     @cached_property
     def _bounds(self) -> VoxelBounds:
+        from softmark.solvers.mesh.voxel_bounds import VoxelBounds
+
         return VoxelBounds(self.numbers, self.numbers)
 
     def bounds(self, low: Floats, high: Floats) -> tuple[Floats, Floats]:
@@ -105,6 +109,8 @@ class OnMesh:
     def _bounds(self) -> tuple[VoxelBounds, Floats, Floats]:
         """Bounds over the blocks of a grid around the mesh, the corner of the grid, m, and the edges of a block, m."""
         from scipy.ndimage import distance_transform_edt
+
+        from softmark.solvers.mesh.voxel_bounds import VoxelBounds
 
         X, numbers = self.mesh.points[self.mesh.cells], self.numbers[self.mesh.cells]
         low, high, least, most = X.min(axis=1), X.max(axis=1), numbers.min(axis=1), numbers.max(axis=1)

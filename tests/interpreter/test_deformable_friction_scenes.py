@@ -76,7 +76,7 @@ def test_what_sticks_and_slides_goes_into_files_and_colours(tmp_path: Path) -> N
     assert set(fields["sticks"][fields["pressure"] > 0.2 * fields["pressure"].max()]) == {-1.0}
     assert 0.9 * own.metrics["way"].value < fields["slip"].max() <= 1.001 * own.metrics["way"].value
     assert own.shape is not None
-    assert [n.words.split()[0] for n in own.shape.carried] == ["slip", "grip", "pressure"]
+    assert [n.words.split()[0] for n in own.shape.carried] == ["slip", "sticking", "pressure"]
     assert all(n.values is not None and len(n.values) == len(own.shape.position) for n in own.shape.carried)
     write_vtu(report, tmp_path)
     written = meshio.read(tmp_path / "vtu" / "quads-0002.vtu").point_data

@@ -247,7 +247,7 @@ def test_what_says_itself_that_it_has_no_state_has_not_converged(
     monkeypatch.setattr(external_builder, "adapter", lambda name: fake)
     theirs = run(BLOCK).models["theirs"]
     assert theirs.status == "not_converged"
-    assert theirs.message == "scikit-fem reports no convergence: it came to 0.4 of the load"
+    assert theirs.message == "scikit-fem reports no solution: it came to 0.4 of the load"
 
 
 @pytest.mark.slow

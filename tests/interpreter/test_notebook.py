@@ -251,7 +251,7 @@ def test_the_magic_runs_a_cell_and_leaves_names(capsys: pytest.CaptureFixture[st
     assert "bad:4:41" in said
     assert "Traceback" not in said
     assert not {"report", "scene", "bad"} & set(shell.user_ns)
-    for line, why in [("--modle x", "unrecognized arguments: --modle"), ("a-b", "`a-b` is no name that Python"),
+    for line, why in [("--modle x", "unrecognized arguments: --modle"), ("a-b", "`a-b` is not a valid Python name"),
                       ("'x", "No closing quotation")]:  # fmt: skip
         shell.run_cell(f"%%scene {line}\nscene 'x'")
         told = capsys.readouterr()

@@ -25,7 +25,7 @@ SEEN = {
     "line": "line(bar, from = (0, 5, 5) mm, to = (40, 5, 5) mm)",
     "surface": "surface(bar)",
     "volume": "volume(bar)",
-    "nodes": 'mesh_nodes(bar, mesh = mesh("sound.mesh", unit = 1 mm))',
+    "mesh_nodes": 'mesh_nodes(bar, mesh = mesh("sound.mesh", unit = 1 mm))',
     "markers": "markers(bar, of = dots)",
 }
 
