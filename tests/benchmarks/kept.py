@@ -52,7 +52,7 @@ def main() -> None:
                 continue
             before = [plain(f) for f in files]
             again, status_again, printed = cpu(command, folder)
-            whole = "kept from the run of" in printed and '"kept"' in files[0].read_text(encoding="utf-8")
+            whole = "reused from the run of" in printed and '"kept"' in files[0].read_text(encoding="utf-8")
             same = before == [plain(f) for f in files] and status == status_again
             size = sum(f.stat().st_size for f in (Path(folder) / "report").glob("kept/*")) / 1e6
             worst = max(worst, again if whole else 0.0)

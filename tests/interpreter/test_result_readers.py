@@ -220,7 +220,13 @@ def test_numbers_in_hdf5_are_read_and_links_in_it_are_not_followed(tmp_path: Pat
         file["u"] = made.U
         file["soft"], file["hard"] = h5py.SoftLink("/u"), h5py.ExternalLink("b.h5", "/u")
         file.create_dataset("raw", shape=(5, 3), dtype="f8", external=[("/etc/passwd", 0, 120)])
-    for word, said in {"u": "", "soft": "elsewhere", "hard": "elsewhere", "raw": "of its own", "no": "not in"}.items():
+    for word, said in {
+        "u": "",
+        "soft": "another place",
+        "hard": "another place",
+        "raw": "of its own",
+        "no": "not in",
+    }.items():
         data = re.sub(
             rb'(Center="Node">\s*<DataItem[^>]*)"XML">[^<]*', rb'\1"HDF">a.h5:/' + word.encode(), made.xdmf(1)
         )

@@ -99,7 +99,7 @@ def test_a_start_saves_steps_and_is_charged(report: softmark.Report) -> None:
 
 @pytest.mark.slow
 def test_levers_are_fields_that_overrides_change() -> None:
-    found = solved("", "plain.precision=single", "hex.cap=2", "sag.tolerance=1e-5")
+    found = solved("", "plain.precision=single", "hex.max_iterations=2", "sag.tolerance=1e-5")
     assert found.models["plain"].solve["criterion"].startswith("rounding")
     assert found.models["hex"].status == "capped"
 

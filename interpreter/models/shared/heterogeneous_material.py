@@ -123,7 +123,8 @@ def _parts(mesh: Mesh, rule: CellRule | None) -> Integration | None:
 def stiffness_of(case: Case, mesh: Mesh, pressures: bool) -> CellQuadrature | None:
     """Return how cells integrate the constants in the energy of one material; None if these constants do not vary.
 
-    For muscle these are its `tension` or `shortening`: its passive law does not vary.
+    For muscle these are its `tension` or `shortening`, at the points of the element itself: they are not averaged over
+    a cell, as moduli of `tet4` are. Its passive law does not vary.
     """
     material = case.material
     found = profiles(material)
@@ -134,7 +135,7 @@ def stiffness_of(case: Case, mesh: Mesh, pressures: bool) -> CellQuadrature | No
         return (
             None
             if active is None
-            else choose_quadrature(mesh, constant_functions(active, evaluate_profile), _rule(mesh), False)
+            else choose_quadrature(mesh, constant_functions(active, evaluate_profile), mesh.element.quadrature(), False)
         )
     if not any(name in OF_LAWS for name in found):
         return None

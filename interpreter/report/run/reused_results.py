@@ -10,7 +10,7 @@ SEVERAL = 8  # names of one run that are listed
 
 
 def sentence(report: Report, quote: str = "") -> str:
-    """Return `kept from the run of 23 November 2026, 17:54 UTC, with its times: rod, theory; ...`, or nothing."""
+    """Return `reused from the run of 23 November 2026, 17:54 UTC, with its times: rod, theory; ...`, or nothing."""
     by_date: dict[str, list[str]] = {}
     for result in report.outcomes:
         if result.kept:
