@@ -264,7 +264,7 @@ def test_a_rod_looks_at_each_state_once(
 ) -> None:
     """Energy, forces, tangent and motion of a state have the same strains: 94 times in ten steps became 26.
 
-    Counted is the solution alone: the coarser one from which an error is stated has states of its own.
+    Counted is the solution alone: those from which an error is stated have states of their own.
     """
     from softmark.interpreter.api.python_api import load
     from softmark.interpreter.verification.by_model.beam_verifier import BeamVerifier
@@ -273,7 +273,7 @@ def test_a_rod_looks_at_each_state_once(
     def none(*_: object) -> None:
         raise NoErrorEstimate("not here")
 
-    monkeypatch.setattr(BeamVerifier, "coarser", none)
+    monkeypatch.setattr(BeamVerifier, "discretisation", none)
     states, of = [0], rod_kinematics.RodElements.of
 
     def counted(*arguments: object) -> object:

@@ -62,15 +62,13 @@ class BeamVerifier(Verifier):
         return reactions_of(found)
 
     def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the discretisation error from twice the segments; from fewer if these cost too much or in a plain run.
+        """Return the discretisation error from twice the segments; from fewer if these cost too much.
 
         Raises NoErrorEstimate.
         """
         segments = answer.declared.thing.segments
-        if not answer.asked:
-            return super().discretisation(answer, seen)
         try:
-            with answer.budget.reserving(answer.others):
+            with answer.budget.reserving(answer.others if answer.asked else 0.0):
                 fine = seen.of(self._with_segments(answer, 2 * segments))
         except NoErrorEstimate:
             return super().discretisation(answer, seen)
