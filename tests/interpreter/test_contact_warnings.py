@@ -58,7 +58,7 @@ TRUE = {"area": 31.1e-6, "most": 2.6e3}  # of quad8 of 0.5 mm; Hertz has 31.4 mm
     ("how", "told"),
     [
         ("quad4, size = 2 mm", ""),
-        ("quad8, size = 4 mm", "W660"),
+        pytest.param("quad8, size = 4 mm", "W660", marks=pytest.mark.slow),
         pytest.param("quad4, size = 8 mm", "W660", marks=pytest.mark.slow),
     ],
 )

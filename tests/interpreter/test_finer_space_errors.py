@@ -104,6 +104,7 @@ def test_elements_that_lock_have_one_that_holds_or_none(element: str, poisson: f
         assert 1.0 <= ratio(report, "m") <= 3.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ELEMENTS)
 def test_a_mesh_from_a_file_has_one(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import meshio

@@ -51,7 +51,7 @@ def travels(report: Report, model: str, body: str = "ball") -> list[dict[str, An
 @pytest.mark.parametrize(
     "form",
     [
-        {"element": "quad8"},
+        pytest.param({"element": "quad8"}, marks=pytest.mark.slow),
         pytest.param({"element": "quad4", "formulation": ", formulation = mean_dilatation"}, marks=pytest.mark.slow),
         pytest.param({"element": "quad4", "friction": ", friction = 0.5"}, marks=pytest.mark.slow),
     ],

@@ -27,7 +27,7 @@ ELEMENTS = ("hex8", "hex20", "tet4", "tet10")
 
 
 def cases(count: int, quick: int) -> list[Any]:
-    return [pytest.param(seed, marks=[pytest.mark.slow] * (seed >= quick)) for seed in range(count)]
+    return [pytest.param(seed, marks=[pytest.mark.slow] * (2 * seed >= quick)) for seed in range(count)]
 
 
 def run(text: str, stated: tuple[str, ...] | None = None) -> Any:
