@@ -305,7 +305,11 @@ def tried(files: Files, folder: Path) -> str:
     assert time.perf_counter() - began < LIMIT_S, "it takes too long"
     home = str(folder.resolve())
     assert found != "no words"
-    data = [p for p in opened if not p.endswith((".py", ".pyc", ".so", ".pth")) and not p.startswith(guard.FREE)]
+    data = [
+        p
+        for p in opened
+        if not p.endswith((".py", ".so", ".pth")) and "__pycache__" not in p and not p.startswith(guard.FREE)
+    ]
     assert all(str(Path(p).resolve()).startswith(home) for p in data), data
     return found
 

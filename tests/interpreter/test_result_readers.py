@@ -330,6 +330,12 @@ def test_ten_thousand_broken_files_end_in_words(tmp_path: Path) -> None:
     assert {end.split()[1] for end in ends} == {"Told", "Unreadable"}
 
 
+def test_a_vtk_file_cut_after_dataset_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "cut.vtk").write_bytes(b"# vtk DataFile Version 3.0\nx\nASCII\nDATASET \n")
+    with pytest.raises(Unreadable):
+        read(tmp_path / "cut.vtk")
+
+
 def test_every_ending_is_known_once() -> None:
     assert not READERS.keys() & INSTEAD.keys()
 

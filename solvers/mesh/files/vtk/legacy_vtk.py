@@ -51,8 +51,8 @@ def is_legacy_vtk(data: bytes) -> bool:
     """Return whether the data are a legacy VTK file with a supported kind of grid."""
     if not data.startswith(b"# vtk DataFile"):
         return False
-    words = data[:4096].split(b"DATASET", 1)
-    return len(words) == 2 and words[1].split(None, 1)[0].upper() in DATASETS
+    kind = data[:4096].partition(b"DATASET")[2].split(None, 1)
+    return bool(kind) and kind[0].upper() in DATASETS
 
 
 def read(path: Path) -> File:
