@@ -328,12 +328,12 @@ class PatchTest(Reference):
 
     It applies to `disjoint(...)` of boxes along x, y or z, or of upright rectangles in `plane_strain` or
     `axisymmetric`, with one section; joints that are `self_contact` across a gap, or `tied`; one end held along its
-    normal, the other moved along it, or with a `traction`, `tension` or `pressure` on all of it; sides free or on
+    normal, the other moved along it, or with a `traction`, `remote_stress` or `pressure` on all of it; sides free or on
     planes of symmetry. Without lateral contraction (`poisson = 0`) ends may be `fixed`. Glued blocks, and those with
     friction, must contract alike. It can be compared with metrics of displacement, force and stress. Two properties of
     models are not included: a barrier leaves a gap of less than its distance, so that they press harder, and glue opens
-    by stress over stiffness. Source: Taylor and Papadopoulos 1991, On a patch test for contact problems in two
-    dimensions.
+    by stress over stiffness.
+    Source: Taylor and Papadopoulos 1991, On a patch test for contact problems in two dimensions.
     """
 
     body: Annotated[Any, "body", "the blocks"]

@@ -24,7 +24,7 @@ class Goodier(Reference):
 
     It applies to the octant of a `sphere` with one part `x^2 + y^2 + z^2 <= a^2` around its centre, that of a
     `spherical_shell`, or a `quarter_ring` of two circles as a body of revolution; of bonded `linear_elastic` solids,
-    held by `symmetric` on all its planes and loaded by `tension` or `pressure` on all of its outer surface and by
+    held by `symmetric` on all its planes and loaded by `remote_stress` or `pressure` on all of its outer surface and by
     nothing else. It can be compared with metrics of displacements, `stress`, `strain` and `stretch`.
     Source: Goodier 1933, Trans. ASME 55, 39-44; Eshelby 1957, Proc. R. Soc. A 241, 376-396.
     """

@@ -208,8 +208,9 @@ class Prony(Reference):
     closed form. It can be compared with the metrics `force`, `displacement`, `strain_energy` and `dissipation`. It
     applies to a box, a cylinder or a tube of one `viscoelastic(...)` material that relaxes as a whole, or whose law has
     `poisson = 0.5`; one end face held along the axis only, the other displaced along it or under a `traction`, and a
-    `quasistatic` analysis. Source: Christensen (1982), "Theory of Viscoelasticity", chapter 1; Tschoegl (1989), "The
-    Phenomenological Theory of Linear Viscoelastic Behavior", chapter 3.
+    `quasistatic` analysis.
+    Source: Christensen (1982), "Theory of Viscoelasticity", chapter 1; Tschoegl (1989), "The Phenomenological Theory of
+    Linear Viscoelastic Behavior", chapter 3.
     """
 
     body: Annotated[Any, "body", "the bar"]

@@ -116,8 +116,8 @@ class Signorini(Reference):
     It applies to a box, a cylinder, or a rectangle in `plane_strain` or `axisymmetric`, one end held along its normal,
     sides free or on planes of symmetry; one `rigid_contact` a rigid plane across the axis, or a box, and the body,
     without friction; and at most a `traction` on all of the end that meets it. With `poisson = 0` the end may be
-    `fixed`. It can be compared with the metrics `displacement`, `force`, `contact_area` and `contact_pressure`. Source:
-    Signorini 1933; Taylor and Papadopoulos 1991, On a patch test for contact problems in two dimensions.
+    `fixed`. It can be compared with the metrics `displacement`, `force`, `contact_area` and `contact_pressure`.
+    Source: Signorini 1933; Taylor and Papadopoulos 1991, On a patch test for contact problems in two dimensions.
     """
 
     body: Annotated[Any, "body", "the bar"]

@@ -20,8 +20,9 @@ class ArrudaBoyce(IsochoricInvariantMaterial):
     psi = m sum_n C_n / limit^(2n - 2) (I^n - 3^n) + K/2 g(J)^2, I = J^(-2/3) tr F^T F and C = 1/2, 1/20, 11/1050,
     19/7000, 519/673750. Chains are fully extended at I = 3 limit^2, where the stress of the series, unlike that of the
     chain, remains finite. The initial shear modulus is slightly larger than m: by the fraction 3/(5 limit^2) and
-    smaller terms. Source: Arruda and Boyce (1993), "A three-dimensional constitutive model for the large stretch
-    behavior of rubber elastic materials", J. Mech. Phys. Solids 41:389.
+    smaller terms.
+    Source: Arruda and Boyce (1993), "A three-dimensional constitutive model for the large stretch behavior of rubber
+    elastic materials", J. Mech. Phys. Solids 41:389.
     """
 
     m: Annotated[float, "Pa in (0, inf)", "modulus of the chains, n k T"]

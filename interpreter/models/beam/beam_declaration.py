@@ -63,8 +63,8 @@ class Beam6Dof(Model):
     In dynamics, with every integrator, half the mass of a segment is lumped at either end, with the rotary inertia of
     its sections. Rotations are vectors relative to the start of each step and are never summed, so that a beam may
     rotate without limit. `midpoint` conserves linear and angular momentum. A step of 20 segments takes less than a
-    millisecond. Source: Simo (1985); Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); Brüls and Cardona
-    (2010).
+    millisecond.
+    Source: Simo (1985); Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); Brüls and Cardona (2010).
     """
 
     loads = (

@@ -63,8 +63,8 @@ class Modal(Reduced):
 
     `converged` refers to the reduced equations. `full_residual` in the report is the residual of the full model's
     equations, relative to its loads, and `estimated_error` is the corresponding displacement error (`W419`). Options of
-    `of` that trade accuracy for speed (caps, precision, linear solver, start) are ignored. Source: Krysl, Lall and
-    Marsden (2001).
+    `of` that trade accuracy for speed (caps, precision, linear solver, start) are ignored.
+    Source: Krysl, Lall and Marsden (2001).
     """
 
     of: Annotated[str, "model", "finite element model that is reduced"]

@@ -66,7 +66,8 @@ def _dot(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
 def _squared_distance_to_triangle(X: Floats, i: int, corners: Floats, t: int, own: Floats) -> float:
     """Return the squared distance to a triangle, m^2; sets `own` to barycentric coordinates there, exactly 0 on a side.
 
-    It tests the region below the point: corner, side or face. Source: Ericson, Real-Time Collision Detection, 5.1.5.
+    It tests the region below the point: corner, side or face.
+    Source: Ericson, Real-Time Collision Detection, 5.1.5.
     """
     p, a, b, c = X[i], corners[t, 0], corners[t, 1], corners[t, 2]
     d1, d2 = _dot(a, b, a, p), _dot(a, c, a, p)
