@@ -23,8 +23,8 @@ class Kirsch(Reference):
     times its hole.
 
     It applies to a `quarter_ring` of two circles in `plane_strain` or `plane_stress`, of one `linear_elastic` solid,
-    held by `symmetric` on both straight sides and loaded by `remote_stress` or `pressure` on all of its outer circle and by
-    nothing else. It can be compared with metrics of displacements, `stress`, `strain` and `stretch`.
+    held by `symmetric` on both straight sides and loaded by `remote_stress` or `pressure` on all of its outer circle
+    and by nothing else. It can be compared with metrics of displacements, `stress`, `strain` and `stretch`.
     Source: Kirsch 1898, Z. VDI 42, 797-807; Timoshenko and Goodier 1970, sections 32 to 35.
     """
 
