@@ -38,9 +38,8 @@ def _synonym_rows() -> list[str]:
 
 
 def _earlier_rows() -> list[str]:
-    renamed = {old: new for table in renamed_words.FIELDS_OF.values() for old, new in table.items()}
-    every = {**renamed_words.CONSTRUCTORS, **renamed_words.KINDS, **renamed}
-    return [f"{_own_word(new)}\n: `{old}`" for old, new in sorted(every.items(), key=lambda pair: pair[1])]
+    pairs = sorted(renamed_words.present_names().items(), key=lambda pair: pair[1])
+    return [f"{_own_word(new)}\n: `{old}`" for old, new in pairs]
 
 
 def _own_word(word: str) -> str:

@@ -37,7 +37,7 @@ def page(name: str, words: Vocabulary = CATALOGUE) -> str | None:
         return f"{name} (element)\n\n{inspect.getdoc(CATALOGUE.words()[name])}"
     if used := _field_page(name) or _choice_page(name):
         return used
-    if present := renamed_words.present_name(name):
+    if present := renamed_words.present_names().get(name):
         return f"`{name}` is an earlier name of `{present}`.\n\n{page(present)}"
     meant = foreign_aliases.WORDS.get(name) or foreign_aliases.SYNONYMS.get(name) or foreign_aliases.CHOICES.get(name)
     if meant and not explain_foreign_word(name) and not unit_page(name):

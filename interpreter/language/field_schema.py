@@ -228,10 +228,9 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
 
     def constructor(self, kind: str, name: str) -> Constructor | None:
         """Return the constructor `name` of a kind, or None."""
+        name = ALIASES.get(name, name)
         if (kind, name) not in self._made:
-            table = self.get(kind, {})
-            name = name if name in table else ALIASES.get(name, name)
-            cls = table.get(name)
+            cls = self.get(kind, {}).get(name)
             made = None if cls is None else Constructor(name, kind, cls, self._chosen(kind, name, cls))
             self._made[kind, name] = made
         return self._made[kind, name]

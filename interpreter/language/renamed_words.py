@@ -39,10 +39,10 @@ def find_renamed_field(constructor: str, name: str) -> str | None:
     return FIELDS_OF.get(constructor, {}).get(name) or FIELDS.get(name)
 
 
-def present_name(word: str) -> str | None:
-    """Return the present name of an earlier constructor, kind or field, or None."""
+def present_names() -> dict[str, str]:
+    """Return the present name of every earlier constructor, kind and field."""
     fields = {old: new for table in FIELDS_OF.values() for old, new in table.items()}
-    return CONSTRUCTORS.get(word) or KINDS.get(word) or fields.get(word)
+    return fields | KINDS | CONSTRUCTORS
 
 
 def remedy(new: str) -> Remedy:

@@ -144,7 +144,7 @@ class Server(LanguageServer):
         except (BrokenPipeError, KeyboardInterrupt, SystemExit):  # by its `exit`, the exit status is that of `serve`
             pass
         finally:
-            self.shutdown()  # type: ignore[no-untyped-call]
+            self.shutdown()  # type: ignore[no-untyped-call]  # pygls does not annotate it
 
     async def _handle(self, messages: Iterator[Message]) -> None:
         loop = asyncio.get_running_loop()

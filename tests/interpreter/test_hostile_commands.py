@@ -90,7 +90,7 @@ def bomb(suffix: str, what: str) -> bytes:
 
 
 def made_bytes(write: Callable[[Path], object]) -> bytes:
-    """What a maker of files writes."""
+    """Return the bytes that a maker of hostile files writes to the path that it is given."""
 
     class Sink:
         data = b""
@@ -99,7 +99,7 @@ def made_bytes(write: Callable[[Path], object]) -> bytes:
             self.data = data
 
     sink = Sink()
-    write(sink)  # type: ignore[arg-type]
+    write(sink)  # type: ignore[arg-type]  # it only calls `write_bytes` of a path
     return sink.data
 
 

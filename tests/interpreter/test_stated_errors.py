@@ -293,7 +293,7 @@ metric   heat = dissipation(b)
 
 @pytest.mark.slow
 def test_a_body_that_relaxes_states_errors_of_cells_and_steps() -> None:
-    """In small strain it stated none. Truth: cells and steps of an eighth, of which a sixtieth of the error is left."""
+    """Small strain had no stated error before. Truth: an eighth of cell and step, with a sixtieth of the error left."""
     scene = softmark.loads(RELAXING)
     report = run_scene(scene.scene, list(scene.warnings), RunOptions(draw=False, stated=()))
     finer = softmark.loads(RELAXING.replace("10 mm)\nprobe", "1.25 mm)\nprobe").replace("step = 1 s", "step = 0.125 s"))

@@ -337,7 +337,7 @@ def test_a_scene_without_states_pays_nothing() -> None:
 
 @pytest.mark.parametrize("kind", ["load", "support"])
 def test_whatever_has_a_course_says_that_it_may_be_that_of_states(kind: str) -> None:
-    """What `dsl explain` says of the field, where every load and support takes `amplitude = per_state`."""
+    """The page of each load and support that takes `amplitude = per_state` says so at the field."""
     known = (CATALOGUE.constructor(kind, name) for name in CATALOGUE[kind])
     amplitudes = {c.name: field for c in known if c is not None and (field := c.field("amplitude")) is not None}
     assert len(amplitudes) >= 2

@@ -199,7 +199,7 @@ def test_an_outcome_is_json_and_has_what_a_point_needs() -> None:
 
 
 def test_without_metrics_that_compare_every_probe_is_held_against_every_theory() -> None:
-    """The same number as `relative_l2_error` gives, under a name of its own."""
+    """A scene without a metric gets the number of `relative_l2_error` under an automatic name."""
     without = BEAM.replace("metric   eta    = relative_l2_error(axis, against = theory)", "")
     asked, automatic = (
         configuration_task.perform(beam_tasks("n=4", text)[0]).point["errors"] for text in (BEAM, without)

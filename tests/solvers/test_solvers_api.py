@@ -147,7 +147,10 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         lambda: sm.Solid(BOX.mesh("hex8", 0.01), sm.material("neo_hookean", young=1.0, poisson=0.5, density=1.0)),
         "infinite bulk modulus",
     ),
-    "strain": (lambda: sm.Solid(BOX.mesh("hex8", 0.01), GEL, "large"), "unknown strain 'large'"),  # type: ignore[arg-type]
+    "strain": (
+        lambda: sm.Solid(BOX.mesh("hex8", 0.01), GEL, "large"),  # type: ignore[arg-type]  # wrong on purpose
+        "unknown strain 'large'",
+    ),
     "selective": (lambda: sm.Solid(BOX.mesh("tet4", 0.01), GEL, integration="selective"), "only for hex8"),
     "inside out": (lambda: of(CELL, ONE[:, [1, 0, 2, 3]]), "1 of 1 cells are flat or inverted"),
     "flat": (lambda: of(CELL * [1, 1, 0]), "1 of 1 cells are flat"),
@@ -177,7 +180,10 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "facets": (lambda: sm.pressure(solid(), 1.0, solid().nodes(end)), r"\(f, 4\)"),
     "integrator": (lambda: sm.march(solid(), [], [], 1.0, 0.1, "euler"), "unknown integrator 'euler'"),
     "step": (lambda: sm.march(solid(), [], [], 1.0, 0.0), "must be positive"),
-    "courses": (lambda: sm.march(solid(), [], [], 1.0, 0.1, amplitudes=[object()]), "1 amplitudes for 0 loads"),  # type: ignore[list-item]
+    "amplitudes": (
+        lambda: sm.march(solid(), [], [], 1.0, 0.1, amplitudes=[object()]),  # type: ignore[list-item]  # on purpose
+        "1 amplitudes for 0 loads",
+    ),
 }
 
 

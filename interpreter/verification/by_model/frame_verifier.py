@@ -121,13 +121,13 @@ class DeformedNetwork:
                         integrate_hats(s, 0.0, member.length, lambda at: member.section_at(at).area), w
                     )
                 case LineForce(begin=begin, end=end, force=q):
-                    if frame_selection.line(self.network, begin, end)[0] == number:  # type: ignore[index]
+                    if frame_selection.line(self.network, begin, end)[0] == number:  # type: ignore[index]  # E345 refuses others
                         low, high = sorted(
                             float(np.dot(np.subtract(p, member.begin), member.axis)) for p in (begin, end)
                         )
                         found[:, :3] = np.outer(integrate_hats(s, low, high), q)
                 case PointLoad(at=at, force=force):
-                    if frame_selection.locate_on_member(self.network, at)[0] == number:  # type: ignore[index]
+                    if frame_selection.locate_on_member(self.network, at)[0] == number:  # type: ignore[index]  # E345 refuses others
                         here = float(np.dot(np.subtract(at, member.begin), member.axis))
                         found[:, :3] = np.outer([np.interp(here, s, row) for row in np.eye(len(X))], force)
                 case MomentLoad(where=where, moment=moment):
