@@ -6,7 +6,7 @@ from softmark.interpreter.language.compiled_scene import RIGID, Declared, Scene,
 from softmark.interpreter.language.expectation_conditions import find_metrics
 from softmark.interpreter.metrics.metric_base import ForceMetric
 from softmark.interpreter.results.declarations import DeclaredName, DeclaredNames
-from softmark.interpreter.vocabulary.load_words import Gravity
+from softmark.interpreter.vocabulary.loads.body_force import Gravity
 from softmark.interpreter.vocabulary.support_words import Symmetric
 
 SUMS = ("N", "N*m", "J", "m^2", "m^3")  # quantities that are summed over the modelled part of a symmetric body

@@ -11,7 +11,8 @@ from softmark.interpreter.language.spatial_profiles import Profile
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.cross_section_coverage import end_frame, end_of
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import BodyForce, SurfaceTraction
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.references.graded_bar import PulledBar
 from softmark.references.straight_cantilever import NotApplicable

@@ -8,7 +8,7 @@ from typing import Any
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.cross_section_coverage import end_frame, end_of
-from softmark.interpreter.vocabulary.load_words import BodyForce
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.references.straight_cantilever import ALIGNMENT, Cantilever, Disc, NotApplicable, Rectangle, Ring
 from softmark.solvers.mesh.shapes import Box, Cylinder

@@ -13,7 +13,8 @@ from softmark.interpreter.language.compiled_scene import Declared, Location, Sce
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE, RELATIVE_TOLERANCE, Condition, Term
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic, Static
-from softmark.interpreter.vocabulary.load_words import BodyForce, PointForce
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.point_force import PointForce
 from softmark.interpreter.vocabulary.self_contact_words import SelfContact, Tied
 from softmark.interpreter.vocabulary.support_words import Drain, ElasticFoundationSupport, InPlane, OnAxis, RigidPlate
 from softmark.records import dataclass

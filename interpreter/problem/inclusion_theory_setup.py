@@ -10,7 +10,8 @@ from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.conforming_mesh import cuts_for
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import PressureLoad, RemoteStress
+from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
+from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
 from softmark.interpreter.vocabulary.support_words import Symmetric
 from softmark.records import dataclass
 from softmark.references.inclusion import Hookean, RoundCore

@@ -11,7 +11,7 @@ from softmark.interpreter.problem.inclusion_theory_setup import (
 )
 from softmark.interpreter.problem.rubber_constants import rubber_of
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import PressureLoad
+from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
 from softmark.references.rubber_inflation import BlownBall
 from softmark.references.straight_cantilever import NotApplicable
 

@@ -16,7 +16,9 @@ from softmark.interpreter.results.reaction_results import ContactNumbers as Touc
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import PressureLoad, RemoteStress, SurfaceTraction
+from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
+from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
+from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.self_contact_words import REACH, SelfContact
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Symmetric
 from softmark.records import dataclass

@@ -14,7 +14,7 @@ from softmark.interpreter.problem.relaxation_theory_setup import driven_by
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
-from softmark.interpreter.vocabulary.load_words import SurfaceTraction
+from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.support_words import Drained, Holding, RigidPlate
 from softmark.records import dataclass
 from softmark.references.confined_compression import Permeability, PressedColumn

@@ -13,7 +13,7 @@ from softmark.interpreter.problem.cross_section_coverage import end_frame, end_o
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, Smooth, Table, at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
-from softmark.interpreter.vocabulary.load_words import SurfaceTraction
+from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.references.prony import Amplitude, AmplitudeSegment, RelaxingBar
 from softmark.references.straight_cantilever import NotApplicable

@@ -15,7 +15,7 @@ from softmark.interpreter.problem.contact_theory_setup import (
     face_of,
     rigid_displacement,
 )
-from softmark.interpreter.vocabulary.load_words import SurfaceTraction
+from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.references.signorini import StoppedBar
 from softmark.references.straight_cantilever import NotApplicable, Vector
 from softmark.solvers.mesh.rigid_shapes import HalfSpace

@@ -10,7 +10,10 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case, Fault
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, PointLoad, RemoteStress
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
+from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
 from softmark.interpreter.vocabulary.support_words import Displaced, Rotated, Symmetric
 from softmark.solvers.mesh.rigid_shapes import HalfSpace
 

@@ -8,7 +8,9 @@ from typing import Any
 from softmark.interpreter.problem.beam_theory_setup import clamped_end
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import BodyForce, PointLoad, TendonLoad
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
+from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
 from softmark.references.straight_cantilever import Disc, NotApplicable, Rectangle, Ring
 from softmark.references.tendon_driven_rod import DrivenRod, TendonRoute
 from softmark.solvers.mesh.shape import Vector3, add_multiples, cross

@@ -12,7 +12,10 @@ from softmark.interpreter.language.compiled_scene import Declared, Location, Sce
 from softmark.interpreter.language.coordinate_conditions import Condition, Point
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case, Fault, case_for, describe_extent
-from softmark.interpreter.vocabulary.load_words import MomentLoad, PressureLoad, RemoteStress, SurfaceTraction
+from softmark.interpreter.vocabulary.loads.moment import MomentLoad
+from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
+from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
+from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.references.measured_curve import CurveFromFile
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.surface_bodies import SurfaceBody

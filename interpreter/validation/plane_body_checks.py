@@ -29,14 +29,12 @@ from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.contact_words import RigidContactPair
-from softmark.interpreter.vocabulary.load_words import (
-    BodyForce,
-    LineForce,
-    MomentLoad,
-    PointLoad,
-    RemoteStress,
-    SurfaceTraction,
-)
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.moment import MomentLoad
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
+from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
+from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.probe_words import Line, Point
 from softmark.interpreter.vocabulary.support_words import Displaced, Rotated, Symmetric
 from softmark.solvers.elements.plane import PLANE

@@ -29,7 +29,8 @@ from softmark.interpreter.validation.dynamic_contact_checks import metric_faults
 from softmark.interpreter.validation.reference_checks import check_comparisons
 from softmark.interpreter.validation.refinement_checks import check_refinements as doubts_of_refined
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.interpreter.vocabulary.probe_words import MeshNodes
 from softmark.interpreter.vocabulary.support_words import Symmetric
 from softmark.references.measured_curve import CurveFromFile

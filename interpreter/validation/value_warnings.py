@@ -20,7 +20,7 @@ from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.planning.run_plan import find_needed
 from softmark.interpreter.vocabulary.amplitude_words import PerState
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
-from softmark.interpreter.vocabulary.load_words import BodyForce
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.support_words import ElasticFoundationSupport, Symmetric
 
 LIGHTEST, HEAVIEST = 10.0, 30_000.0  # kg/m^3: a light foam, and more than osmium

@@ -75,13 +75,11 @@ def is_statically_determinate(case: Case, metric: Metric | None) -> bool:
     """
     from softmark.interpreter.metrics.force import Force
     from softmark.interpreter.vocabulary.analysis_words import Dynamic
-    from softmark.interpreter.vocabulary.load_words import (
-        BodyForce,
-        LineForce,
-        PointLoad,
-        RemoteStress,
-        SurfaceTraction,
-    )
+    from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+    from softmark.interpreter.vocabulary.loads.line_force import LineForce
+    from softmark.interpreter.vocabulary.loads.point_force import PointLoad
+    from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
+    from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 
     if not isinstance(metric, Force) or metric.measured_from is not None or isinstance(case.analysis, Dynamic):
         return False

@@ -48,7 +48,8 @@ from softmark.interpreter.verification.probe_errors import TRIFLE, Floats, NoErr
 from softmark.interpreter.verification.selection_error import selection_errors
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
-from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.deformed_mesh import NodalDisplacementField

@@ -21,15 +21,13 @@ from softmark.interpreter.problem.mesh_group_conditions import facet_membership,
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import settled_borders, split_by_sides
 from softmark.interpreter.verification.cell_materials_check import split_by_material
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
-from softmark.interpreter.vocabulary.load_words import (
-    BodyForce,
-    LineForce,
-    MomentLoad,
-    PointLoad,
-    PressureLoad,
-    RemoteStress,
-    SurfaceTraction,
-)
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.moment import MomentLoad
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
+from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
+from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
+from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.records import dataclass
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import Floats, Ints

@@ -15,7 +15,8 @@ from scipy.sparse import coo_array
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
-from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import Floats, Ints
 from softmark.solvers.mesh.element_interpolation import locate_points

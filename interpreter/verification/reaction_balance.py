@@ -23,7 +23,10 @@ from softmark.interpreter.models.postprocessing.reaction_and_work import forces_
 from softmark.interpreter.results.reaction_results import Reaction
 from softmark.interpreter.verification.load_forces_check import MOST_UNSURE
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
-from softmark.interpreter.vocabulary.load_words import MomentLoad, PressureLoad, RemoteStress, SurfaceTraction
+from softmark.interpreter.vocabulary.loads.moment import MomentLoad
+from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
+from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
+from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.self_contact_words import Tied
 from softmark.solvers.independent_forces.solid_forces import EPS, Floats
 

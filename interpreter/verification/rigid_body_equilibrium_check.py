@@ -12,7 +12,7 @@ import numpy as np
 
 from softmark.interpreter.verification.contact_forces_check import contact_forces
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
-from softmark.interpreter.vocabulary.load_words import BodyForce
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared_model import DeformedMesh

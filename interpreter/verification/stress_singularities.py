@@ -25,7 +25,8 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.grid_convergence import HOPELESS
 from softmark.interpreter.verification.probe_errors import NoErrorEstimate, ProbeResultUnderTest
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
-from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.solvers.mesh.nearest_points import build_point_search
 from softmark.solvers.mesh.plane_boundary import is_on_border
 

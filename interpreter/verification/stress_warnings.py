@@ -19,7 +19,8 @@ from softmark.interpreter.metrics.tensor_metrics import TensorMetric, stress_fie
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.models.shared.prepared_model import Prepared
 from softmark.interpreter.problem.solution import View
-from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 
 if TYPE_CHECKING:
     from softmark.interpreter.verification.surface_traction_check import TractionMismatch

@@ -11,16 +11,14 @@ from softmark.interpreter.vocabulary.amplitude_words import PerState, Pulse, Ram
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic, Static
 from softmark.interpreter.vocabulary.body_words import Axisymmetric, BeamNetwork, PlaneStrain, PlaneStress, Rigid, Solid
 from softmark.interpreter.vocabulary.contact_words import RigidContactPair
-from softmark.interpreter.vocabulary.load_words import (
-    Gravity,
-    LineLoad,
-    PointForce,
-    Pressure,
-    RemoteStressLoad,
-    Tendon,
-    Torque,
-    Traction,
-)
+from softmark.interpreter.vocabulary.loads.body_force import Gravity
+from softmark.interpreter.vocabulary.loads.line_force import LineLoad
+from softmark.interpreter.vocabulary.loads.moment import Torque
+from softmark.interpreter.vocabulary.loads.point_force import PointForce
+from softmark.interpreter.vocabulary.loads.pressure import Pressure
+from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStressLoad
+from softmark.interpreter.vocabulary.loads.surface_traction import Traction
+from softmark.interpreter.vocabulary.loads.tendon import Tendon
 from softmark.interpreter.vocabulary.probe_words import Line, Markers, MeshNodes, Point, Surface, Volume
 from softmark.interpreter.vocabulary.published_words import Column
 from softmark.interpreter.vocabulary.region_words import BodyGroup, BodyPart

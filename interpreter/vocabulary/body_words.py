@@ -8,7 +8,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any
 
-from softmark.interpreter.vocabulary.load_words import HasMaterial
+from softmark.interpreter.vocabulary.values_in_states import HasMaterial
 from softmark.records import dataclass
 
 if TYPE_CHECKING:

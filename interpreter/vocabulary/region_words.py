@@ -10,7 +10,7 @@ from functools import cache
 from typing import Annotated, Any
 
 from softmark.interpreter.language.coordinate_conditions import Condition
-from softmark.interpreter.vocabulary.load_words import HasMaterial
+from softmark.interpreter.vocabulary.values_in_states import HasMaterial
 from softmark.records import dataclass
 
 

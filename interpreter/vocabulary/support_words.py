@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
-from softmark.interpreter.vocabulary.load_words import in_state_of_value, scale_field
+from softmark.interpreter.vocabulary.values_in_states import in_state_of_value, scale_field
 from softmark.records import dataclass
 
 if TYPE_CHECKING:

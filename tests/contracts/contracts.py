@@ -41,17 +41,15 @@ from softmark.interpreter.validation.scene_loader import load_scene
 from softmark.interpreter.verification.by_model import verifier_of
 from softmark.interpreter.verification.by_model.verifier import Verifier
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
-from softmark.interpreter.vocabulary.load_words import (
-    BodyForce,
-    LineForce,
-    Load,
-    MomentLoad,
-    PointLoad,
-    PressureLoad,
-    RemoteStress,
-    SurfaceTraction,
-    TendonLoad,
-)
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.load import Load
+from softmark.interpreter.vocabulary.loads.moment import MomentLoad
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
+from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
+from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
+from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
+from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
 from softmark.interpreter.vocabulary.support_words import Support
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism, Section, Shape, Swept, transverse

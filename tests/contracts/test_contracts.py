@@ -41,7 +41,8 @@ from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.interpreter.verification.by_model.verifier import Verifier
 from softmark.interpreter.vocabulary import LOADS, PROBES, SUPPORTS
 from softmark.interpreter.vocabulary.analysis_words import EXPLICIT
-from softmark.interpreter.vocabulary.load_words import BodyForce, Load
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.load import Load
 from softmark.records import dataclass
 from softmark.references import REFERENCES
 from softmark.references.reference_base import How, Reference

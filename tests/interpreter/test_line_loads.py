@@ -8,7 +8,7 @@ import pytest
 import softmark
 from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.verification.point_and_line_loads_check import along_line
-from softmark.interpreter.vocabulary.load_words import LineForce
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
 from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.mesh.mesh_line import find_face_crossings, integrate_along

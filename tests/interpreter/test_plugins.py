@@ -283,7 +283,8 @@ TWIST = (
     )
     + '''
 from typing import Any
-from softmark.interpreter.vocabulary.load_words import Load, MomentLoad
+from softmark.interpreter.vocabulary.loads.load import Load
+from softmark.interpreter.vocabulary.loads.moment import MomentLoad
 
 
 @dataclass(frozen=True)

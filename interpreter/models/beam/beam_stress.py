@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
 from softmark.records import dataclass
 from softmark.solvers.energies.rod_rotation import interpolate_rotation, rotation
 from softmark.solvers.mesh.mesh import Floats

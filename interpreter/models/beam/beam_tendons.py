@@ -11,7 +11,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.vocabulary.load_words import TendonLoad
+from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.rod_guides import GuidedTendon
 from softmark.solvers.energies.rod_state import chain_elements

@@ -12,7 +12,10 @@ from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.results.run_report import ModelKind
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, MomentLoad, PointLoad
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.moment import MomentLoad
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Pinned
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import cross

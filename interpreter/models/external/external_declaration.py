@@ -12,7 +12,7 @@ from softmark.interpreter.models.external.external_program import ExternalModel
 from softmark.interpreter.models.external.problem_transfer import Reason
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.shared.model_declaration import Model
-from softmark.interpreter.vocabulary.load_words import LineForce
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
 from softmark.records import dataclass
 from softmark.solvers.materials import MATERIALS
 

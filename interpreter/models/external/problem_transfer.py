@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Static
-from softmark.interpreter.vocabulary.load_words import MomentLoad, PressureLoad, TendonLoad
+from softmark.interpreter.vocabulary.loads.moment import MomentLoad
+from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
+from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
 from softmark.solvers.materials import WORDS
 
 if TYPE_CHECKING:

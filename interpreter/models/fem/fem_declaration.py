@@ -16,7 +16,8 @@ from softmark.interpreter.problem.conforming_mesh import Cuts, cuts_of, graded_c
 from softmark.interpreter.problem.deflection_estimates import bending_angle
 from softmark.interpreter.results.run_report import ModelKind
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import HasMaterial, LineForce
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.values_in_states import HasMaterial
 from softmark.records import dataclass
 from softmark.solvers.elements import WORDS, find_element, unknown_element_error
 

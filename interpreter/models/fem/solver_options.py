@@ -11,7 +11,8 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem import conforming_mesh
 from softmark.interpreter.problem.body_case import other_body
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import MomentLoad, PressureLoad
+from softmark.interpreter.vocabulary.loads.moment import MomentLoad
+from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
 from softmark.solvers.elements import ELEMENTS, PLANE
 
 if TYPE_CHECKING:

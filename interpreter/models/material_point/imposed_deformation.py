@@ -14,7 +14,7 @@ from functools import lru_cache
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.problem.body_case import Case, Fault, fault
-from softmark.interpreter.vocabulary.load_words import SurfaceTraction
+from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism, RoundPrism, Shape
 from softmark.solvers.mesh.shapes import Box

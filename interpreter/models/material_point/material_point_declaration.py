@@ -9,7 +9,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.body_case import Fault
-from softmark.interpreter.vocabulary.load_words import SurfaceTraction
+from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Symmetric
 from softmark.records import dataclass
 

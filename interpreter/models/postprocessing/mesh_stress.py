@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh, Solution
 from softmark.interpreter.results.state_results import Moment
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import in_state_of_value
+from softmark.interpreter.vocabulary.values_in_states import in_state_of_value
 from softmark.records import dataclass
 
 if TYPE_CHECKING:

@@ -21,8 +21,9 @@ from softmark.interpreter.models.shared.solid_dynamics import (
 )
 from softmark.interpreter.problem.body_case import Case, Touch
 from softmark.interpreter.results.even_thinning import pick_evenly
-from softmark.interpreter.vocabulary.load_words import BodyForce, PointLoad
-from softmark.interpreter.vocabulary.load_words import MomentLoad as Moment
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.moment import MomentLoad as Moment
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.contact.free_rigid_bodies import FreeBodyChart, FreeRigidBody, make_contact_with_free_body

@@ -15,16 +15,14 @@ from softmark.interpreter.models.shared.material_regions import regions_by_mater
 from softmark.interpreter.problem.body_case import Case, fault
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import LoadedSurface
 from softmark.interpreter.problem.symmetry_planes import must_not_act_on_axis, must_not_act_on_plane, must_not_turn_half
-from softmark.interpreter.vocabulary.load_words import (
-    BodyForce,
-    LineForce,
-    MomentLoad,
-    PointLoad,
-    PressureLoad,
-    RemoteStress,
-    SurfaceTraction,
-    Vector3,
-)
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.load import Vector3
+from softmark.interpreter.vocabulary.loads.moment import MomentLoad
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
+from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
+from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
+from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.external_loads import DeadForces, FaceMoment, FollowerPressure
 from softmark.solvers.mesh.element_interpolation import Integration, locate_points

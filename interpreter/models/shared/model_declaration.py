@@ -15,16 +15,14 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.conforming_mesh import cuts_of
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import (
-    BodyForce,
-    LineForce,
-    MomentLoad,
-    PointLoad,
-    PressureLoad,
-    RemoteStress,
-    SurfaceTraction,
-    TendonLoad,
-)
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.moment import MomentLoad
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
+from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
+from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
+from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
+from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
 from softmark.interpreter.vocabulary.support_words import Holding, Pinned, RigidPlate
 
 if TYPE_CHECKING:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from softmark.interpreter.problem.body_case import Touch
-from softmark.interpreter.vocabulary.load_words import BodyForce, PointLoad
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.solvers.contact.rigid_mass_properties import mass_properties_of
 from softmark.solvers.contact.signed_distance import gap_of
 

@@ -12,14 +12,12 @@ from numpy.typing import NDArray
 from softmark.interpreter.problem.body_case import Case, Fault, Touch, fault
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import find_loaded_surface
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import (
-    BodyForce,
-    LineForce,
-    PointLoad,
-    PressureLoad,
-    RemoteStress,
-    SurfaceTraction,
-)
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
+from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
+from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
+from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.records import dataclass
 from softmark.solvers.contact.barrier_law import Barrier
 from softmark.solvers.contact.rigid_contact import RigidContact, node_areas

@@ -16,16 +16,14 @@ from softmark.interpreter.problem.surface_selection.exact_surface import limit_o
 from softmark.interpreter.problem.surface_selection.facet_patches import Floats
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import LoadedSurface
 from softmark.interpreter.results.load_results import Resultant, Vector, to_vector
-from softmark.interpreter.vocabulary.load_words import (
-    BodyForce,
-    LineForce,
-    MomentLoad,
-    PointLoad,
-    PressureLoad,
-    RemoteStress,
-    SurfaceTraction,
-    TendonLoad,
-)
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.moment import MomentLoad
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
+from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
+from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
+from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
+from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
 from softmark.solvers.elements import WORDS, find_element
 from softmark.solvers.mesh.boolean_shapes import Combined
 

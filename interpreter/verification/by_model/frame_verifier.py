@@ -29,7 +29,10 @@ from softmark.interpreter.verification.probe_errors import NoErrorEstimate
 from softmark.interpreter.verification.reaction_balance import sum_by_support
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
-from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, MomentLoad, PointLoad
+from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.moment import MomentLoad
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.interpreter.vocabulary.support_words import Pinned
 from softmark.records import dataclass
 from softmark.solvers.independent_forces.rod_forces import CheckedRod

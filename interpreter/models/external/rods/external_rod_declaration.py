@@ -13,7 +13,9 @@ from softmark.interpreter.models.external.problem_transfer import Reason, unsupp
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.cross_section_coverage import selects_whole_sections
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad, TendonLoad
+from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.point_force import PointLoad
+from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism
 
@@ -107,7 +109,8 @@ class ExternalRod(ExternalModel):
 
     def _of_loads(self, case: Case) -> Iterator[Reason]:
         from softmark.interpreter.models.beam.beam_declaration import axis_station
-        from softmark.interpreter.vocabulary.load_words import BodyForce, SurfaceTraction
+        from softmark.interpreter.vocabulary.loads.body_force import BodyForce
+        from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 
         for load in case.loads:
             action = load.thing.action

@@ -1,0 +1,216 @@
+"""Base classes of loads: `Load`, which a scene declares, and `Action`, the way in which a load acts on a body.
+
+A load is one file of this package and one line of the table `LOADS`. It holds the words of the scene, its forces on a
+solid, a second formula for these forces, its resultant, and what it requires of planes, axes and symmetry. Models,
+checks and reports ask the load for these and name no kind of load; only models of beams, networks and single points,
+and references of one theory, list the actions that they support, and refuse all others.
+
+Forces are written with the operations of `SolidForces` (models/shared/load_setup.py) and, in a second form, of
+`IndependentForces` (verification/load_forces_check.py). Both integrate over regions, varying density, partly selected
+facets and rings of bodies of revolution.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
+
+from softmark.interpreter.vocabulary.values_in_states import in_state_of_value, scale_field
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from softmark.solvers.energies.energy import Energy
+
+    Floats = NDArray[Any]
+
+Vector3 = tuple[float, float, float]
+Matrix3 = tuple[Vector3, Vector3, Vector3]
+Push = "Callable[[Floats], Floats]"  # forces (..., 3), N, on outward area vectors (..., 3), m^2
+Reason = tuple[str, str, str, str]  # why a load is refused: field at fault ("" for all), problem, label and help
+
+AMPLITUDE = "amplitude over time or from state to state; default: full load from the start"
+NOTHING: Vector3 = (0.0, 0.0, 0.0)
+
+
+class SolidForces(Protocol):
+    """Operations that turn loads into nodal forces of a solid mesh; the solver uses them."""
+
+    small: bool  # small strain: loads act on the undeformed body
+
+    def mass_forces(self, constant: Vector3, gradient: Matrix3 | None = None) -> Energy:
+        """Return the energy of a force per mass `constant + gradient x`, m/s^2, in the current positions x, m."""
+
+    def area_forces(self, where: Any, push: Push, linear: bool) -> Energy:
+        """Return dead forces on the selected surface, from area vectors; `linear` if `push` is linear in them."""
+
+    def follower_pressure(self, where: Any, pressure: float) -> Energy:
+        """Return the energy of a pressure, Pa, on the selected part of the deformed surface."""
+
+    def surface_moment(self, where: Any, moment: Vector3) -> Energy:
+        """Return the energy of a moment, N m, on the selected part of the surface."""
+
+    def point_force(self, at: Vector3, force: Vector3) -> Energy:
+        """Return the energy of a dead force, N, at a material point, m."""
+
+    def line_force(self, begin: Vector3, end: Vector3, force: Vector3) -> Energy:
+        """Return the energy of a dead force per length, N/m, along a straight line, m."""
+
+
+class IndependentForces(Protocol):
+    """The same operations by other formulas, for verification: nodal forces (n, 3), N, and their uncertainty, N."""
+
+    small: bool
+
+    def mass_forces(self, constant: Vector3, gradient: Matrix3 | None = None) -> tuple[Floats, float]:
+        """Return the forces of a force per mass `constant + gradient x`, m/s^2."""
+
+    def area_forces(self, where: Any, push: Push, linear: bool = False, deformed: bool = False) -> tuple[Floats, float]:
+        """Return the forces on the selected surface, as it is undeformed, or as it is now."""
+
+    def surface_moment(self, where: Any, moment: Vector3) -> tuple[Floats, float]:
+        """Return the forces of a moment, N m, on the selected part of the surface."""
+
+    def point_force(self, at: Vector3, force: Vector3) -> tuple[Floats, float]:
+        """Return the forces of a force, N, at a material point, m."""
+
+    def line_force(self, begin: Vector3, end: Vector3, force: Vector3) -> tuple[Floats, float]:
+        """Return the forces of a force per length, N/m, along a straight line, m."""
+
+
+class ExactBody(Protocol):
+    """The body of a scene, without a mesh, on which exact resultants are computed."""
+
+    def mass(self) -> float | None:
+        """Return the mass of a homogeneous body, kg; None if it varies or is not known."""
+
+    def area(self, where: Any) -> tuple[float, Vector3] | None:
+        """Return the selected area, m^2, and its area vector, m^2; None if they are not known exactly."""
+
+
+class BodySize(Protocol):
+    """The size of a meshed body, for orders of magnitude of forces."""
+
+    def mass(self) -> float:
+        """Return the mass, kg, with the largest density."""
+
+    def area(self, where: Any) -> float:
+        """Return the selected area, m^2."""
+
+
+class Action:
+    """How a load acts on a body. The defaults refuse: each kind of load defines what it supports.
+
+    An action that a solid can carry derives from `SolidAction`.
+    """
+
+    dead: ClassVar[bool] = False  # forces do not depend on the deformation
+    conservative: ClassVar[bool] = False  # forces have an energy, so that the tangent is symmetric
+    balanced: ClassVar[bool] = False  # its forces and moments sum to zero
+    unsupported: ClassVar[tuple[str, str] | None] = None  # label and help where a model does not support it
+    in_dynamics: ClassVar[str] = ""  # why it is refused in dynamic analyses
+
+    @property
+    def surface(self) -> Any:
+        """Condition that selects the loaded part of the surface; None if it acts elsewhere."""
+        return None
+
+    @property
+    def points(self) -> tuple[tuple[str, Vector3], ...]:
+        """Points at which it is singular, m, with their fields: one of a point force, the ends of a line of force."""
+        return ()
+
+    @property
+    def vector(self) -> Vector3:
+        """Its constant direction, with any size; zero if it has none."""
+        return NOTHING
+
+    @property
+    def moment_vector(self) -> Vector3 | None:
+        """Moment without a resultant force, N m; None for all others."""
+        return None
+
+    def plane_fault(self) -> Reason | None:
+        """Return the reason why a plane body, in the plane of x and y, cannot carry it, or None."""
+        if not self.vector[2]:
+            return None
+        return (
+            "",
+            "pulls a plane body out of its plane",
+            "it has a component along z",
+            "remove the z component: the plane is that of x and y",
+        )
+
+    def axial_fault(self, body: str) -> Reason | None:
+        """Return the reason why a body of revolution about the y axis cannot carry it, or None."""
+        return None
+
+    def mirror_fault(self, axis: int, place: float, plane: str) -> Reason | None:
+        """Return the reason why it is not symmetric about the plane x_axis = place, m, or None."""
+        return None
+
+    def exact_resultant(self, body: ExactBody) -> tuple[Vector3 | None, float | None]:
+        """Return the exact resultant force, N, and the loaded area, m^2; None for what is not known."""
+        return None, None
+
+    def size(self, body: BodySize) -> float:
+        """Return the order of magnitude of its resultant force, N; 0 if it has none."""
+        return 0.0
+
+    def on_rigid_body(self, mass: float) -> tuple[Vector3, Vector3 | None, Vector3] | None:
+        """Return force, N, point, m (None: the centre of mass), and moment, N m, on a rigid body of a mass, kg.
+
+        None if it does not act on rigid bodies.
+        """
+        return None
+
+
+class SolidAction(Action):
+    """An action that every model of a solid supports: it has forces, and a second formula for them."""
+
+    def solid_energy(self, solid: SolidForces) -> Energy:
+        """Return the energy of the load on a solid mesh, at full size."""
+        raise NotImplementedError(f"{type(self).__name__} has no forces on a solid")
+
+    def independent_forces(self, check: IndependentForces) -> tuple[Floats, float]:
+        """Return its nodal forces (n, 3), N, by other formulas, and their uncertainty, N."""
+        raise NotImplementedError(f"{type(self).__name__} has no independent forces")
+
+
+class SurfaceAction(SolidAction):
+    """An action on a part of the surface, which the field `where` selects."""
+
+    where: Any
+
+    @property
+    def surface(self) -> Any:
+        """Condition that selects the loaded part of the surface."""
+        return self.where
+
+    def traction_on(self, normal: Floats) -> tuple[Floats, float] | None:
+        """Return the traction per undeformed area (3,), Pa, on a face with a unit normal (3,), and follower pressure.
+
+        None if the traction is not given point by point.
+        """
+        return None
+
+
+class Load:
+    """Base class of loads."""
+
+    strength = ""  # name of the field with the size of the load
+    amplitude: Any = None  # amplitude over time, or from state to state
+
+    @property
+    def action(self) -> Any:
+        """Action of the load: an instance of one of the classes above, which models apply."""
+        raise NotImplementedError(f"{type(self).__name__} does not say how it acts")
+
+    def part(self, share: float) -> Self:
+        """Return the load scaled to a fraction of its full size."""
+        less: Self = scale_field(self, self.strength, share)
+        return less
+
+    def in_state(self, number: int, value: float) -> Self:
+        """Return the load in a state of a static analysis, which has this number and value."""
+        now: Self = in_state_of_value(self, value)
+        return now
