@@ -10,10 +10,6 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case, Fault
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.loads.body_force import BodyForce
-from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.point_force import PointLoad
-from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
 from softmark.interpreter.vocabulary.support_words import Displaced, Rotated, Symmetric
 from softmark.solvers.mesh.rigid_shapes import HalfSpace
 
@@ -54,22 +50,12 @@ def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnost
 
 
 def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
-    """Return the error of a load that is not symmetric about a symmetry plane, or None.
-
-    These are gravity normal to it, and tension neither normal nor parallel to it.
-    """
-    normal, action = support.thing.normal, load.thing.action
-    if normal is not None and isinstance(action, RemoteStress) and 0.0 < abs(action.direction[normal[0]]) < 1.0:
-        return diagnostic("E582", load.at("direction"),
-                          f"`{load.name}` pulls obliquely to the plane of symmetry `{support.name}`",
-                          "its mirror image pulls in another direction",
-                          "pull along the plane or normal to it: `direction = +x`")  # fmt: skip
-    if normal is None or not isinstance(action, BodyForce) or not action.acceleration[normal[0]]:
+    """Return the error of a load that is not symmetric about a symmetry plane, or None."""
+    normal = support.thing.normal
+    if normal is None or (reason := load.thing.action.mirror_fault(*normal, support.name)) is None:
         return None
-    way = "xyz"[normal[0]]
-    return diagnostic("E582", load.at(), f"`{load.name}` pulls across the plane of symmetry `{support.name}`",
-                      f"along {way}; its mirror image pulls the other way",
-                      f"use a wall instead of the plane: `fixed(..., components = {way})`")  # fmt: skip
+    field, problem, label, help = reason
+    return diagnostic("E582", load.at(*filter(None, [field])), f"`{load.name}` {problem}", label, help)
 
 
 def led_fault(support: Declared, rigid: Declared, way: Declared) -> Diagnostic | None:
@@ -123,18 +109,18 @@ def start_fault(support: Declared, analysis: Declared) -> Diagnostic | None:
 def point_doubt(support: Declared, load: Declared, bounds: Bounds | None) -> Diagnostic | None:
     """Return a diagnostic for a point force on a symmetry plane: its normal part vanishes, the rest counts half."""
     normal, action = support.thing.normal, load.thing.action
-    if normal is None or bounds is None or not isinstance(action, PointLoad | LineForce):
+    if normal is None or bounds is None or not action.points:
         return None
     axis, place = normal
-    points = (action.at,) if isinstance(action, PointLoad) else (action.begin, action.end)
-    if any(abs(at[axis] - place) > IN_PLANE * max(b - a for a, b in zip(*bounds, strict=True)) for at in points):
+    near = IN_PLANE * max(b - a for a, b in zip(*bounds, strict=True))
+    if any(abs(at[axis] - place) > near for _, at in action.points):
         return None
-    if action.force[axis]:
+    if action.vector[axis]:
         return diagnostic("E582", load.at("vector"),
                           f"`{load.name}` pulls across the plane of symmetry `{support.name}` that it acts in",
                           f"along {'xyz'[axis]}; its mirror image pulls the other way",
                           "make the force lie in the plane")  # fmt: skip
-    return diagnostic("W335", load.at("at" if isinstance(action, PointLoad) else "from"),
+    return diagnostic("W335", load.at(action.points[0][0]),
                       f"`{load.name}` acts in the plane of symmetry `{support.name}`, so half of it belongs to the "
                       "mirror image",
                       "shared with the mirror image",

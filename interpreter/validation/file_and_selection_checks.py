@@ -12,10 +12,6 @@ from softmark.interpreter.language.compiled_scene import Declared, Location, Sce
 from softmark.interpreter.language.coordinate_conditions import Condition, Point
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case, Fault, case_for, describe_extent
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
-from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
-from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
-from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.references.measured_curve import CurveFromFile
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.surface_bodies import SurfaceBody
@@ -142,14 +138,11 @@ def is_cheap_to_read(files: Sequence[str]) -> bool:
 def loads(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors of surface loads that select only interior points."""
     for load in scene.of_kind("load").values():
-        action = load.thing.action
-        if (
-            not isinstance(action, SurfaceTraction | RemoteStress | PressureLoad | MomentLoad)
-            or load.thing.body not in scene.declared
-        ):
+        where = load.thing.action.surface
+        if where is None or load.thing.body not in scene.declared:
             continue
         body = scene.declared[load.thing.body]
-        if body.thing.shape.convex and not _may_meet_surface(action.where, body.thing.shape):
+        if body.thing.shape.convex and not _may_meet_surface(where, body.thing.shape):
             at: Location = load.at("where")
             problem = f"`{load.name}` selects no part of the surface of `{body.name}`"
             spans = describe_extent(*body.thing.shape.bounds)

@@ -29,12 +29,7 @@ from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.contact_words import RigidContactPair
-from softmark.interpreter.vocabulary.loads.body_force import BodyForce
-from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
-from softmark.interpreter.vocabulary.loads.point_force import PointLoad
-from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
-from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
+from softmark.interpreter.vocabulary.loads.load import Reason
 from softmark.interpreter.vocabulary.probe_words import Line, Point
 from softmark.interpreter.vocabulary.support_words import Displaced, Rotated, Symmetric
 from softmark.solvers.elements.plane import PLANE
@@ -101,19 +96,10 @@ def check_actions(scene: Scene) -> Iterator[Diagnostic]:
         if across := [*_check_axisymmetric_actions(scene, declared)]:
             yield from across
             continue
-        if flat and declared.kind == "load" and isinstance(declared.thing.action, MomentLoad):
-            yield diagnostic("E544", declared.at(), f"`{declared.name}` is a moment, which plane bodies do not "
-                                                    "support",
-                             "not for plane bodies", "rotate an edge with `rotated(..., axis = +z)`")  # fmt: skip
-        elif flat and abs(_z_component(declared)) > 0.0:
-            does = "moves" if declared.kind == "support" else "pulls"
-            yield diagnostic(
-                "E544",
-                declared.at(),
-                f"`{declared.name}` {does} a plane body out of its plane",
-                "it has a component along z",
-                "remove the z component: the plane is that of x and y",
-            )
+        reason = _out_of_plane(declared) if flat else None
+        if reason is not None:
+            field, problem, label, help = reason
+            yield diagnostic("E544", declared.at(*filter(None, [field])), f"`{declared.name}` {problem}", label, help)
         elif own in bodies and declared.kind == "load" and _is_off_plane_force(declared.thing.action):
             yield diagnostic("E544", declared.at("at"), f"`{declared.name}` acts outside the plane of `{own}`",
                              "z is not 0", "write z = 0: points of a plane body have z = 0")  # fmt: skip
@@ -157,7 +143,7 @@ def _check_rigid_motion(scene: Scene, rigid: str, body: Declared) -> Iterator[Di
 def _check_axisymmetric_actions(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
     """Refuse gravity across the axis of revolution, symmetry planes not normal to it, and rotated parts."""
     turned = [body.name for body in scene.of_kind("body").values() if body.thing.planar == "axisymmetric"]
-    thing = declared.thing
+    thing, own = declared.thing, declared.value("body")
     if isinstance(thing, Symmetric):
         if thing.body in turned and thing.normal is not None and thing.normal[0] == 0 and thing.normal[1] != 0.0:
             yield diagnostic(
@@ -176,32 +162,14 @@ def _check_axisymmetric_actions(scene: Scene, declared: Declared) -> Iterator[Di
             "not axisymmetric",
             "use a `solid`: the rings of a body of revolution do not tilt",
         )
-    elif declared.value("body") in turned and declared.kind == "load" and _is_oblique_tension(thing.action):
-        yield diagnostic(
-            "E323",
-            declared.at("direction"),
-            f"`{declared.name}` pulls `{thing.body}`, a body of revolution, obliquely to its axis",
-            "neither along x nor along y",
-            "write `direction = +y` to pull along the axis, or `direction = +x` to pull outward all around",
-        )
-    elif turned and declared.kind == "load" and _is_sideways_gravity(thing.action):
-        yield diagnostic("E323", declared.at(), f"`{declared.name}` pulls `{turned[0]}` across its axis",
-                         "not along y", "write `direction = -y`: the axis is y")  # fmt: skip
-
-
-def _is_sideways_gravity(action: Any) -> bool:
-    """Return whether an action is gravity with a component along x or z."""
-    return isinstance(action, BodyForce) and bool(action.acceleration[0] or action.acceleration[2])
-
-
-def _is_oblique_tension(action: Any) -> bool:
-    """Return whether an action is a tension neither along nor across the axis of revolution."""
-    return isinstance(action, RemoteStress) and bool(action.direction[0] and action.direction[1])
+    elif declared.kind == "load" and (own in turned or (own is None and turned)):
+        for field, problem, label, help in filter(None, [thing.action.axial_fault(own or turned[0])]):
+            yield diagnostic("E323", declared.at(*filter(None, [field])), f"`{declared.name}` {problem}", label, help)
 
 
 def _is_off_plane_force(action: Any) -> bool:
     """Return whether an action is a force at a point off the plane."""
-    return isinstance(action, PointLoad) and action.at[2] != 0.0
+    return len(action.points) == 1 and action.points[0][1][2] != 0.0
 
 
 def _out_of_plane_starts(analysis: Any, alone: bool) -> Iterator[str]:
@@ -217,23 +185,21 @@ def _out_of_plane_starts(analysis: Any, alone: bool) -> Iterator[str]:
         yield "spin"
 
 
-def _z_component(declared: Declared) -> float:
-    """Return the component of an action along z."""
+def _out_of_plane(declared: Declared) -> Reason | None:
+    """Return the reason why a load or a support of a plane body is refused, or None."""
     thing = declared.thing
-    if declared.kind == "support":
-        turned = math.hypot(*thing.rotation[:2])  # about an axis in the plane
-        return turned or (float(thing.displacement[2]) if 2 in thing.components else 0.0)
-    match thing.action:
-        case (
-            BodyForce(acceleration=vector)
-            | SurfaceTraction(traction=vector)
-            | PointLoad(force=vector)
-            | LineForce(force=vector)
-        ):
-            return float(vector[2])
-        case RemoteStress(direction=vector):
-            return float(vector[2])
-    return 0.0
+    if declared.kind == "load":
+        fault: Reason | None = thing.action.plane_fault()
+        return fault
+    turned = math.hypot(*thing.rotation[:2])  # about an axis in the plane
+    if not turned and not (2 in thing.components and float(thing.displacement[2])):
+        return None
+    return (
+        "",
+        "moves a plane body out of its plane",
+        "it has a component along z",
+        "remove the z component: the plane is that of x and y",
+    )
 
 
 def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
@@ -263,7 +229,7 @@ def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
             "not for plane bodies",
             "leave it out, and give a `size`",
         )
-    elif (lines := [load for load in case.loads if isinstance(load.thing.action, LineForce)]) and not case.depth:
+    elif (lines := [load for load in case.loads if len(load.thing.action.points) > 1]) and not case.depth:
         yield diagnostic(
             "E543",
             lines[0].at(),
@@ -294,16 +260,6 @@ def _check_axisymmetric_model(thing: Fem, declared: Declared, case: Case) -> Ite
         yield diagnostic("E322", declared.at(), f"`{declared.name}` models a body of revolution, which supports only "
                                                 "static analysis under growing load", "not for axisymmetric bodies",
                          "use `static()`, or a `solid`")  # fmt: skip
-    for load in case.loads:
-        if isinstance(load.thing.action, PointLoad | LineForce):
-            where = "at a point" if isinstance(load.thing.action, PointLoad) else "along a line"
-            yield diagnostic(
-                "E323",
-                load.at(),
-                f"`{load.name}` acts {where} of a body of revolution",
-                "not axisymmetric",
-                "use `traction` on a part of its edge, which acts all around",
-            )
 
 
 def _check_plane_stress_model(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:

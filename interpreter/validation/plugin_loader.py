@@ -50,7 +50,7 @@ TABLES = {  # tables of a plugin: kind of the words, and base class
     "metrics": ("metric", "interpreter.metrics.metric_base", "Metric"),
     "references": ("reference", "references.reference_base", "Reference"),
     "probes": ("probe", "interpreter.vocabulary.probe_words", "Probe"),
-    "loads": ("load", "interpreter.vocabulary.load_words", "Load"),
+    "loads": ("load", "interpreter.vocabulary.loads.load", "Load"),
     "shapes": ("shape", "solvers.mesh.shape", "Shape"),
     "adapters": ("adapter", "interpreter.models.external.adapters", "Program"),
 }
@@ -62,7 +62,7 @@ NEEDED = {  # attributes that a derived class must define itself
     ("interpreter.metrics.metric_base", "ForceMetric"): ("amount", "natural"),
     ("references.reference_base", "Reference"): ("source", "error_meaning"),
     ("interpreter.vocabulary.probe_words", "Probe"): ("stations",),
-    ("interpreter.vocabulary.load_words", "Load"): ("action", "strength"),
+    ("interpreter.vocabulary.loads.load", "Load"): ("action", "strength"),
     ("solvers.mesh.shape", "Shape"): ("mesh", "surface"),
 }
 ADAPTER = ("install", "version", "refuses", "write", "command", "read")  # functions of an adapter file

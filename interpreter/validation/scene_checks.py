@@ -29,8 +29,6 @@ from softmark.interpreter.validation.dynamic_contact_checks import metric_faults
 from softmark.interpreter.validation.reference_checks import check_comparisons
 from softmark.interpreter.validation.refinement_checks import check_refinements as doubts_of_refined
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.interpreter.vocabulary.probe_words import MeshNodes
 from softmark.interpreter.vocabulary.support_words import Symmetric
 from softmark.references.measured_curve import CurveFromFile
@@ -158,9 +156,7 @@ def _check_points_inside(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _points(scene: Scene, declared: Declared) -> list[tuple[str, Point]]:
     """Return the point fields that decide whether a probe or load is inside: for a line in a convex body, its ends."""
     if declared.kind == "load":
-        action = declared.thing.action
-        line = [("from", action.begin), ("to", action.end)] if isinstance(action, LineForce) else []
-        return [("at", action.at)] if isinstance(action, PointLoad) else line
+        return list(declared.thing.action.points)
     stations, ends = declared.thing.stations or (), declared.thing.ends
     if ends is None:
         return [("at", point) for point in stations]

@@ -75,11 +75,6 @@ def is_statically_determinate(case: Case, metric: Metric | None) -> bool:
     """
     from softmark.interpreter.metrics.force import Force
     from softmark.interpreter.vocabulary.analysis_words import Dynamic
-    from softmark.interpreter.vocabulary.loads.body_force import BodyForce
-    from softmark.interpreter.vocabulary.loads.line_force import LineForce
-    from softmark.interpreter.vocabulary.loads.point_force import PointLoad
-    from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
-    from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 
     if not isinstance(metric, Force) or metric.measured_from is not None or isinstance(case.analysis, Dynamic):
         return False
@@ -87,10 +82,7 @@ def is_statically_determinate(case: Case, metric: Metric | None) -> bool:
         return False
     axes = {axis for axis, part in enumerate(metric.along) if part}
     holding = {s.name for s in case.supports if axes & set(getattr(s.thing, "components", (0, 1, 2)))}
-    dead = all(
-        isinstance(load.thing.action, PointLoad | SurfaceTraction | LineForce | BodyForce | RemoteStress)
-        for load in case.loads
-    )
+    dead = all(load.thing.action.dead for load in case.loads)
     return dead and not (holding | {touch.name for touch in case.contacts}) - {metric.of}
 
 

@@ -48,8 +48,6 @@ from softmark.interpreter.verification.probe_errors import TRIFLE, Floats, NoErr
 from softmark.interpreter.verification.selection_error import selection_errors
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
-from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.deformed_mesh import NodalDisplacementField
@@ -168,7 +166,7 @@ class ErrorEstimate(SolutionUnderTest):
                 raise NoErrorEstimate(
                     f"it is evaluated at {place}, where the pressure grows with every mesh refinement"
                 )
-        if not any(isinstance(load.thing.action, PointLoad | LineForce) for load in self.case.loads):
+        if not any(load.thing.action.points for load in self.case.loads):
             return
         from softmark.interpreter.verification.stress_singularities import (
             place_of,

@@ -21,13 +21,7 @@ from softmark.interpreter.problem.mesh_group_conditions import facet_membership,
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import settled_borders, split_by_sides
 from softmark.interpreter.verification.cell_materials_check import split_by_material
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
-from softmark.interpreter.vocabulary.loads.body_force import BodyForce
-from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
-from softmark.interpreter.vocabulary.loads.point_force import PointLoad
-from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
-from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
-from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
+from softmark.interpreter.vocabulary.loads.load import Action, Matrix3, Vector3
 from softmark.records import dataclass
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import Floats, Ints
@@ -49,8 +43,11 @@ MARGIN = 0.1  # relative to its size: how far a curved facet may extend beyond i
 def load_forces(case: Case, mesh: DeformedMesh, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
     """Return nodal forces of all loads (n, 3), N, and their uncertainty, N. Raises NoIndependentFormula."""
     total, unsure = np.zeros_like(mesh.points), 0.0
+    check = IndependentSolidLoads(case, mesh, u, small, mass)
     for load in case.loads:
-        found, left = _load(load.thing.action, case, mesh, u, small, mass)
+        if type(load.thing.action).independent_forces is Action.independent_forces:
+            raise NoIndependentFormula(f"no independent formula is available for the load `{load.name}`")
+        found, left = load.thing.action.independent_forces(check)
         if left > MOST_UNSURE * float(np.abs(found).sum()):
             raise NoIndependentFormula("the border of the loaded area is too complex to be integrated independently")
         total += found
@@ -58,33 +55,53 @@ def load_forces(case: Case, mesh: DeformedMesh, u: Floats, small: bool, mass: st
     return total, unsure
 
 
-def _load(action: Any, case: Case, mesh: DeformedMesh, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
-    match action:
-        case BodyForce(acceleration=g):
-            carried = np.zeros(len(mesh.points))
-            for own, which in split_by_material(case, mesh):
-                body = (mesh.points, mesh.cells[which], mesh.kind)
-                rules = mass_points(own, mesh.mesh, which)
-                carried += solid_forces.nodal_masses(*body, _density(own), mass, len(mesh.points), case.depth, rules)
-            return carried[:, None] * np.array(g), 0.0
-        case SurfaceTraction(traction=traction):
-            t = np.array(traction)
-            return _area_forces(
-                action, case, mesh.mesh, mesh.points, lambda dA: np.linalg.norm(dA, axis=-1)[..., None] * t
-            )
-        case RemoteStress(stress=stress, direction=direction):
-            d = np.array(direction)
-            return _area_forces(action, case, mesh.mesh, mesh.points, lambda dA: (stress * (dA @ d))[..., None] * d)
-        case PressureLoad(pressure=pressure):
-            surface, p = mesh.points if small else mesh.points + u, float(pressure)
-            return _area_forces(action, case, mesh.mesh, surface, lambda dA: -p * dA)
-        case MomentLoad():
-            return _moment_forces(action, case, mesh.mesh, mesh.points if small else mesh.points + u)
-        case PointLoad() | LineForce():
-            from softmark.interpreter.verification import point_and_line_loads_check  # only imported for these loads
+@dataclass(frozen=True)
+class IndependentSolidLoads:
+    """Operations by which a load finds its nodal forces (n, 3), N, and their uncertainty, N, by other formulas.
 
-            return point_and_line_loads_check.point_or_line_forces(action, case, mesh)
-    raise NoIndependentFormula(f"no independent formula is available for loads of the type {type(action).__name__}")
+    `u` (n, 3), m, are the displacements of the nodes. All raise NoIndependentFormula.
+    """
+
+    case: Case
+    mesh: DeformedMesh
+    u: Floats
+    small: bool
+    mass: str
+
+    def mass_forces(self, constant: Vector3, gradient: Matrix3 | None = None) -> tuple[Floats, float]:
+        """Return the forces of a force per mass `constant + gradient x`, m/s^2, in the current positions x, m."""
+        mesh, carried = self.mesh, np.zeros(len(self.mesh.points))
+        for own, which in split_by_material(self.case, mesh):
+            body = (mesh.points, mesh.cells[which], mesh.kind)
+            rules = mass_points(own, mesh.mesh, which)
+            carried += solid_forces.nodal_masses(
+                *body, _density(own), self.mass, len(mesh.points), self.case.depth, rules
+            )
+        return carried[:, None] * np.array(constant), 0.0
+
+    def area_forces(
+        self, where: Condition, push: Callable[[Floats], Floats], linear: bool = False, deformed: bool = False
+    ) -> tuple[Floats, float]:
+        """Return the forces on the selected surface from area vectors, of the undeformed or the deformed surface."""
+        surface = self.mesh.points + self.u if deformed else self.mesh.points
+        return _area_forces(where, linear, self.case, self.mesh.mesh, surface, push)
+
+    def surface_moment(self, where: Condition, moment: Vector3) -> tuple[Floats, float]:
+        """Return the forces of a moment, N m, on the selected part of the surface."""
+        surface = self.mesh.points if self.small else self.mesh.points + self.u
+        return _moment_forces(where, moment, self.case, self.mesh.mesh, surface)
+
+    def point_force(self, at: Vector3, force: Vector3) -> tuple[Floats, float]:
+        """Return the forces of a force, N, at a material point, m."""
+        from softmark.interpreter.verification import point_and_line_loads_check  # only imported for these loads
+
+        return point_and_line_loads_check.at_points(at, force, self.case, self.mesh), 0.0
+
+    def line_force(self, begin: Vector3, end: Vector3, force: Vector3) -> tuple[Floats, float]:
+        """Return the forces of a force per length, N/m, along a straight line."""
+        from softmark.interpreter.verification import point_and_line_loads_check
+
+        return point_and_line_loads_check.along_line(begin, end, force, self.mesh.mesh)
 
 
 def _density(case: Case) -> Any:
@@ -97,7 +114,8 @@ def _density(case: Case) -> Any:
 
 
 def _area_forces(
-    load: SurfaceTraction | RemoteStress | PressureLoad,
+    where: Condition,
+    linear: bool,
     case: Case,
     mesh: Mesh,
     surface: Floats,
@@ -109,8 +127,8 @@ def _area_forces(
     """
     found: Floats = np.zeros_like(surface)
     unsure = 0.0
-    for whole, (f, xi, w), (g, left) in select_facets(load.where, case, mesh):
-        if isinstance(load, RemoteStress | PressureLoad) or whole.shape[1] == 3:
+    for whole, (f, xi, w), (g, left) in select_facets(where, case, mesh):
+        if linear or whole.shape[1] == 3:
             found += solid_forces.surface_forces(surface, whole, push, case.depth)
         else:
             for each, at, weights in sample_facets(whole):
@@ -130,7 +148,7 @@ def _conditions_by_facets(case: Case, mesh: Mesh, where: Condition) -> Iterator[
             yield condition, np.flatnonzero(own & beside), out
 
 
-def _moment_forces(load: MomentLoad, case: Case, mesh: Mesh, surface: Floats) -> tuple[Floats, float]:
+def _moment_forces(where: Condition, moment: Vector3, case: Case, mesh: Mesh, surface: Floats) -> tuple[Floats, float]:
     """Return nodal forces (n, 3), N, of a moment on the selected part of a surface now at `surface` (n, 3), m.
 
     Also the norm of their uncertainty, N. t = c x (x - middle), int (x - middle) x t dA = moment.
@@ -138,7 +156,7 @@ def _moment_forces(load: MomentLoad, case: Case, mesh: Mesh, surface: Floats) ->
     """
     known: list[tuple[Ints, Floats, Floats]] = []  # nodes, shape functions and area of every point
     vague = 0.0
-    for whole, parts, (g, left) in select_facets(load.where, case, mesh):
+    for whole, parts, (g, left) in select_facets(where, case, mesh):
         for facets, xi, w in (*sample_facets(whole), parts):
             known.append(
                 (facets, solid_forces.shape_functions(facets.shape[1], xi), w * _area_ratio(mesh.points, facets, xi))
@@ -148,7 +166,7 @@ def _moment_forces(load: MomentLoad, case: Case, mesh: Mesh, surface: Floats) ->
     x = np.concatenate([np.einsum("pa,pai->pi", N, surface[facets]) for facets, N, _ in known])
     r = x - area @ x / area.sum()
     J = (area @ (r**2).sum(axis=1)) * np.eye(3) - np.einsum("p,pi,pj->ij", area, r, r)
-    forces = area[:, None] * np.cross(np.linalg.solve(J, np.array(load.moment)), r)
+    forces = area[:, None] * np.cross(np.linalg.solve(J, np.array(moment)), r)
     found, begin = np.zeros_like(surface), 0
     for facets, N, own in known:
         some, begin = forces[begin : begin + len(own)], begin + len(own)

@@ -7,16 +7,13 @@ face just before an end. Both ways share only the cell of a point; its local pos
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.sparse import coo_array
 
 from softmark.interpreter.models.shared.prepared_model import DeformedMesh
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
-from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.point_force import PointLoad
+from softmark.interpreter.vocabulary.loads.load import Vector3
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import Floats, Ints
 from softmark.solvers.mesh.element_interpolation import locate_points
@@ -30,27 +27,25 @@ BEYOND = 0.2  # limit of local coordinates outside the cell
 SAME, CLOSE = 1e-9, 1e-6  # relative to the extent: tolerance in a cell, and for a linear continuation
 
 
-def point_or_line_forces(load: PointLoad | LineForce, case: Case, mesh: DeformedMesh) -> tuple[Floats, float]:
-    """Return nodal forces (n, 3), N, and their uncertainty, N. Raises NoIndependentFormula."""
-    return along_line(load, mesh.mesh) if isinstance(load, LineForce) else (_at_points(load, case, mesh), 0.0)
+def at_points(at: Vector3, force: Vector3, case: Case, mesh: DeformedMesh) -> Floats:
+    """Return nodal forces (n, 3), N, of a force, N, at a point, m; for a plane body spread along z by Simpson's rule.
 
-
-def _at_points(load: PointLoad, case: Case, mesh: DeformedMesh) -> Floats:
-    """Return the nodal forces of a point load; for a plane body spread along z by Simpson's rule."""
+    Raises NoIndependentFormula.
+    """
     if not case.planar:
-        return _at_point(load, mesh)
-    x, y, _ = load.at
+        return _at_point(at, force, mesh)
+    x, y, _ = at
     rim, found = 0.5 * case.body.thing.thickness, np.zeros_like(mesh.points)
     for z, share in ((-rim, 1.0), (0.0, 4.0), (rim, 1.0)):
-        found += share / 6.0 * _at_point(replace(load, at=(x, y, z)), mesh)
+        found += share / 6.0 * _at_point((x, y, z), force, mesh)
     return found
 
 
-def _at_point(load: PointLoad, mesh: DeformedMesh) -> Floats:
+def _at_point(at: Vector3, force: Vector3, mesh: DeformedMesh) -> Floats:
     """Return the force at the nodes around its point: shares sum to one, and their positions to the point."""
-    nodes, N = _within_cells(mesh.mesh, np.array([load.at]))
+    nodes, N = _within_cells(mesh.mesh, np.array([at]))
     found: Floats = np.zeros_like(mesh.points)
-    np.add.at(found, nodes[0], N[0][:, None] * np.array(load.force))
+    np.add.at(found, nodes[0], N[0][:, None] * np.array(force))
     return found
 
 
@@ -78,9 +73,12 @@ def _within_cells(mesh: Mesh, X: Floats) -> tuple[Ints, Floats]:
     return place.nodes, N
 
 
-def along_line(load: LineForce, mesh: Mesh) -> tuple[Floats, float]:
-    """Return nodal forces (n, 3), N, of a force along a line, and their uncertainty, N."""
-    begin, way = np.array(load.begin), np.array(load.end) - np.array(load.begin)
+def along_line(start: Vector3, end: Vector3, force: Vector3, mesh: Mesh) -> tuple[Floats, float]:
+    """Return nodal forces (n, 3), N, of a force per length, N/m, along a line, and their uncertainty, N.
+
+    Raises NoIndependentFormula.
+    """
+    begin, way = np.array(start), np.array(end) - np.array(start)
     found, unsure = np.zeros(len(mesh.points)), 0.0
     ends = np.array([[0.0, 1.0]])
     for halved in range(HALVED + 1):
@@ -93,7 +91,7 @@ def along_line(load: LineForce, mesh: Mesh) -> tuple[Floats, float]:
         ends = np.concatenate([np.stack([ends[~done, 0], middle], axis=1), np.stack([middle, ends[~done, 1]], axis=1)])
         if not len(ends):
             break
-    q = load.length * np.array(load.force)
+    q = float(np.linalg.norm(way)) * np.array(force)
     return found[:, None] * q, unsure * float(np.linalg.norm(q))
 
 

@@ -23,10 +23,6 @@ from softmark.interpreter.models.postprocessing.reaction_and_work import forces_
 from softmark.interpreter.results.reaction_results import Reaction
 from softmark.interpreter.verification.load_forces_check import MOST_UNSURE
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
-from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
-from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
-from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.self_contact_words import Tied
 from softmark.solvers.independent_forces.solid_forces import EPS, Floats
 
@@ -120,14 +116,7 @@ def _independent_reactions(
 
 def _unverified_share(case: Case) -> float:
     """Return the relative part of the loads that may not be verified: near the borders of loaded areas."""
-    return (
-        MOST_UNSURE
-        if any(
-            isinstance(load.thing.action, SurfaceTraction | RemoteStress | PressureLoad | MomentLoad)
-            for load in case.loads
-        )
-        else EXACT
-    )
+    return MOST_UNSURE if any(load.thing.action.surface is not None for load in case.loads) else EXACT
 
 
 def _total(carried: NodalForces, known: Mapping[str, Reaction]) -> Wrench:

@@ -25,8 +25,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.grid_convergence import HOPELESS
 from softmark.interpreter.verification.probe_errors import NoErrorEstimate, ProbeResultUnderTest
 from softmark.interpreter.verification.solution_under_test import SolutionUnderTest
-from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.point_force import PointLoad
+from softmark.interpreter.vocabulary.loads.load import Action
 from softmark.solvers.mesh.nearest_points import build_point_search
 from softmark.solvers.mesh.plane_boundary import is_on_border
 
@@ -99,9 +98,7 @@ def _singular_points(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
     if len(ends):
         yield "the edge where regions of different materials meet at the surface", mesh.points[ends]
     for load in case.loads:
-        if isinstance(load.thing.action, PointLoad):
-            yield place_of(load), np.array([load.thing.action.at])
-        if isinstance(load.thing.action, LineForce):
+        if load.thing.action.points:
             yield place_of(load), _points_along(load.thing.action, _edge_length(mesh))
 
 
@@ -116,7 +113,7 @@ def unbounded_displacement(case: Case, mesh: Mesh | None, X: Floats, u: Floats) 
     level = (1.0, 1.0, 0.0) if case.planar else (1.0, 1.0, 1.0)  # of a plane body the same for all z
     moved, edge = np.linalg.norm(u, axis=-1).reshape(-1, len(X)).max(axis=0), _edge_length(mesh)
     for load in case.loads:
-        if isinstance(action := load.thing.action, PointLoad | LineForce):
+        if (action := load.thing.action).points:
             near = np.linalg.norm(level * (X - _nearest(action, X)), axis=1) < edge
             if np.any(near & (_dent(action, case, edge) > TRIFLE * moved)):
                 return load
@@ -130,43 +127,54 @@ def unbounded_work(metric: Metric, case: Case, mesh: Mesh | None, value: float) 
     for load in case.loads:
         if isinstance(metric, LoadWork) and load.name != metric.of:
             continue
-        if isinstance(action := load.thing.action, PointLoad | LineForce):
-            length = action.length if isinstance(action, LineForce) else 1.0
-            work = length * float(np.linalg.norm(action.force)) * _dent(action, case, _edge_length(mesh))
+        if (action := load.thing.action).points:
+            ends = _ends(action)
+            length = float(np.linalg.norm(ends[-1] - ends[0])) if len(ends) > 1 else 1.0
+            work = length * float(np.linalg.norm(action.vector)) * _dent(action, case, _edge_length(mesh))
             if work > TRIFLE * abs(value):
                 return load
     return None
 
 
-def _dent(action: PointLoad | LineForce, case: Case, edge: float) -> float:
+def _dent(action: Action, case: Case, edge: float) -> float:
     """Return the displacement added by refinement under a force, m, by its order: Boussinesq's and Flamant's."""
     young = min(material.young for material in case.typical)
-    across = edge if isinstance(action, PointLoad) else 1.0  # of a line its force is per length already
-    if case.planar and isinstance(action, PointLoad):
+    across = edge if len(action.points) == 1 else 1.0  # of a line its force is per length already
+    if case.planar and len(action.points) == 1:
         across = case.body.thing.thickness
-    dent: float = np.linalg.norm(action.force) / (young * across)
+    dent: float = np.linalg.norm(action.vector) / (young * across)
     return dent
 
 
 def place_of(load: Declared) -> str:
     """Describe where a point or line force acts."""
-    how = "line that `{}` acts along" if isinstance(load.thing.action, LineForce) else "point that `{}` acts at"
+    how = "line that `{}` acts along" if len(load.thing.action.points) > 1 else "point that `{}` acts at"
     return f"the {how.format(load.name)}"
 
 
-def _nearest(action: PointLoad | LineForce, X: Floats) -> Floats:
+def _ends(action: Action) -> Floats:
+    """Return the point of a force, or the ends of a line of force, (1 or 2, 3), m."""
+    return np.array([point for _, point in action.points])
+
+
+def _nearest(action: Action, X: Floats) -> Floats:
     """Return the points of a force nearest to X (n, 3): (n, 3), or (1, 3)."""
-    if isinstance(action, PointLoad):
-        return np.array([action.at])
-    begin, way = np.array(action.begin), np.array(action.end) - np.array(action.begin)
+    ends = _ends(action)
+    if len(ends) == 1:
+        return ends
+    begin, way = ends[0], ends[1] - ends[0]
     nearest: Floats = begin + np.clip((X - begin) @ way / (way @ way), 0.0, 1.0)[:, None] * way
     return nearest
 
 
-def _points_along(line: LineForce, step: float) -> Floats:
-    """Return points (n, 3) of a line, m, at most half a step apart."""
-    s = np.linspace(0.0, 1.0, 2 + int(2.0 * line.length / step))
-    found: Floats = np.array(line.begin) + s[:, None] * (np.array(line.end) - np.array(line.begin))
+def _points_along(action: Action, step: float) -> Floats:
+    """Return the point of a force, or points of its line at most half a step apart, (n, 3), m."""
+    ends = _ends(action)
+    if len(ends) == 1:
+        return ends
+    way = ends[1] - ends[0]
+    s = np.linspace(0.0, 1.0, 2 + int(2.0 * float(np.linalg.norm(way)) / step))
+    found: Floats = ends[0] + s[:, None] * way
     return found
 
 

@@ -19,8 +19,6 @@ from softmark.interpreter.metrics.tensor_metrics import TensorMetric, stress_fie
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.models.shared.prepared_model import Prepared
 from softmark.interpreter.problem.solution import View
-from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 
 if TYPE_CHECKING:
     from softmark.interpreter.verification.surface_traction_check import TractionMismatch
@@ -42,7 +40,7 @@ def stress_warnings(scene: Scene, view: View, prepared: Prepared) -> tuple[Diagn
     """Return warnings about metrics of stress and strain that are singular, or where adjacent cells disagree."""
     asked = [m for m in scene.of_kind("metric").values() if isinstance(m.thing, TensorMetric)]
     found = [d for metric in asked for d in _metric_warnings(metric, view, prepared, scene.declared[view.name].thing)]
-    if any(isinstance(load.thing.action, PointLoad | LineForce) for load in view.case.loads):
+    if any(load.thing.action.points for load in view.case.loads):
         found += _point_force_warnings(scene, view, prepared)
     if view.case.contacts:
         found += _sharp_edge_warnings(scene, view)
@@ -80,7 +78,7 @@ def _point_force_warnings(scene: Scene, view: View, prepared: Prepared) -> Itera
         if seen.displacement is None:
             continue
         if load := unbounded_displacement(view.case, prepared.mesh, seen.points[last], seen.displacement[last]):
-            line = isinstance(load.thing.action, LineForce) or view.case.planar
+            line = len(load.thing.action.points) > 1 or view.case.planar
             grows = "with the logarithm of the cell size" if line else "with the inverse of the cell size"
             yield diagnostic(
                 "W384",

@@ -22,13 +22,6 @@ from softmark.interpreter.models.shared.loaded_surface import surface_of
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.stress_singularities import facet_normals, held_directions
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.loads.body_force import BodyForce
-from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
-from softmark.interpreter.vocabulary.loads.point_force import PointLoad
-from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
-from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
-from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.records import dataclass
 from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.plane_boundary import is_on_border
@@ -53,8 +46,6 @@ FACES = 3  # facets of different normals at one point: those of a corner
 SAME = 1e-6  # of tractions: smaller differences are rounding
 ROUNDS = 20  # of corrections at edges and corners, where several faces have tractions
 NEAREST = 12  # candidate facets for the one nearest to a point outside the mesh
-UNKNOWN = (MomentLoad,)  # actions on a face whose traction is not given at a point
-INSIDE = (BodyForce, PointLoad, LineForce)  # actions that are no traction
 
 
 @dataclass(frozen=True)
@@ -97,7 +88,7 @@ def mismatch(
         return None
     if not isinstance(stress, Stresses) or stress.state.mesh.facets is None:
         return None
-    if any(not isinstance(load.thing.action, _KNOWN) for load in case.loads):
+    if any(load.thing.action.balanced for load in case.loads):
         return None
     mesh = stress.state.mesh
     samples = _with_patches(metric, case, mesh, place, metric.samples(place, stress))
@@ -145,9 +136,9 @@ def _with_patches(
         return samples
     found = [samples.X]
     for load in case.loads:
-        if isinstance(load.thing.action, INSIDE):
+        if load.thing.action.surface is None:
             continue
-        part = surface_of(case, load, load.thing.action.where, mesh)
+        part = surface_of(case, load, load.thing.action.surface, mesh)
         some = part.w > 0.0
         if not some.any():
             continue
@@ -160,9 +151,6 @@ def _with_patches(
     X = np.concatenate(found)
     shares = np.concatenate([samples.shares, np.zeros(len(X) - len(samples.X))])
     return ProbeSamples(X, shares, samples.materials)
-
-
-_KNOWN = (SurfaceTraction, RemoteStress, PressureLoad, *INSIDE, *UNKNOWN)
 
 
 def _gradient_change(case: Case, materials: Ints, change: Floats, stress: Stresses) -> Floats:
@@ -274,7 +262,7 @@ def _boundary(
     found = Boundary(np.zeros((n, FACES, 3)), np.zeros((n, FACES, 3)), np.zeros((n, FACES)),
                      np.zeros((n, FACES, 3), dtype=np.bool_), [()] * n)  # fmt: skip
     held = _held_at(case, mesh, X[chosen]) | _is_in_contact(at_rest, X[chosen])[:, None]
-    acting = [_ActingLoad(case, load, mesh) for load in case.loads if not isinstance(load.thing.action, INSIDE)]
+    acting = [_ActingLoad(case, load, mesh) for load in case.loads if load.thing.action.surface is not None]
     filled = np.zeros(n, dtype=np.int64)
     names: list[tuple[str, ...]] = [()] * n
     doubtful = np.zeros(n, dtype=np.bool_)
@@ -345,7 +333,7 @@ class _ActingLoad:
 
     def at(self, X: Floats, facet: int) -> bool | None:
         """Return whether the load acts on a facet at X (3,), m; None if that is unknown, or at the load's border."""
-        if isinstance(self.action, UNKNOWN):
+        if self.action.traction_on(np.array((1.0, 0.0, 0.0))) is None:
             return None if facet in self._parts else False
         if facet in self._whole:
             return True
@@ -361,12 +349,8 @@ class _ActingLoad:
 
     def traction(self, normal: Floats) -> tuple[Floats, float]:
         """Return the traction per undeformed area (3,), Pa, on a face with this normal, and follower pressure, Pa."""
-        match self.action:
-            case SurfaceTraction(traction=t):
-                return np.array(t), 0.0
-            case RemoteStress(stress=stress, direction=d):
-                return stress * float(np.array(d) @ normal) * np.array(d), 0.0
-        return np.zeros(3), float(self.action.pressure)
+        known: tuple[Floats, float] = self.action.traction_on(normal)
+        return known
 
 
 def _nearest_admissible(tensors: Tensors, known: Boundary) -> tuple[Floats, Any]:

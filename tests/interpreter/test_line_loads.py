@@ -8,7 +8,6 @@ import pytest
 import softmark
 from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 from softmark.interpreter.verification.point_and_line_loads_check import along_line
-from softmark.interpreter.vocabulary.loads.line_force import LineForce
 from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.mesh.mesh_line import find_face_crossings, integrate_along
@@ -45,7 +44,7 @@ def test_nodes_take_what_halving_without_faces_finds(
     """In a cylinder, whose cells are no boxes. Length and middle are those of the line on every mesh."""
     mesh = SHAPES["cylinder"](length=0.04, radius=0.01).mesh(kind, 5e-3)
     found = shares(mesh, np.array(begin), np.array(end))
-    again, unsure = along_line(LineForce(begin, end, (0.0, 0.0, 2.0)), mesh)
+    again, unsure = along_line(begin, end, (0.0, 0.0, 2.0), mesh)
     length = float(np.linalg.norm(np.array(end) - np.array(begin)))
     assert unsure < 1e-9 * length
     assert found == pytest.approx(again[:, 2] / 2.0, abs=1e-9 * length)

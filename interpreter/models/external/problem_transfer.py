@@ -12,9 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Static
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
-from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
-from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
 from softmark.solvers.materials import WORDS
 
 if TYPE_CHECKING:
@@ -146,9 +143,7 @@ def reasons_of_loads(model: Fem, case: Case) -> Iterator[Reason]:
     """Yield follower loads, which cannot be transferred."""
     for load in case.loads:
         action = load.thing.action
-        if isinstance(action, TendonLoad) or (
-            isinstance(action, PressureLoad | MomentLoad) and model.strain != "small"
-        ):
+        if not action.dead and (model.strain != "small" or action.balanced):
             yield f"load `{load.name}`", _DEAD
 
 

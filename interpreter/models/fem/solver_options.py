@@ -11,8 +11,6 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem import conforming_mesh
 from softmark.interpreter.problem.body_case import other_body
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
-from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
 from softmark.solvers.elements import ELEMENTS, PLANE
 
 if TYPE_CHECKING:
@@ -216,9 +214,7 @@ def _check_arc_length(model: Fem, case: Case) -> Iterator[Clash]:
 def _check_linear_solver(model: Fem, case: Case) -> Iterator[Clash]:
     """Yield an error for linear solvers of symmetric matrices with unsymmetric tangents."""
     reused, capped = model.factorisation == "reused", model.linear in SYMMETRIC
-    follows = (
-        any(isinstance(load.thing.action, PressureLoad | MomentLoad) for load in case.loads) and model.strain != "small"
-    )
+    follows = any(not load.thing.action.conservative for load in case.loads) and model.strain != "small"
     if isinstance(case.analysis, Dynamic) or not (reused or capped) or not (follows or model.rotation == "element"):
         return
     why = "one rotation for each cell" if model.rotation == "element" else "a load that follows the surface"

@@ -21,9 +21,6 @@ from softmark.interpreter.models.shared.solid_dynamics import (
 )
 from softmark.interpreter.problem.body_case import Case, Touch
 from softmark.interpreter.results.even_thinning import pick_evenly
-from softmark.interpreter.vocabulary.loads.body_force import BodyForce
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad as Moment
-from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.contact.free_rigid_bodies import FreeBodyChart, FreeRigidBody, make_contact_with_free_body
@@ -174,15 +171,13 @@ def _rigid_body_loads(chart: FreeBodyChart, touches: Mapping[str, Touch]) -> tup
 
 def _rigid_body_load(chart: FreeBodyChart, which: int, load: Declared) -> RigidBodyLoad:
     """Return one load on a rigid body: its weight at the centre of mass, a point force, or a moment."""
-    body, none = chart.bodies[which], np.zeros(3)
-    match load.thing.action:
-        case BodyForce(acceleration):
-            return RigidBodyLoad(chart, which, body.mass * np.array(acceleration), body.middle, none)
-        case PointLoad(at, force):
-            return RigidBodyLoad(chart, which, np.array(force), np.array(at), none)
-        case Moment(_, moment):
-            return RigidBodyLoad(chart, which, none, body.middle, np.array(moment))
-    raise TypeError(f"`{load.name}` does not act on rigid bodies")  # refused when the scene is checked
+    body = chart.bodies[which]
+    acting = load.thing.action.on_rigid_body(body.mass)
+    if acting is None:  # refused when the scene is checked
+        raise TypeError(f"`{load.name}` does not act on rigid bodies")
+    force, at, moment = acting
+    point = body.middle if at is None else np.array(at)
+    return RigidBodyLoad(chart, which, np.array(force), point, np.array(moment))
 
 
 def _mass(mass: Any, bodies: Sequence[FreeRigidBody]) -> Any:

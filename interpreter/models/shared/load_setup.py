@@ -15,14 +15,8 @@ from softmark.interpreter.models.shared.material_regions import regions_by_mater
 from softmark.interpreter.problem.body_case import Case, fault
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import LoadedSurface
 from softmark.interpreter.problem.symmetry_planes import must_not_act_on_axis, must_not_act_on_plane, must_not_turn_half
-from softmark.interpreter.vocabulary.loads.body_force import BodyForce
-from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.load import Vector3
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
-from softmark.interpreter.vocabulary.loads.point_force import PointLoad
-from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
-from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
-from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
+from softmark.interpreter.vocabulary.loads.load import Matrix3, Vector3
+from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.external_loads import DeadForces, FaceMoment, FollowerPressure
 from softmark.solvers.mesh.element_interpolation import Integration, locate_points
@@ -53,59 +47,121 @@ def single_loads(
 
     If `small`, pressure acts on the undeformed surface.
     """
-    return [(load, _load(case, load, mesh, parts, small, mass)) for load in case.loads]
+    return [
+        (load, load.thing.action.solid_energy(SolidLoads(case, load, mesh, parts, small, mass))) for load in case.loads
+    ]
 
 
-def _load(case: Case, load: Declared, mesh: Mesh, parts: Integration, small: bool, mass: Distribution) -> Energy:
-    dead = np.zeros((len(mesh.points), 3))
-    match load.thing.action:
-        case BodyForce(acceleration=g):
-            for own in regions_by_material(case, mesh, parts):
-                weights = nodal_mass(own.mesh, own.parts, own.density, mass, case.depth)
-                dead += weights[:, None] * np.array(g)
-        case SurfaceTraction(where=where, traction=traction):
-            t = np.array(traction)
-            surface = _loaded_surface(case, load, where, mesh)
-            surface.spread(dead, lambda A: np.linalg.norm(A, axis=-1)[..., None] * t, False, case.depth)
-        case RemoteStress(where=where) as pull:
-            sigma = np.array(pull.tensor)
-            _loaded_surface(case, load, where, mesh).spread(dead, lambda A: A @ sigma, True, case.depth)
-        case PressureLoad(where=where, pressure=p) if small:
-            _loaded_surface(case, load, where, mesh).spread(dead, lambda A: -p * A, True, case.depth)
-        case PressureLoad(where=where, pressure=p):
-            facets, of_parts = _loaded_surface(case, load, where, mesh).weighted
-            if case.depth:
-                from softmark.solvers.energies.axisymmetric import AxisymmetricPressure
+@dataclass(frozen=True)
+class SolidLoads:
+    """Operations by which a load applies its forces to the mesh of a solid (vocabulary/loads/load.py)."""
 
-                return AxisymmetricPressure(mesh.points, facets, p, of_parts, depth=case.depth)
-            return FollowerPressure(mesh.points, facets, p, of_parts)
-        case MomentLoad(where=where, moment=moment):
-            turning = _surface_moment(case, load, where, np.array(moment), mesh)
-            if not small:
-                return turning
-            dead = nodal_forces_at_rest(turning, mesh.points)
-        case PointLoad(at=at, force=force):
-            _add_point_force(dead, case, load, at, force, mesh)
-        case LineForce():
-            _add_line_force(dead, case, load, mesh)
-        case unknown:  # refused when a scene is checked
-            raise TypeError(f"solids do not support loads of the type {type(unknown).__name__}")
-    return DeadForces(dead.ravel())
+    case: Case
+    load: Declared
+    mesh: Mesh
+    parts: Integration
+    small: bool  # pressures and moments act on the undeformed surface
+    mass: Distribution
 
+    def mass_forces(self, constant: Vector3, gradient: Matrix3 | None = None) -> Energy:
+        """Return the energy of a force per mass `constant + gradient x`, m/s^2, in the current positions x, m.
 
-def _surface_moment(case: Case, load: Declared, where: Condition, moment: Floats, mesh: Mesh) -> FaceMoment:
-    """Return a moment on a part of the surface. Raises Fault if its nodes are too many for a fully coupled tangent."""
-    surface = _loaded_surface(case, load, where, mesh)
-    if (count := len(np.unique(np.concatenate([surface.whole, surface.nodes])))) > MOST_NODES:
-        raise fault(
-            "E520",
-            load.at("where"),
-            f"`{load.name}` acts on {count} nodes of the mesh of `{case.body.name}`, each coupled to all others",
-            f"at most {MOST_NODES}",
-            "use a coarser mesh, a smaller part of the face, or `rotated(...)`, which imposes the angle instead",
-        )
-    nodes, products = surface.products()
-    return FaceMoment(mesh.points, nodes, products, moment)
+        For small strain these are the undeformed positions. Raises Fault.
+        """
+        mesh, dead = self.mesh, np.zeros((len(self.mesh.points), 3))
+        for own in regions_by_material(self.case, mesh, self.parts):
+            weights = nodal_mass(own.mesh, own.parts, own.density, self.mass, self.case.depth)
+            dead += weights[:, None] * np.array(constant)
+        return DeadForces(dead.ravel())
+
+    def area_forces(self, where: Condition, push: Any, linear: bool) -> Energy:
+        """Return dead forces on the selected surface, from outward area vectors; `linear` if `push` is linear in them.
+
+        Raises Fault.
+        """
+        dead = np.zeros((len(self.mesh.points), 3))
+        self._surface(where).spread(dead, push, linear, self.case.depth)
+        return DeadForces(dead.ravel())
+
+    def follower_pressure(self, where: Condition, pressure: float) -> Energy:
+        """Return the energy of a pressure, Pa, on the selected part of the deformed surface. Raises Fault."""
+        points, depth = self.mesh.points, self.case.depth
+        facets, of_parts = self._surface(where).weighted
+        if depth:
+            from softmark.solvers.energies.axisymmetric import AxisymmetricPressure
+
+            return AxisymmetricPressure(points, facets, pressure, of_parts, depth=depth)
+        return FollowerPressure(points, facets, pressure, of_parts)
+
+    def surface_moment(self, where: Condition, moment: Vector3) -> Energy:
+        """Return the energy of a moment, N m, on the selected part of the surface.
+
+        Raises Fault, also if its nodes are too many for a fully coupled tangent.
+        """
+        case, load, points = self.case, self.load, self.mesh.points
+        surface = self._surface(where)
+        taken = np.concatenate([surface.whole, surface.nodes])
+        must_not_turn_half(case, load, points[taken], points)
+        if (count := len(np.unique(taken))) > MOST_NODES:
+            raise fault(
+                "E520",
+                load.at("where"),
+                f"`{load.name}` acts on {count} nodes of the mesh of `{case.body.name}`, each coupled to all others",
+                f"at most {MOST_NODES}",
+                "use a coarser mesh, a smaller part of the face, or `rotated(...)`, which imposes the angle instead",
+            )
+        nodes, products = surface.products()
+        turning = FaceMoment(points, nodes, products, np.array(moment))
+        return DeadForces(nodal_forces_at_rest(turning, points).ravel()) if self.small else turning
+
+    def point_force(self, at: Vector3, force: Vector3) -> Energy:
+        """Return the energy of a dead force, N, at a material point, m. Raises Fault outside a body from a file."""
+        case, load, mesh = self.case, self.load, self.mesh
+        dead, place = np.zeros((len(mesh.points), 3)), locate_points(mesh, np.array([at]))
+        if case.shape.file and place.outside[0] > 0:
+            away = units.format_value(float(place.outside[0]), units.LENGTH)
+            raise fault(
+                "E504",
+                load.at("at"),
+                f"`{load.name}` acts at a point about {away} outside `{case.body.name}`",
+                "outside the body",
+                "write coordinates of the undeformed body",
+            )
+        if case.planar:  # spread along z, exactly for what elements have there: all z move as one
+            half = 0.5 * case.body.thing.thickness / np.sqrt(3.0)
+            place = locate_points(mesh, np.array([(*at[:2], -half), (*at[:2], half)]))
+        np.add.at(dead, place.nodes, place.N[:, :, None] * (np.array(force) / len(place.nodes)))
+        return DeadForces(dead.ravel())
+
+    def line_force(self, begin: Vector3, end: Vector3, force: Vector3) -> Energy:
+        """Return the energy of a dead force per length, N/m, along a line, cell by cell.
+
+        Raises Fault where the line leaves a body from a file.
+        """
+        from softmark.solvers.mesh.mesh_line import integrate_along
+
+        case, load, mesh = self.case, self.load, self.mesh
+        X, w = integrate_along(mesh, np.array(begin), np.array(end))
+        dead, place = np.zeros((len(mesh.points), 3)), locate_points(mesh, X)
+        if case.shape.file and (away := float(place.outside.max())) > 0.0:
+            raise fault(
+                "E504",
+                load.at("from"),
+                f"`{load.name}` extends up to {units.format_value(away, units.LENGTH)} outside `{case.body.name}`",
+                "outside the body",
+                "write end points with no gap of the undeformed body between them",
+            )
+        np.add.at(dead, place.nodes, (w[:, None] * place.N)[:, :, None] * np.array(force))
+        return DeadForces(dead.ravel())
+
+    def _surface(self, where: Condition) -> LoadedSurface:
+        """Return the loaded part of the surface. Raises Fault, also for dead loads on a plane of symmetry."""
+        case, load, points = self.case, self.load, self.mesh.points
+        found = surface_of(case, load, where, self.mesh)
+        must_not_act_on_axis(case, load, points[found.touched], points)
+        if load.thing.action.dead:  # of a pressure, the plane's support takes all
+            must_not_act_on_plane(case, load, points[found.touched], points)
+        return found
 
 
 def nodal_mass(mesh: Mesh, parts: Integration, density: Any, mass: Distribution, depth: float = 0.0) -> Floats:
@@ -157,49 +213,3 @@ def mass_matrix(mesh: Mesh, parts: Integration, density: Any, mass: Distribution
     N, w, density = _mass_quadrature(mesh, density)
     form = consistent_mass if mass == "consistent" else lumped_mass
     return form(mesh.cells, N, w, density, len(mesh.points))
-
-
-def _add_point_force(dead: Floats, case: Case, load: Declared, at: Vector3, force: Vector3, mesh: Mesh) -> None:
-    place = locate_points(mesh, np.array([at]))
-    if case.shape.file and place.outside[0] > 0:
-        away = units.format_value(float(place.outside[0]), units.LENGTH)
-        raise fault(
-            "E504",
-            load.at("at"),
-            f"`{load.name}` acts at a point about {away} outside `{case.body.name}`",
-            "outside the body",
-            "write coordinates of the undeformed body",
-        )
-    if case.planar:  # spread along z, exactly for what elements have there: all z move as one
-        half = 0.5 * case.body.thing.thickness / np.sqrt(3.0)
-        place = locate_points(mesh, np.array([(*at[:2], -half), (*at[:2], half)]))
-    np.add.at(dead, place.nodes, place.N[:, :, None] * (np.array(force) / len(place.nodes)))
-
-
-def _add_line_force(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
-    """Add a force per length along a line, cell by cell. Raises Fault where the line leaves the body."""
-    from softmark.solvers.mesh.mesh_line import integrate_along
-
-    line: LineForce = load.thing.action
-    X, w = integrate_along(mesh, np.array(line.begin), np.array(line.end))
-    place = locate_points(mesh, X)
-    if case.shape.file and (away := float(place.outside.max())) > 0.0:
-        raise fault(
-            "E504",
-            load.at("from"),
-            f"`{load.name}` extends up to {units.format_value(away, units.LENGTH)} outside `{case.body.name}`",
-            "outside the body",
-            "write end points with no gap of the undeformed body between them",
-        )
-    np.add.at(dead, place.nodes, (w[:, None] * place.N)[:, :, None] * np.array(line.force))
-
-
-def _loaded_surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> LoadedSurface:
-    """Return the loaded surface of a load. Raises Fault, also if the load is incompatible with planes of symmetry."""
-    found = surface_of(case, load, where, mesh)
-    must_not_act_on_axis(case, load, mesh.points[found.touched], mesh.points)
-    if isinstance(load.thing.action, SurfaceTraction | RemoteStress):  # of a pressure, the plane's support takes all
-        must_not_act_on_plane(case, load, mesh.points[found.touched], mesh.points)
-    if isinstance(load.thing.action, MomentLoad):
-        must_not_turn_half(case, load, mesh.points[np.concatenate([found.whole, found.nodes])], mesh.points)
-    return found

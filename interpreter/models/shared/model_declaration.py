@@ -15,14 +15,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.conforming_mesh import cuts_of
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.loads.body_force import BodyForce
-from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
-from softmark.interpreter.vocabulary.loads.point_force import PointLoad
-from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
-from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
-from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
-from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
+from softmark.interpreter.vocabulary.loads.load import SolidAction
 from softmark.interpreter.vocabulary.support_words import Holding, Pinned, RigidPlate
 
 if TYPE_CHECKING:
@@ -37,27 +30,13 @@ OF_NETWORKS = (
     "use gravity, forces and lines of force on axes, or torques; and the supports `fixed`, `displaced` and `pinned`"
 )
 UNKNOWN = "load not supported"
-_SOME: dict[type, tuple[str, str]] = {  # loads that only some models support: reason and remedy
-    LineForce: (UNKNOWN, "use a traction on a strip; lines of force are supported by `fem(...)` and beams"),
-    TendonLoad: (
-        "point and line forces of a tendon are singular in a solid",
-        "use `beam6dof(...)` for tendons; in a solid, replace the pull at the end by a traction on a face",
-    ),
-}
 
 
 class Model:
     """Base class of a model as declared in a scene, with the defaults of its capabilities and properties."""
 
     # what the model supports: `refusals` reports everything else in validation
-    loads: tuple[type[Any], ...] = (
-        BodyForce,
-        SurfaceTraction,
-        RemoteStress,
-        PressureLoad,
-        MomentLoad,
-        PointLoad,
-    )  # kinds of load
+    loads: tuple[type[Any], ...] = (SolidAction,)  # kinds of load
     supports: tuple[type[Any], ...] = (Holding,)  # kinds of support
     bedded = False  # supports elastic foundations
     touches = False  # supports rigid contact
@@ -153,7 +132,7 @@ class Model:
                              "use `fem(...)` or `beam6dof(...)` in a dynamic analysis")  # fmt: skip
         for load in case.loads:
             if not isinstance(load.thing.action, self.loads):
-                label, help = _SOME.get(type(load.thing.action), (UNKNOWN, self._most))
+                label, help = load.thing.action.unsupported or (UNKNOWN, self._most)
                 label = UNKNOWN if case.shape.wired else label  # which is no solid
                 yield diagnostic("E501", load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
                                  label, help)  # fmt: skip

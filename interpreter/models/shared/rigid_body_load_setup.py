@@ -5,8 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from softmark.interpreter.problem.body_case import Touch
-from softmark.interpreter.vocabulary.loads.body_force import BodyForce
-from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.solvers.contact.rigid_mass_properties import mass_properties_of
 from softmark.solvers.contact.signed_distance import gap_of
 
@@ -16,11 +14,8 @@ def force_on(touch: Touch) -> float:
     assert touch.along is not None
     total = 0.0
     for load in touch.loads:
-        match load.thing.action:
-            case BodyForce(acceleration):
-                total += mass_of_rigid_body(touch.rigid.thing) * acceleration[touch.along]
-            case PointLoad(_, force):
-                total += force[touch.along]
+        acting = load.thing.action.on_rigid_body(mass_of_rigid_body(touch.rigid.thing))
+        total += acting[0][touch.along] if acting else 0.0
     return total
 
 

@@ -9,15 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.problem.body_case import Case, Fault, Touch, fault
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import find_loaded_surface
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.loads.body_force import BodyForce
-from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.point_force import PointLoad
-from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
-from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
-from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.records import dataclass
 from softmark.solvers.contact.barrier_law import Barrier
 from softmark.solvers.contact.rigid_contact import RigidContact, node_areas
@@ -127,25 +122,25 @@ def _compression(case: Case, mesh: Mesh) -> float:
     It is F L^2 / (E V) of a bar of the same length L, volume V and largest Young's modulus E; bending moves more.
     """
     volume = abs(float(mesh.volumes.sum()))
-    total = sum(_force_of(load.thing.action, case, mesh, volume) for load in case.loads)
+    total = sum(load.thing.action.size(_MeshedBody(case, mesh, volume)) for load in case.loads)
     return total * mesh.extent**2 / (case.largest_young * volume) if volume > 0.0 else 0.0
 
 
-def _force_of(action: object, case: Case, mesh: Mesh, volume: float) -> float:
-    """Return the magnitude of the force of a load, N; 0 for moments, tendons and unknown kinds."""
-    match action:
-        case BodyForce(acceleration):
-            density = max(material.density or 0.0 for material in case.typical)
-            return density * volume * math.hypot(*acceleration)
-        case PointLoad(_, force):
-            return math.hypot(*force)
-        case LineForce() as line:
-            return line.length * math.hypot(*line.force)
-        case SurfaceTraction(where, traction):
-            return math.hypot(*traction) * find_loaded_surface(case.shape, mesh, where).area_of(case.depth)
-        case RemoteStress(where, stress, _) | PressureLoad(where, stress):
-            return abs(stress) * find_loaded_surface(case.shape, mesh, where).area_of(case.depth)
-    return 0.0
+@dataclass(frozen=True)
+class _MeshedBody:
+    """The mass and the loaded area of a meshed body, for orders of magnitude of forces."""
+
+    case: Case
+    mesh: Mesh
+    volume: float  # m^3
+
+    def mass(self) -> float:
+        """Return the mass with the largest density, kg."""
+        return self.volume * max(material.density or 0.0 for material in self.case.typical)
+
+    def area(self, where: Condition) -> float:
+        """Return the selected area, m^2."""
+        return find_loaded_surface(self.case.shape, self.mesh, where).area_of(self.case.depth)
 
 
 def _contact_energy(case: Case, touch: Touch, mesh: Mesh) -> RigidContact:
@@ -281,7 +276,7 @@ def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
 
 def _fully_held_nodes(case: Case, mesh: Mesh) -> Bools:
     """Return which nodes (n,) supports hold in all components; a rigid body may lie on them, because neither moves."""
-    from softmark.interpreter.models.shared.support_constraints import selected_nodes
+        from softmark.interpreter.models.shared.support_constraints import selected_nodes
 
     held: Bools = np.zeros((len(mesh.points), 3), dtype=np.bool_)
     for support in case.supports:

@@ -16,14 +16,9 @@ from softmark.interpreter.problem.surface_selection.exact_surface import limit_o
 from softmark.interpreter.problem.surface_selection.facet_patches import Floats
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import LoadedSurface
 from softmark.interpreter.results.load_results import Resultant, Vector, to_vector
-from softmark.interpreter.vocabulary.loads.body_force import BodyForce
-from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
-from softmark.interpreter.vocabulary.loads.point_force import PointLoad
-from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
-from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
+from softmark.interpreter.vocabulary.loads.load import Action
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
-from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
+from softmark.records import dataclass
 from softmark.solvers.elements import WORDS, find_element
 from softmark.solvers.mesh.boolean_shapes import Combined
 
@@ -65,21 +60,20 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats)
     forces, turns = f[:, :3], f[:, 3:]  # a beam's nodes take moments too
     force, moment = to_vector(forces.sum(axis=0)), to_vector(np.cross(points, forces).sum(axis=0) + _total(turns))
     action = load.thing.action
-    if isinstance(action, PointLoad | LineForce):
+    if action.points:
         return _resultant_at_points(action, force, moment)
-    if isinstance(action, TendonLoad):  # its forces in the body cancel
+    if action.balanced:
         return Resultant(force, moment, None, (0.0, 0.0, 0.0), 1.0, exact_moment=(0.0, 0.0, 0.0))
-    on_surface = isinstance(action, SurfaceTraction | RemoteStress | PressureLoad | MomentLoad)
-    known: LoadedSurface | None = mesh.selections.get(action.where) if mesh is not None and on_surface else None
-    exact, area = _exact_load(case, load)
-    if isinstance(action, MomentLoad):
-        return _moment_resultant(action, force, moment, known, area)
+    known: LoadedSurface | None = None if mesh is None else mesh.selections.get(action.surface)
+    exact, area = action.exact_resultant(ExactCaseBody(case))
+    if (given := action.moment_vector) is not None:
+        return _moment_resultant(given, force, moment, known, area)
     if known is None and isinstance(action, SurfaceTraction) and area:  # acts on the end of a beam
         taken = float(np.linalg.norm(force)) / (float(np.linalg.norm(action.traction)) or 1.0)
         return Resultant(force, moment, taken, exact, taken / area if taken else 1.0)
     if known is None:
         return Resultant(force, moment, None, exact, 1.0 if exact is None else _ratio(force, exact))
-    area = area or _limit_area(case, action.where, mesh)
+    area = area or _limit_area(case, action.surface, mesh)
     share = known.area / area if area else 1.0
     return Resultant(force, moment, known.area, exact, share, known.remainder, known.leaning)
 
@@ -97,10 +91,7 @@ def _limit_area(case: Case, where: Condition, mesh: Any) -> float | None:
 def _revolved_resultant(case: Case, load: Declared, mesh: Any, f: Floats) -> Resultant:
     """Return the resultant on a body of revolution, from forces f (n, 3) on whole rings, N: axial, the rest cancels."""
     force, none = (0.0, float(f[:, 1].sum()), 0.0), (0.0, 0.0, 0.0)
-    action = load.thing.action
-    known: LoadedSurface | None = (
-        mesh.selections.get(action.where) if isinstance(action, SurfaceTraction | RemoteStress | PressureLoad) else None
-    )
+    known: LoadedSurface | None = mesh.selections.get(load.thing.action.surface)
     if known is None:
         return Resultant(force, none, None, None, 1.0)
     area = known.area_of(case.depth)
@@ -108,28 +99,25 @@ def _revolved_resultant(case: Case, load: Declared, mesh: Any, f: Floats) -> Res
     return Resultant(force, none, area, None, 1.0, wider * known.remainder, wider * known.leaning)
 
 
-def _resultant_at_points(action: PointLoad | LineForce, force: Vector, moment: Vector) -> Resultant:
+def _resultant_at_points(action: Action, force: Vector, moment: Vector) -> Resultant:
     """Return the resultant of a load at given points: exact up to rounding, on a mesh that contains them."""
-    length = action.length if isinstance(action, LineForce) else None
-    if isinstance(action, LineForce):
-        at = 0.5 * (np.array(action.begin) + np.array(action.end))
-        exact = action.length * np.array(action.force)
-    else:
-        at, exact = np.array(action.at), np.array(action.force)
+    points = np.array([point for _, point in action.points])
+    length = float(np.linalg.norm(points[-1] - points[0])) if len(points) > 1 else None
+    at, exact = points.mean(axis=0), (1.0 if length is None else length) * np.array(action.vector)
     share, turn = _ratio(force, to_vector(exact)), to_vector(np.cross(at, exact))
     return Resultant(force, moment, None, to_vector(exact), share, exact_moment=turn, length=length)
 
 
 def _moment_resultant(
-    action: MomentLoad, force: Vector, moment: Vector, known: LoadedSurface | None, area: float | None
+    given: Vector, force: Vector, moment: Vector, known: LoadedSurface | None, area: float | None
 ) -> Resultant:
     """Return the resultant of a given moment; for a solid with the area it acts on."""
     nothing = (0.0, 0.0, 0.0)
     if known is None:
-        return Resultant(force, moment, area, nothing, _ratio(moment, action.moment), exact_moment=action.moment)
+        return Resultant(force, moment, area, nothing, _ratio(moment, given), exact_moment=given)
     share = known.area / area if area else 1.0
     return Resultant(force, moment, known.area, nothing if area else None, share, known.remainder, known.leaning,
-                     exact_moment=action.moment)  # fmt: skip
+                     exact_moment=given)  # fmt: skip
 
 
 def _total(turns: Floats) -> Floats:
@@ -138,21 +126,24 @@ def _total(turns: Floats) -> Floats:
     return found
 
 
-def _exact_load(case: Case, load: Declared) -> tuple[Vector | None, float | None]:
-    """Return the exact force on the body, and the area on which it acts; None if not known."""
-    shape = case.shape
-    match load.thing.action:
-        case BodyForce(acceleration=g) if not case.parts and case.uniform and (held := volume(shape)) is not None:
-            return to_vector(case.material.density * held * np.array(g)), None
-        case SurfaceTraction(where=where, traction=t) if (found := select_surface(shape, where)) is not None:
-            return to_vector(found[0] * np.array(t)), found[0]
-        case MomentLoad(where=where) if (found := select_surface(shape, where)) is not None:
-            return (0.0, 0.0, 0.0), found[0]
-        case RemoteStress(where=where) as pull if (found := select_surface(shape, where)) is not None:
-            return to_vector(found[1] @ np.array(pull.tensor)), found[0]
-        case PressureLoad(where=where, pressure=p) if (found := select_surface(shape, where)) is not None:
-            return to_vector(-p * found[1]), found[0]
-    return None, None
+@dataclass(frozen=True)
+class ExactCaseBody:
+    """The body of a case, without a mesh, on which a load finds its exact resultant."""
+
+    case: Case
+
+    def mass(self) -> float | None:
+        """Return the mass of a homogeneous body, kg; None if its volume is not known, or its material varies."""
+        case = self.case
+        if case.parts or not case.uniform or (known := volume(case.shape)) is None:
+            return None
+        mass: float = case.material.density * known
+        return mass
+
+    def area(self, where: Condition) -> tuple[float, Vector] | None:
+        """Return the selected area, m^2, and its area vector, m^2; None if they are not known."""
+        found = select_surface(self.case.shape, where)
+        return None if found is None else (found[0], to_vector(found[1]))
 
 
 def _ratio(force: Vector, exact: Vector) -> float:

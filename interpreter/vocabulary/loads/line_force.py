@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, Any
 
-from softmark.interpreter.vocabulary.loads.load import AMPLITUDE, Load, Reason, SolidAction, Vector3
+from softmark.interpreter.vocabulary.loads.load import AMPLITUDE, Action, Load, Reason, Vector3
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class LineForce(SolidAction):
+class LineForce(Action):
     """Force per undeformed length along a straight line, with constant direction (a dead load)."""
 
     dead = conservative = True

@@ -98,10 +98,7 @@ class BodySize(Protocol):
 
 
 class Action:
-    """How a load acts on a body. The defaults refuse: each kind of load defines what it supports.
-
-    An action that a solid can carry derives from `SolidAction`.
-    """
+    """How a load acts on a body. Each kind of load overrides what differs from these defaults."""
 
     dead: ClassVar[bool] = False  # forces do not depend on the deformation
     conservative: ClassVar[bool] = False  # forces have an energy, so that the tangent is symmetric
@@ -163,10 +160,6 @@ class Action:
         """
         return None
 
-
-class SolidAction(Action):
-    """An action that every model of a solid supports: it has forces, and a second formula for them."""
-
     def solid_energy(self, solid: SolidForces) -> Energy:
         """Return the energy of the load on a solid mesh, at full size."""
         raise NotImplementedError(f"{type(self).__name__} has no forces on a solid")
@@ -174,6 +167,10 @@ class SolidAction(Action):
     def independent_forces(self, check: IndependentForces) -> tuple[Floats, float]:
         """Return its nodal forces (n, 3), N, by other formulas, and their uncertainty, N."""
         raise NotImplementedError(f"{type(self).__name__} has no independent forces")
+
+
+class SolidAction(Action):
+    """An action that every model of a solid supports; it defines `solid_energy` and `independent_forces`."""
 
 
 class SurfaceAction(SolidAction):
