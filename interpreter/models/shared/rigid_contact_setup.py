@@ -276,7 +276,7 @@ def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
 
 def _fully_held_nodes(case: Case, mesh: Mesh) -> Bools:
     """Return which nodes (n,) supports hold in all components; a rigid body may lie on them, because neither moves."""
-        from softmark.interpreter.models.shared.support_constraints import selected_nodes
+    from softmark.interpreter.models.shared.support_constraints import selected_nodes
 
     held: Bools = np.zeros((len(mesh.points), 3), dtype=np.bool_)
     for support in case.supports:
