@@ -88,7 +88,7 @@ def check_actions(scene: Scene) -> Iterator[Diagnostic]:
     Gravity along z is allowed if the scene also has solids: it acts on all bodies, and the plane body is held in its
     plane.
     """
-    bodies = {name for name, body in scene.of_kind("body").items() if body.thing.planar}
+    bodies = {name: body.thing.planar for name, body in scene.of_kind("body").items() if body.thing.planar}
     alone = 0 < len(bodies) == len(scene.of_kind("body"))
     for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
         own = declared.value("body")
@@ -96,7 +96,8 @@ def check_actions(scene: Scene) -> Iterator[Diagnostic]:
         if across := [*_check_axisymmetric_actions(scene, declared)]:
             yield from across
             continue
-        reason = _out_of_plane(declared) if flat else None
+        revolved = own in bodies and bodies[own] == "axisymmetric"
+        reason = _out_of_plane(declared, revolved) if flat else None
         if reason is not None:
             field, problem, label, help = reason
             yield diagnostic("E544", declared.at(*filter(None, [field])), f"`{declared.name}` {problem}", label, help)
@@ -185,11 +186,11 @@ def _out_of_plane_starts(analysis: Any, alone: bool) -> Iterator[str]:
         yield "spin"
 
 
-def _out_of_plane(declared: Declared) -> Reason | None:
+def _out_of_plane(declared: Declared, revolved: bool) -> Reason | None:
     """Return the reason why a load or a support of a plane body is refused, or None."""
     thing = declared.thing
     if declared.kind == "load":
-        fault: Reason | None = thing.action.plane_fault()
+        fault: Reason | None = thing.action.plane_fault(revolved)
         return fault
     turned = math.hypot(*thing.rotation[:2])  # about an axis in the plane
     if not turned and not (2 in thing.components and float(thing.displacement[2])):

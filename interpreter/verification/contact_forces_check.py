@@ -17,7 +17,7 @@ import numpy as np
 
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
 from softmark.interpreter.models.shared.rigid_contact_setup import barrier_of, inner_steps
-from softmark.interpreter.verification.load_forces_check import select_facets
+from softmark.interpreter.verification.facet_sweep import select_facets
 from softmark.interpreter.verification.support_reactions_check import held_components, rigid_motion
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.solvers.contact.signed_distance import gap_of

@@ -1,4 +1,4 @@
-"""Independent forces of elastic foundations, by line sweeps as for loads (load_forces_check.py).
+"""Independent forces of elastic foundations, by line sweeps as for loads (facet_sweep.py).
 
 The solver multiplies nodal displacements by integrals over facets. Here the traction is computed at every point from
 its displacement, and its force is distributed to the nodes.
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.interpreter.verification.load_forces_check import MOST_UNSURE, sample_facets, select_facets
+from softmark.interpreter.verification.facet_sweep import MOST_UNSURE, sample_facets, select_facets
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.interpreter.vocabulary.support_words import RigidPlate
 from softmark.solvers.independent_forces import solid_forces

@@ -21,7 +21,7 @@ from softmark.interpreter.models.postprocessing.nodal_forces import (
 )
 from softmark.interpreter.models.postprocessing.reaction_and_work import forces_and_energies
 from softmark.interpreter.results.reaction_results import Reaction
-from softmark.interpreter.verification.load_forces_check import MOST_UNSURE
+from softmark.interpreter.verification.facet_sweep import MOST_UNSURE
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.interpreter.vocabulary.self_contact_words import Tied
 from softmark.solvers.independent_forces.solid_forces import EPS, Floats

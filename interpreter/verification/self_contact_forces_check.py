@@ -8,7 +8,7 @@ import numpy as np
 
 from softmark.interpreter.models.shared.rigid_contact_setup import size_of
 from softmark.interpreter.models.shared.self_contact_setup import pairs_on
-from softmark.interpreter.verification.load_forces_check import sample_facets, select_facets
+from softmark.interpreter.verification.facet_sweep import sample_facets, select_facets
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.interpreter.vocabulary.self_contact_words import Tied
 from softmark.solvers.contact.contact_surface import number_mesh_pieces

@@ -12,6 +12,7 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic,
 from softmark.interpreter.vocabulary.body_words import Axisymmetric, BeamNetwork, PlaneStrain, PlaneStress, Rigid, Solid
 from softmark.interpreter.vocabulary.contact_words import RigidContactPair
 from softmark.interpreter.vocabulary.loads.body_force import Gravity
+from softmark.interpreter.vocabulary.loads.centrifugal import Centrifugal
 from softmark.interpreter.vocabulary.loads.line_force import LineLoad
 from softmark.interpreter.vocabulary.loads.moment import Torque
 from softmark.interpreter.vocabulary.loads.point_force import PointForce
@@ -79,6 +80,7 @@ LOADS: dict[str, type[Any]] = {
     "torque": Torque,
     "line_load": LineLoad,
     "tendon": Tendon,
+    "centrifugal": Centrifugal,
 }
 
 ANALYSES: dict[str, type[Any]] = {

@@ -1,4 +1,4 @@
-"""External loads: dead nodal forces, which have a potential; follower pressure and surface moments, which have none."""
+"""External loads: dead nodal forces and forces of rotation, which have a potential; pressure and moments have none."""
 
 from __future__ import annotations
 
@@ -38,6 +38,50 @@ class DeadForces(Energy):
 
     def rounding(self, x: Floats) -> float:
         """Return zero: the forces are constant."""
+        return 0.0
+
+
+@dataclass(frozen=True)
+class AffineMassForces(Energy):
+    """Force per mass a(x) = constant + gradient x, m/s^2, that is affine in the current positions x, m.
+
+    With the nodal mass couplings M_ab = int rho N_a N_b dV of each cell, the force on node a is
+    sum_b M_ab (constant + gradient x_b). The gradient is symmetric, so there is an energy: E = -int rho (constant . x +
+    x . gradient x / 2) dV, less its value in the undeformed body.
+    """
+
+    points: Floats  # (n, 3) undeformed
+    cells: Ints  # (m, a)
+    masses: Floats  # (m, a, a), kg
+    constant: Floats  # (3,), m/s^2
+    gradient: Floats  # (3, 3), 1/s^2
+    conservative: bool = True
+
+    @cached_property
+    def stencils(self) -> Ints:
+        """Three degrees of freedom for each node of a cell (m, 3 a)."""
+        return (3 * self.cells[:, :, None] + np.arange(3)).reshape(len(self.cells), -1)
+
+    def value(self, x: Floats) -> float:
+        """Return the potential relative to the undeformed body, J."""
+        u = x.reshape(-1, 3)[self.cells]
+        middle = self.points[self.cells] + 0.5 * u  # the work of an affine force is that of its mean
+        return -float(np.einsum("mai,mab,mbi->", u, self.masses, self.constant + middle @ self.gradient.T))
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Subtract the nodal forces, N."""
+        places = (self.points + x.reshape(-1, 3))[self.cells]
+        forces = self.masses @ (self.constant + places @ self.gradient.T)
+        np.subtract.at(g.reshape(-1, 3), self.cells, scale * forces)
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """Subtract M_ab gradient; skip it in a projected tangent, which must stay definite."""
+        if not projected:
+            blocks = np.einsum("mab,ij->maibj", self.masses, -scale * self.gradient)
+            add_blocks(blocks.reshape(slots.shape), slots, data)
+
+    def rounding(self, x: Floats) -> float:
+        """Return zero: the rounding error of this load is far below that of the loaded body."""
         return 0.0
 
 

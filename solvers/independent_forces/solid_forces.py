@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from softmark.records import dataclass
 from softmark.solvers.elements import CELLS
 from softmark.solvers.elements.boundary_facets import FACETS
-from softmark.solvers.independent_forces.quadrature_rules import extend_along_wedge, rule_by_moments, strang_rule
+from softmark.solvers.independent_forces.quadrature_rules import extend_along_wedge, strang_rule
 from softmark.solvers.independent_forces.stress_by_differences import stress_with_error
 
 Floats = NDArray[np.float64]
@@ -135,24 +135,6 @@ def _gauss(kind: Cell, n: int) -> tuple[Floats, Floats]:
     t, w = {1: ([0.0], [2.0]), 3: ([-np.sqrt(0.6), 0.0, np.sqrt(0.6)], [5 / 9, 8 / 9, 5 / 9])}[n]
     xi = np.array(list(product(t, repeat=d)))
     return xi, np.prod(np.array(list(product(w, repeat=d))), axis=1)
-
-
-@cache
-def _mass_rule(kind: str) -> tuple[Floats, Floats]:
-    """Return points and weights for products of shape functions, of degree five for tetrahedra (Stroud 1971)."""
-    if is_tensor_product(kind):
-        return quadrature_rule(kind)
-    if is_wedge(kind):
-        return extend_along_wedge(strang_rule(), [-np.sqrt(0.6), 0.0, np.sqrt(0.6)])
-    (a, u), (b, v), (c, w) = (rule_by_moments(3, power) for power in (2, 1, 0))
-    xi, weights = [], []
-    for i in range(3):
-        for j in range(3):
-            for k in range(3):
-                r, s, t = a[i], b[j], c[k]
-                xi.append((r, (1 - r) * s, (1 - r) * (1 - s) * t))
-                weights.append(u[i] * v[j] * w[k])
-    return np.array(xi), np.array(weights)
 
 
 def cofactor(J: Floats) -> tuple[Floats, Floats]:
@@ -376,38 +358,6 @@ def spring_forces(points: Floats, edges: Ints, k: Floats, u: Floats) -> tuple[Fl
 
 
 # ------------------------------------------------------------------ loads
-
-
-def nodal_masses(
-    points: Floats, cells: Ints, kind: str, density: Any, how: str, nodes: int, depth: float = 0.0, rules: Any = None
-) -> Floats:
-    """Return the mass at each node (nodes,), kg: `consistent`, `lumped` or `uniform`.
-
-    `density` is a number, kg/m^3, or a function of points (n, 3). `rules` are local points (m, q, 3) and weights (m, q)
-    of each cell, None if all have those of their kind.
-    """
-    if how == "uniform":
-        whole = float(nodal_masses(points, cells, kind, density, "consistent", nodes, rules=rules).sum())
-        return np.full(nodes, whole / nodes)
-    few = len(node_positions(kind)) == 4 and not callable(density)  # a quarter of a linear tetrahedron for each node
-    all_xi, all_w = rules or (quadrature_rule(kind) if few else _mass_rule(kind))
-    carried = np.zeros(nodes)
-    size = max(1, CHUNK // all_xi.shape[-2])
-    for start in range(0, len(cells), size):
-        at = slice(start, start + size) if rules else slice(None)
-        some, xi, w = cells[start : start + size], all_xi[at], all_w[at]
-        N = shape_functions(kind, xi)
-        volumes = w * gradients(points, some, kind, xi)[1]  # (m, q)
-        if depth:  # of whole rings
-            volumes = volumes * (2.0 * np.pi / depth * interpolate(N, points[some][:, :, 0]))
-        X = (N @ points[some]).reshape(-1, 3) if callable(density) else None
-        volumes = volumes * (density if X is None else density(X).reshape(volumes.shape))  # masses from here on
-        share = interpolate(N.swapaxes(-1, -2), volumes)
-        if how == "lumped":  # Hinton, Rock and Zienkiewicz (1976)
-            square = interpolate(N.swapaxes(-1, -2) ** 2, volumes)
-            share = square * (volumes.sum(axis=1) / square.sum(axis=1))[:, None]
-        carried += np.bincount(some.ravel(), share.ravel(), minlength=nodes)
-    return carried
 
 
 def surface_forces(points: Floats, facets: Ints, push: Callable[[Floats], Floats], depth: float = 0.0) -> Floats:

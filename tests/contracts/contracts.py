@@ -43,7 +43,7 @@ from softmark.interpreter.verification.by_model.verifier import Verifier
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.load import Load
+from softmark.interpreter.vocabulary.loads.load import Action, Load
 from softmark.interpreter.vocabulary.loads.moment import MomentLoad
 from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
@@ -395,7 +395,7 @@ def check_result(words: str, before: str = "", analysis: str = "") -> ModelResul
 
 
 @dataclass(frozen=True)
-class Torque:
+class Torque(Action):
     """A way to act that no model knows."""
 
     moment: float

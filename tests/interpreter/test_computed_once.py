@@ -29,7 +29,7 @@ from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.study.configurations.configuration_expansion import subject_of, task_of
 from softmark.interpreter.study.configurations.configuration_task import perform
 from softmark.interpreter.validation.scene_checks import apply_overrides
-from softmark.interpreter.verification import load_forces_check
+from softmark.interpreter.verification import facet_sweep
 from softmark.interpreter.verification.by_model import beam_forces_check
 from softmark.references import measured_curve
 from softmark.solvers.mesh import structured_meshes
@@ -41,7 +41,7 @@ COUNTED: dict[CodeType, str] = {
     body_case._build_case.__code__: "cases",
     structured_meshes.mesh_extrusion.__code__: "meshes",
     measured_curve.CurveFromFile.load.__code__: "curves",
-    load_forces_check._sweep_sides.__code__: "swept",
+    facet_sweep._sweep_sides.__code__: "swept",
     support_selection._found.__code__: "grips",
     beam_forces_check.BeamLine.rod.__code__: "rods",
 }

@@ -29,7 +29,7 @@ from softmark.interpreter.problem.surface_selection.loaded_surface_part import (
     split_by_sides,
 )
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
-from softmark.interpreter.verification.load_forces_check import FacetSweep
+from softmark.interpreter.verification.facet_sweep import FacetSweep
 from softmark.solvers.elements import ELEMENTS, moment_fitted_quadrature
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.energies.external_loads import FollowerPressure

@@ -22,7 +22,7 @@ from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_section import RodStiffness
 from softmark.solvers.energies.rod_state import RodSpace, chain_elements, rod_at_rest
 from softmark.solvers.energies.spring_energy import Springs
-from softmark.solvers.independent_forces import solid_forces
+from softmark.solvers.independent_forces import mass_forces, solid_forces
 from softmark.solvers.independent_forces.mixed_formulation_forces import MixedBody, split_law
 from softmark.solvers.independent_forces.rod_forces import CheckedRod, exponential, left_jacobian, rotation_vector
 from softmark.solvers.independent_forces.stress_by_differences import EnergyStress
@@ -229,7 +229,7 @@ def test_pressure_on_the_deformed_surface(mesh: Mesh) -> None:
 def test_weight(mesh: Mesh, how: str) -> None:
     from softmark.interpreter.models.shared.load_setup import nodal_mass
 
-    own = solid_forces.nodal_masses(mesh.points, mesh.cells, mesh.kind, 3.0, how, len(mesh.points))
+    own = mass_forces.nodal_masses(mesh.points, mesh.cells, mesh.kind, 3.0, how, len(mesh.points))
     theirs = nodal_mass(mesh, integrate_cells(mesh), 3.0, how)  # type: ignore[arg-type]
     assert own == pytest.approx(theirs, abs=1e-13)
 

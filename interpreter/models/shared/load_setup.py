@@ -68,11 +68,29 @@ class SolidLoads:
 
         For small strain these are the undeformed positions. Raises Fault.
         """
+        if gradient is not None:
+            return self._affine_mass_forces(np.array(constant), np.array(gradient))
         mesh, dead = self.mesh, np.zeros((len(self.mesh.points), 3))
         for own in regions_by_material(self.case, mesh, self.parts):
             weights = nodal_mass(own.mesh, own.parts, own.density, self.mass, self.case.depth)
             dead += weights[:, None] * np.array(constant)
         return DeadForces(dead.ravel())
+
+    def _affine_mass_forces(self, constant: Floats, gradient: Floats) -> Energy:
+        """Return the energy of a force per mass that is affine in positions. Raises Fault."""
+        from softmark.solvers.energies.external_loads import AffineMassForces
+
+        mesh, depth = self.mesh, self.case.depth
+        regions = regions_by_material(self.case, mesh, self.parts)
+        if self.mass == "consistent":
+            cells = np.concatenate([own.mesh.cells for own in regions])
+            masses = np.concatenate([_cell_masses(own.mesh, own.density, depth) for own in regions])
+        else:
+            cells = np.arange(len(mesh.points))[:, None]
+            carried = sum(nodal_mass(own.mesh, own.parts, own.density, self.mass, depth) for own in regions)
+            masses = np.reshape(carried, (-1, 1, 1))
+        found = AffineMassForces(mesh.points, cells, masses, constant, gradient)
+        return DeadForces(nodal_forces_at_rest(found, mesh.points).ravel()) if self.small else found
 
     def area_forces(self, where: Condition, push: Any, linear: bool) -> Energy:
         """Return dead forces on the selected surface, from outward area vectors; `linear` if `push` is linear in them.
@@ -181,13 +199,27 @@ def nodal_mass(mesh: Mesh, parts: Integration, density: Any, mass: Distribution,
         lumped: Floats = mass_matrix(mesh, parts, density, mass)[::3]
         return lumped
     N, w, density = _mass_quadrature(mesh, density)  # as the mass matrix has them: g is g at every node
-    if depth:
-        from softmark.solvers.energies.axisymmetric import circumference_in_slices
-
-        w = w * circumference_in_slices((N @ mesh.points[mesh.cells, 0][:, :, None])[:, :, 0], depth)
+    w = _whole_rings(mesh, N, w, depth)
     carried = np.zeros(len(mesh.points))
     np.add.at(carried, mesh.cells, density * w @ N if N.ndim == 2 else density * np.einsum("mq,mqa->ma", w, N))
     return carried
+
+
+def _cell_masses(mesh: Mesh, density: Any, depth: float) -> Floats:
+    """Return the mass couplings of the nodes of each cell (m, a, a), kg; with a `depth`, m, those of whole rings."""
+    N, w, density = _mass_quadrature(mesh, density)
+    w = density * _whole_rings(mesh, N, w, depth)
+    found: Floats = np.einsum("mq,qa,qb->mab", w, N, N) if N.ndim == 2 else N.swapaxes(1, 2) @ (w[:, :, None] * N)
+    return found
+
+
+def _whole_rings(mesh: Mesh, N: Floats, w: Floats, depth: float) -> Floats:
+    """Return volumes (m, q), m^3, at shape functions N; with a `depth`, m, of a slice, those of whole rings."""
+    if not depth:
+        return w
+    from softmark.solvers.energies.axisymmetric import circumference_in_slices
+
+    return w * circumference_in_slices((N @ mesh.points[mesh.cells, 0][:, :, None])[:, :, 0], depth)
 
 
 def _mass_quadrature(mesh: Mesh, density: Any) -> tuple[Floats, Floats, float]:

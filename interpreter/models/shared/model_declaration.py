@@ -131,6 +131,9 @@ class Model:
                              f"`{declared.name}` supports only static analyses", "static model",
                              "use `fem(...)` or `beam6dof(...)` in a dynamic analysis")  # fmt: skip
         for load in case.loads:
+            if load.thing.action.in_dynamics and isinstance(case.analysis, Dynamic):
+                yield diagnostic("E501", load.at(), f"`{load.name}` is not available in a dynamic analysis",
+                                 load.thing.action.in_dynamics, "use `static()` or `quasistatic(...)`")  # fmt: skip
             if not isinstance(load.thing.action, self.loads):
                 label, help = load.thing.action.unsupported or (UNKNOWN, self._most)
                 label = UNKNOWN if case.shape.wired else label  # which is no solid

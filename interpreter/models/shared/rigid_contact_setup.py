@@ -138,6 +138,10 @@ class _MeshedBody:
         """Return the mass with the largest density, kg."""
         return self.volume * max(material.density or 0.0 for material in self.case.typical)
 
+    def length(self) -> float:
+        """Return the size of the body, m."""
+        return self.mesh.extent
+
     def area(self, where: Condition) -> float:
         """Return the selected area, m^2."""
         return find_loaded_surface(self.case.shape, self.mesh, where).area_of(self.case.depth)

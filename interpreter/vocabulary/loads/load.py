@@ -17,15 +17,17 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 from softmark.interpreter.vocabulary.values_in_states import in_state_of_value, scale_field
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from softmark.solvers.energies.energy import Energy
 
     Floats = NDArray[Any]
+    Push = Callable[[Floats], Floats]  # forces (..., 3), N, on outward area vectors (..., 3), m^2
 
 Vector3 = tuple[float, float, float]
 Matrix3 = tuple[Vector3, Vector3, Vector3]
-Push = "Callable[[Floats], Floats]"  # forces (..., 3), N, on outward area vectors (..., 3), m^2
 Reason = tuple[str, str, str, str]  # why a load is refused: field at fault ("" for all), problem, label and help
 
 AMPLITUDE = "amplitude over time or from state to state; default: full load from the start"
@@ -93,6 +95,9 @@ class BodySize(Protocol):
     def mass(self) -> float:
         """Return the mass, kg, with the largest density."""
 
+    def length(self) -> float:
+        """Return the largest distance of two nodes, m."""
+
     def area(self, where: Any) -> float:
         """Return the selected area, m^2."""
 
@@ -126,8 +131,11 @@ class Action:
         """Moment without a resultant force, N m; None for all others."""
         return None
 
-    def plane_fault(self) -> Reason | None:
-        """Return the reason why a plane body, in the plane of x and y, cannot carry it, or None."""
+    def plane_fault(self, revolved: bool) -> Reason | None:
+        """Return the reason why a body in the plane of x and y cannot carry it, or None.
+
+        `revolved` bodies rotate around the y axis.
+        """
         if not self.vector[2]:
             return None
         return (

@@ -41,7 +41,7 @@ class MomentLoad(SurfaceAction):
         """Return the moment on a whole rigid body, N m."""
         return NOTHING, None, self.moment
 
-    def plane_fault(self) -> Reason | None:
+    def plane_fault(self, revolved: bool) -> Reason | None:
         """Return the reason why plane bodies refuse moments."""
         return (
             "",

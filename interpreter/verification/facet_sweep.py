@@ -1,0 +1,380 @@
+"""Selected facets of a surface and points on parts of facets, by straight lines of their local coordinates.
+
+The solver cuts triangles and follows borders. Here every facet is swept by straight lines: crossings of a border and a
+line are bisected, the condition is evaluated once between two crossings, and strips between lines are halved until two
+Gauss rules agree. Both share only settled borders and curved sides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.mesh_group_conditions import facet_membership, split_by_groups
+from softmark.interpreter.problem.surface_selection.loaded_surface_part import settled_borders, split_by_sides
+from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
+from softmark.records import dataclass
+from softmark.solvers.independent_forces import solid_forces
+from softmark.solvers.independent_forces.solid_forces import Floats, Ints
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh import Mesh
+
+LINES = (12, 18)  # Gauss lines in a strip, of two rules
+ALONG = 7  # Gauss points between two crossings
+GRID = 12  # squared: Gauss points on whole facets whose area is no polynomial
+ASKED = 25  # points of a line, and lines of a facet, used to search for borders
+AGREE = 1e-11  # relative to a facet's local area: tolerance of two rules in a strip
+HALVED = 14  # times
+SURE = 3e-9  # relative to a facet's local area: claimed accuracy
+MARGIN = 0.1  # relative to its size: how far a curved facet may extend beyond its sample points
+MOST_UNSURE = 1e-6  # largest uncertain share of a load that counts as verified
+
+
+def _conditions_by_facets(case: Case, mesh: Mesh, where: Condition) -> Iterator[tuple[Condition, Ints, Any]]:
+    """Yield conditions on coordinates, the facets of each, and the map of these onto their curved side."""
+    for condition, members in split_by_groups(where, facet_membership(mesh)):
+        own = np.zeros(len(mesh.facets), dtype=np.bool_)
+        own[members] = True
+        for beside, out in split_by_sides(case.shape, mesh.points[mesh.facets]):
+            yield condition, np.flatnonzero(own & beside), out
+
+
+Points = tuple[Ints, Floats, Floats]  # facets (p, k), local points (p, 2), weights (p,) in local area
+Swept = tuple[Ints, Points, tuple[Ints, Floats]]
+
+
+def select_facets(where: Condition, case: Case, mesh: Mesh) -> list[Swept]:
+    """Return wholly selected facets (w, k), points on parts of others, and facets (v, k) with their uncertainty.
+
+    One entry for every side of the body; computed once per mesh for all states. Raises NoIndependentFormula.
+    """
+    if (key := (select_facets, where)) not in mesh.selections:
+        mesh.selections[key] = list(_sweep_sides(where, case, mesh))
+    return list(mesh.selections[key])
+
+
+def _sweep_sides(where: Condition, case: Case, mesh: Mesh) -> Iterator[Swept]:
+    """Compute the entries of `select_facets`. Raises NoIndependentFormula."""
+    facets = mesh.facets
+    corners = mesh.points[facets]
+    told = mesh.selections.get(where)
+    if told is not None and told.remainder > MOST_UNSURE * told.area:  # the open share is reported already
+        raise NoIndependentFormula("the border of the loaded area runs along the surface")
+    extent = float(np.sqrt((np.ptp(mesh.points, axis=0) ** 2).sum()))
+    empty = True
+    for condition, which, out in _conditions_by_facets(case, mesh, where):
+        settled, settling = settled_borders(case.shape, mesh, condition)
+        sweep = FacetSweep(condition, corners[which], extent, out, settled[which], settling[which])
+        whole, (f, xi, w), (g, left) = sweep.whole_and_parts()
+        yield facets[which[whole]], (facets[which[f]], xi, w), (facets[which[g]], left)
+        empty = empty and not (len(whole) or len(f))
+    if empty:
+        raise NoIndependentFormula("the loaded area is too small to be found independently")
+
+
+def sample_facets(facets: Ints) -> Iterator[Points]:
+    """Yield points on whole facets (f, k) that may be curved, some facets at a time."""
+    x, v = np.polynomial.legendre.leggauss(GRID)
+    a, b = (0.5 * (t.ravel() + 1.0) for t in np.meshgrid(x, x))
+    w = 0.25 * np.outer(v, v).ravel()
+    square = solid_forces.is_tensor_product(facets.shape[1])
+    xi = np.stack([2 * a - 1, 2 * b - 1], axis=1) if square else np.stack([a, (1 - a) * b], axis=1)
+    w = 4 * w if square else w * (1 - a)
+    for at in range(0, len(facets), 500):
+        some = facets[at : at + 500]
+        yield np.repeat(some, len(w), axis=0), np.tile(xi, (len(some), 1)), np.tile(w, len(some))
+
+
+@dataclass(frozen=True)
+class FacetSweep:
+    """Condition on facets with nodes `corners` (f, k, 3), m, which `out` moves onto the body."""
+
+    condition: Condition
+    corners: Floats
+    extent: float
+    out: Any
+    settled: Any  # (f, b): borders that do not cut a facet, where their levels are
+    settling: Floats  # (f, b)
+
+    @cached_property
+    def through(self) -> Any:
+        """Mask of borders that cut facets (b, f), as far as checked."""
+        return np.zeros((len(self.condition.borders), len(self.corners)), dtype=np.bool_)
+
+    @property
+    def _square(self) -> bool:
+        return solid_forces.is_tensor_product(self.corners.shape[1])
+
+    def whole_and_parts(self) -> tuple[Ints, tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
+        """Return wholly selected facets (w,), and points of others: facets (p,), local points (p, 2), weights (p,).
+
+        Also where two rules disagreed: facets (v,) and the local area of disagreement (v,).
+        """
+        told = self._told()
+        open_ = np.flatnonzero(told == 0)
+        crossing, inside = self._crossed(open_)
+        cut = crossing.any(axis=0)
+        self.through[:, open_] = crossing
+        whole = np.concatenate([np.flatnonzero(told > 0), open_[inside & ~cut]])
+        return np.sort(whole), *self._swept(open_[cut])
+
+    # -------------------------------------------------------------- which facets are cut
+
+    def _places(self, f: Ints, xi: Floats) -> Any:
+        """Return x, y, z at local points xi (l, m, 2) of facets f (l,)."""
+        kind = self.corners.shape[1]
+        N = solid_forces.shape_functions(kind, xi.reshape(-1, 2)).reshape(*xi.shape[:2], self.corners.shape[1])
+        X = (N @ self.corners[f]).transpose(2, 1, 0)
+        return tuple(X) if self.out is None else self.out(tuple(X))
+
+    def _told(self) -> Ints:
+        """Return by bounds whether the condition holds everywhere on facets (f,) (1), nowhere (-1), or neither (0)."""
+        n = len(self.corners)
+        told = np.zeros(n, dtype=np.int64)
+        if not n:
+            return told
+        places = solid_forces.node_positions(self.corners.shape[1])
+        X = np.array(self._places(np.arange(n), np.broadcast_to(self._lattice(5, places), (n, 25 + len(places), 2))))
+        low, high = X.min(axis=1).T, X.max(axis=1).T  # (f, 3)
+        beyond = MARGIN * np.linalg.norm(high - low, axis=1, keepdims=True)
+        flat = self.corners.shape[1] == 3 and self.out is None
+        low, high = (low, high) if flat else (low - beyond, high + beyond)
+        pending = [np.lexsort((0.5 * (low + high)).T)]
+        while pending:
+            some = pending.pop()
+            box = tuple(low[some].min(axis=0).tolist()), tuple(high[some].max(axis=0).tolist())
+            false, true = self.condition.over(*box, self.extent)
+            if not (false and true):
+                told[some] = 1 if true else -1
+            elif len(some) > 1:
+                pending += [some[: len(some) // 2], some[len(some) // 2 :]]
+        return told
+
+    def _lattice(self, n: int, more: Floats) -> Floats:
+        """Return n by n local points of a facet, including its sides, and some more."""
+        a, b = (t.ravel() for t in np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n), indexing="ij"))
+        xi = np.stack([2 * b - 1, 2 * a - 1], axis=1) if self._square else np.stack([(1 - a) * b, a], axis=1)
+        return np.concatenate([xi, more])
+
+    def _crossed(self, f: Ints) -> tuple[Any, Any]:
+        """Return which borders run between points of a fine lattice (b, f), and facets f with a selected point."""
+        inside = np.zeros(len(f), dtype=np.bool_)
+        cut = np.zeros((len(self.condition.borders), len(f)), dtype=np.bool_)
+        xi = self._lattice(ASKED, np.zeros((0, 2)))
+        for at in range(0, len(f), 1000):
+            some = f[at : at + 1000]
+            levels = self._levels(some, np.broadcast_to(xi, (len(some), *xi.shape)))  # (b, m, l)
+            cut[:, at : at + 1000] = self._signs(levels).min(axis=1) != self._signs(levels).max(axis=1)
+            middle = [level[[xi.shape[0] // 2]] for level in levels]
+            inside[at : at + 1000] = np.broadcast_to(self.condition.given(middle, self.extent), (1, len(some)))[0]
+        return cut, inside
+
+    def _signs(self, levels: Floats) -> Floats:
+        """Return -1 or 1 for the side of a border, from levels (b, ...); points within its tolerance get 1."""
+        slack = np.array([1e-9 * self.extent**b.power for b in self.condition.borders])
+        sign: Floats = np.sign(np.where(np.abs(levels) <= slack.reshape(-1, *(1,) * (levels.ndim - 1)), 0.0, levels))
+        return np.where(sign == 0.0, self._side_of_zero(sign), sign)
+
+    @staticmethod
+    def _side_of_zero(sign: Floats) -> Floats:
+        """Return signs in which a point on a border counts to the side of the rest of the facet."""
+        most = sign.sum(axis=1, keepdims=True)
+        return np.broadcast_to(np.where(most < 0.0, -1.0, 1.0), sign.shape)
+
+    def _levels(self, f: Ints, xi: Floats) -> Floats:
+        """Return levels (b, m, l) of all borders at local points xi (l, m, 2) of facets f (l,)."""
+        x, y, z = self._places(f, xi)
+        found = np.empty((len(self.condition.borders), xi.shape[1], len(f)))
+        with np.errstate(all="ignore"):
+            for b, border in enumerate(self.condition.borders):
+                found[b] = np.where(self.settled[f, b], self.settling[f, b], border.at(x, y, z))
+        return found
+
+    # -------------------------------------------------------------- strips
+
+    def _swept(self, f: Ints) -> tuple[tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
+        """Return quadrature points over the selected parts of facets f, and where two rules disagreed."""
+        own, low, high = self._panels(f)
+        points, vague = [(own[:0], np.zeros((0, 2)), np.zeros(0))], [(f, np.full(len(f), SURE))]
+        for halved in range(HALVED + 1):
+            if not len(own):
+                break
+            few, _ = self._strips(own, low, high, LINES[0])
+            many, (g, xi, w) = self._strips(own, low, high, LINES[1])
+            apart = np.abs(few - many).max(axis=1)
+            good = (apart <= AGREE) | (halved == HALVED)
+            late = good & (apart > AGREE)
+            vague.append((own[late], apart[late]))
+            kept = good[g]
+            points.append((own[g[kept]], xi[kept], w[kept]))
+            bad, middle = ~good, 0.5 * (low + high)
+            low, high = (np.concatenate(pair) for pair in ((low[bad], middle[bad]), (middle[bad], high[bad])))
+            own = np.tile(own[bad], 2)
+        f, xi, w = (np.concatenate(column) for column in zip(*points, strict=True))
+        g, left = (np.concatenate(column) for column in zip(*vague, strict=True))
+        return (f, xi, w), (g, left)
+
+    def _panels(self, f: Ints) -> tuple[Ints, Floats, Floats]:
+        """Return facets split at lines of equal a through corners, turning points and intersections of borders."""
+        found = [(f, np.zeros(len(f))), (f, np.ones(len(f))), *self._ends(f), *self._turning_points_and_crossings(f)]
+        facet, place = (np.concatenate(column) for column in zip(*found, strict=True))
+        order = np.lexsort((place, facet))
+        facet, place = facet[order], place[order]
+        real = (facet[1:] == facet[:-1]) & (place[1:] - place[:-1] > 1e-9)
+        return facet[:-1][real], place[:-1][real], place[1:][real]
+
+    def _ends(self, f: Ints) -> list[tuple[Ints, Floats]]:
+        """Return where borders meet the sides at both ends of the lines: facets and a."""
+        t, found = np.linspace(0.0, 1.0, ASKED), []
+        for end in (0.0, 1.0):
+            grid = np.tile(t, (len(f), 1))
+            levels = self._levels(f, self._local(grid, np.full_like(grid, end))[0])
+            for b in range(len(levels)):
+
+                def level(line: Ints, a: Floats, b: int = b, end: float = end) -> Floats:
+                    return self._level(b, f[line], a, np.full_like(a, end))
+
+                line, *between = _find_sign_changes(levels[b], t, level)
+                found.append((f[line], _bisect(partial(level, line), *between)))
+        return found
+
+    def _turning_points_and_crossings(self, f: Ints) -> list[tuple[Ints, Floats]]:
+        """Return turning points of borders along the lines, and their intersections: facets and a, by Newton."""
+        seeds, h, count = np.linspace(0.1, 0.9, 5), 1e-4, len(self.condition.borders)
+        a0, b0 = (np.tile(t.ravel(), len(f)) for t in np.meshgrid(seeds, seeds))
+        own, found = np.repeat(f, 25), []
+
+        def turns(i: int) -> Callable[[Floats, Floats], tuple[Floats, Floats]]:
+            def both(a: Floats, b: Floats) -> tuple[Floats, Floats]:
+                up, down = self._level(i, own, a, b + h), self._level(i, own, a, b - h)
+                return self._level(i, own, a, b), (up - down) / (2 * h)
+
+            return both
+
+        def meet(i: int, j: int) -> Callable[[Floats, Floats], tuple[Floats, Floats]]:
+            return lambda a, b: (self._level(i, own, a, b), self._level(j, own, a, b))
+
+        systems = [turns(i) for i in range(count)] + [meet(i, j) for i in range(count) for j in range(i)]
+        for system in systems:
+            a, moved = _newton(system, a0, b0, h)
+            fine = moved & (a > 0.0) & (a < 1.0)
+            _, first = np.unique(np.stack([own[fine], np.round(a[fine], 7)]), axis=1, return_index=True)
+            found.append((own[fine][first], a[fine][first]))
+        return found
+
+    def _strips(self, f: Ints, low: Floats, high: Floats, n: int) -> tuple[Floats, tuple[Ints, Floats, Floats]]:
+        """Return area and moments (n, 3) of the selected parts of strips; strips (p,), points (p, 2), weights (p,).
+
+        Lines are denser towards both ends, where the length of a chord may grow as a square root.
+        """
+        x, v = np.polynomial.legendre.leggauss(n)
+        t, v = 0.5 * (x + 1.0), 0.5 * v
+        a = (low[:, None] + (high - low)[:, None] * t**2 * (3.0 - 2.0 * t)).ravel()
+        weight = ((high - low)[:, None] * v * 6.0 * t * (1.0 - t)).ravel()
+        line, begin, end = self._between(np.repeat(f, n), a)
+        y, u = np.polynomial.legendre.leggauss(ALONG)
+        b = 0.5 * (begin + end)[:, None] + 0.5 * (end - begin)[:, None] * y
+        w = weight[line][:, None] * 0.5 * (end - begin)[:, None] * u
+        xi, dw = self._local(np.broadcast_to(a[line][:, None], b.shape), b)
+        w, strip = w * dw, np.repeat(line // n, ALONG)
+        powers = (np.ones_like(b), xi[..., 0], xi[..., 1])
+        parts = [np.bincount(strip, (w * m).ravel(), minlength=len(f)) for m in powers]
+        return np.stack(parts, axis=1), (strip, xi.reshape(-1, 2), w.ravel())
+
+    def _local(self, a: Floats, b: Floats) -> tuple[Floats, Floats]:
+        """Return local points of lines a and places b along them, both from 0 to 1, and the local area of da db."""
+        if self._square:
+            return np.stack([2 * b - 1, 2 * a - 1], axis=-1), np.full_like(a, 4.0)
+        return np.stack([(1 - a) * b, a], axis=-1), 1.0 - a
+
+    def _between(self, f: Ints, a: Floats) -> tuple[Ints, Floats, Floats]:
+        """Return selected intervals of lines a (l,) of facets f: their line, begin and end."""
+        n, t = len(f), np.linspace(0.0, 1.0, ASKED)
+        grid = np.broadcast_to(t, (n, ASKED))
+        levels = self._levels(f, self._local(np.broadcast_to(a[:, None], grid.shape), grid)[0])  # (b, m, l)
+        lines, cuts = [np.arange(n), np.arange(n)], [np.zeros(n), np.ones(n)]
+        for b in range(len(levels)):
+
+            def level(line: Ints, place: Floats, b: int = b) -> Floats:
+                return self._level(b, f[line], a[line], place)
+
+            line, *between = _find_sign_changes(levels[b], t, level)
+            lines.append(line)
+            cuts.append(_bisect(partial(level, line), *between))
+        line, cut = np.concatenate(lines), np.concatenate(cuts)
+        order = np.lexsort((cut, line))
+        line, cut = line[order], cut[order]
+        real = (line[:-1] == line[1:]) & (cut[1:] > cut[:-1])
+        line, begin, end = line[:-1][real], cut[:-1][real], cut[1:][real]
+        middle = self._local(a[line][:, None], 0.5 * (begin + end)[:, None])[0]
+        sides = self._levels(f[line], middle)
+        through = self.through[:, None, f[line]]  # on a cut facet no point counts as on the border
+        sides = np.where(through, np.sign(sides) * 1e300, sides)
+        inside = np.broadcast_to(self.condition.given([*sides], self.extent), (1, len(line)))[0]
+        return line[inside], begin[inside], end[inside]
+
+    def _level(self, b: int, f: Ints, a: Floats, places: Floats) -> Floats:
+        """Return one level (l,) at one place on each line."""
+        x, y, z = self._places(f, self._local(a[:, None], places[:, None])[0])
+        with np.errstate(all="ignore"):
+            level = np.broadcast_to(self.condition.borders[b].at(x, y, z), (1, len(f)))[0]
+        found: Floats = np.where(self.settled[f, b], self.settling[f, b], level)
+        return found
+
+
+def _find_sign_changes(
+    level: Floats, t: Floats, at: Callable[[Ints, Floats], Floats]
+) -> tuple[Ints, Floats, Floats, Floats]:
+    """Return lines (c,) on which a level (m, l) at places t (m,) changes sign, the places, and its sign before.
+
+    Where it only approaches zero, the minimum of a parabola shows whether it crossed.
+    """
+    sign = np.where(level >= 0.0, 1.0, -1.0)
+    i, line = np.nonzero(sign[:-1] * sign[1:] < 0.0)
+    found = [(line, t[i], t[i + 1], sign[i, line])]
+    size, step = np.abs(level), t[1] - t[0]
+    near = (size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:])
+    near &= (sign[1:-1] == sign[:-2]) & (sign[1:-1] == sign[2:])
+    i, line = np.nonzero(near)
+    before, here, after = level[i, line], level[i + 1, line], level[i + 2, line]
+    bend = before - 2.0 * here + after
+    low = t[i + 1] + 0.5 * step * np.clip((before - after) / np.where(bend == 0.0, 1.0, bend), -1.0, 1.0)
+    beyond = at(line, low) * sign[i + 1, line] < 0.0
+    i, line, low = i[beyond], line[beyond], low[beyond]
+    found += [(line, t[i], low, sign[i, line]), (line, low, t[i + 2], -sign[i, line])]
+    lines, begins, ends, signs = (np.concatenate(column) for column in zip(*found, strict=True))
+    return lines, begins, ends, signs
+
+
+def _bisect(level: Callable[[Floats], Floats], low: Floats, high: Floats, sign: Floats) -> Floats:
+    """Return where a level changes the sign it has at `low`: by halving, with a secant where it is straight."""
+    for _ in range(20 if len(low) else 0):
+        middle = 0.5 * (low + high)
+        same = np.where(level(middle) >= 0.0, 1.0, -1.0) == sign
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    before, behind = level(low), level(high)
+    apart = np.where(before == behind, 1.0, before - behind)
+    found: Floats = low + np.clip(before / apart, 0.0, 1.0) * (high - low)
+    return found
+
+
+def _newton(
+    system: Callable[[Floats, Floats], tuple[Floats, Floats]], a: Floats, b: Floats, h: float
+) -> tuple[Floats, Any]:
+    """Return roots of two functions of (a, b), from many starts: a, and whether it was found within the facet."""
+    with np.errstate(all="ignore"):
+        for _ in range(14):
+            (g, k), da, db = system(a, b), system(a + h, b), system(a, b + h)
+            ga, gb, ka, kb = (da[0] - g) / h, (db[0] - g) / h, (da[1] - k) / h, (db[1] - k) / h
+            det = ga * kb - gb * ka
+            det = np.where(np.abs(det) > 1e-12 * (np.abs(ga * kb) + np.abs(gb * ka)), det, np.nan)
+            one, two = (g * kb - k * gb) / det, (k * ga - g * ka) / det
+            long = np.maximum(1.0, np.hypot(one, two) / 0.5)
+            a, b = a - one / long, b - two / long
+    return a, np.isfinite(a) & (np.hypot(one, two) < 1e-8) & (b > -1e-6) & (b < 1.0 + 1e-6)
