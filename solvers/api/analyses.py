@@ -25,7 +25,10 @@ FLAT = 0.25  # relative length: corotational states with flatter cells are not u
 
 @dataclass(frozen=True)
 class AtRest:
-    """Static result of a solid: its nodal displacements (n, 3), m, and the solver's record, `found`."""
+    """Static result of a solid: nodal displacements (n, 3), m.
+
+    `found` is the solver's record of the equilibrium.
+    """
 
     solid: Solid
     displacement: Floats
@@ -41,7 +44,10 @@ class AtRest:
 
 @dataclass(frozen=True)
 class InMotion:
-    """Dynamic result of a solid: `times` (t,), s, nodal displacements (t, n, 3), m, and the solver's record, `found`."""
+    """Dynamic result of a solid: nodal displacements (t, n, 3), m, at `times` (t,), s.
+
+    `found` is the solver's record of the motion.
+    """
 
     solid: Solid
     times: Floats

@@ -1,4 +1,7 @@
-"""Products with the fields V (n, r) of a reduced model, in one thread, because they are too small to gain from more."""
+"""Products with the displacement fields V (n, r) of a reduced model, in one thread.
+
+The products are too small to gain from more threads.
+"""
 
 from __future__ import annotations
 

@@ -24,8 +24,9 @@ SMALL = 1e-5  # relative to the body's size: displacements along a field that gi
 
 @dataclass(frozen=True)
 class CellSample:
-    """Numbers of the selected cells (s,), ascending, their weights (s,) > 0, and the relative error of the fitted
-    forces.
+    """Numbers of the selected cells (s,), ascending, and their weights (s,) > 0.
+
+    `error` is the relative error of the fitted forces.
     """
 
     cells: Ints
@@ -68,8 +69,7 @@ class CellContributions:
 
 
 def sample_cells(energies: Sequence[Energy], V: Floats, states: Floats, size: float, tolerance: float) -> CellSample:
-    """Return selected cells and weights that preserve the training states and the stiffness at rest, within
-    `tolerance`.
+    """Return cells and weights that preserve the training states and the stiffness at rest, within `tolerance`.
 
     `states` (s, dofs) are displacements in the space of the fields V, m. Errors of the forces in a state are weighted
     by
@@ -126,9 +126,9 @@ def fit_nonnegative(G: Floats, b: Floats, tolerance: float) -> tuple[Floats, flo
 
 
 def _fit_active(G: Floats, b: Floats, w: Floats, active: Ints) -> Ints:
-    """Write into w the nonnegative least squares solution over the active columns; return the columns that stay active.
+    """Write the nonnegative least squares solution over the active columns into w.
 
-    Columns whose weights would become negative are dropped.
+    Columns whose weights would become negative are dropped. Return the columns that stay active.
     """
     while True:
         target = _least_squares(G[:, active], b)

@@ -51,8 +51,9 @@ class ProjectedEnergy(Energy):
         return float(np.sqrt(np.linalg.eigvalsh(inner_products(self.V, self.V))[-1]))
 
     def rounding(self, x: Floats) -> float:
-        """Return an upper bound of the rounding error of the gradient: the full gradient's times the largest singular
-        value of V.
+        """Return an upper bound of the rounding error of the gradient.
+
+        It is the rounding error of the full gradient times the largest singular value of V.
         """
         return self._stretch * self.energy.rounding(expand(self.V, x))
 
@@ -67,8 +68,9 @@ class ProjectedEnergy(Energy):
         g += scale * project(self.V, forces)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add scale V^T K V to the matrix entries `data`; with `projected` the stiffness K is made definite cell by
-        cell.
+        """Add scale V^T K V to the matrix entries `data`.
+
+        With `projected` the stiffness K of the full model is made definite cell by cell.
         """
         block = inner_products(self.V, self._local.tangent(expand(self.V, x), 1.0, projected) @ self.V)
         keep = slots[0] >= 0

@@ -87,8 +87,7 @@ def vibration_modes(K: sparse.csr_matrix, M: sparse.csr_matrix, count: int) -> t
 
 
 def modal_derivatives(gradient: Solve, solve: Solve, fields: Floats, size: float) -> Floats:
-    """Return the modal derivatives -K^-1 D^2 g [v_i, v_j] (n, pairs): second-order static responses to large
-    amplitudes.
+    """Return the modal derivatives -K^-1 D^2 g [v_i, v_j] (n, pairs), static responses of second order.
 
     g is the internal force. Its second derivative at rest is computed by central differences between displacements of
     `size` times STEP, m.

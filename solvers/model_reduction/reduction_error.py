@@ -93,7 +93,10 @@ def static_error(problem: Statics, x: Floats) -> ReductionError:
 
 @dataclass(frozen=True)
 class ReducedMotion:
-    """States of a reduced model at t times, s: unknowns, velocities and accelerations (t, r) of its fields (dofs, r)."""
+    """States of a reduced model at t times, s: unknowns, velocities and accelerations (t, r).
+
+    `fields` (dofs, r) are the displacement fields that the unknowns multiply.
+    """
 
     fields: Floats
     times: Floats

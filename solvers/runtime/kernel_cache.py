@@ -154,7 +154,7 @@ class _KernelFiles:
 
 
 def _replace(path: Path, data: bytes) -> None:
-    """Write a file under a temporary name, then rename it, so that no process reads an incomplete file. Raises OSError."""
+    """Write a file under a temporary name, then rename it, so that no process reads half a file. Raises OSError."""
     handle, part = tempfile.mkstemp(dir=path.parent, prefix=".part-")
     try:
         with os.fdopen(handle, "wb") as file:
@@ -224,7 +224,7 @@ class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
 
 
 def kernel_digest(function: Any) -> str:
-    """Return the SHA-256 of all inputs of a kernel: its code, constants, global values and the kernels that it calls."""
+    """Return the SHA-256 of all inputs of a kernel: its code, constants, global values and called kernels."""
     return hashlib.sha256("\0".join(_describe_function(function, set())).encode()).hexdigest()
 
 

@@ -23,8 +23,9 @@ class CachedTypeInference(typed_passes.NopythonTypeInference):
     _name = "types"
 
     def run_pass(self, state: Any) -> bool:
-        """Infer the types of one kernel with a cache of its own; kernels that it calls are compiled meanwhile with
-        theirs.
+        """Infer the types of one kernel with a cache of its own.
+
+        Kernels that it calls are compiled meanwhile, with their own caches.
         """
         context, known = state.typingctx, {}
         resolve, before = context.resolve_function_type, vars(context).get("resolve_function_type")
