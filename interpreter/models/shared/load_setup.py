@@ -1,4 +1,4 @@
-"""Loads on solid meshes: from the scene to nodal forces and follower pressures."""
+"""Loads on solid meshes, created from the scene as nodal forces and follower pressures."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ Distribution = Literal["consistent", "lumped", "uniform"]
 
 
 def merge_loads(applied: Sequence[tuple[Declared, Energy]], dofs: int) -> list[Energy]:
-    """Return the energies of all loads, with all dead forces merged into one."""
+    """Return the energies of all loads, with all dead forces (those of fixed direction) merged into one energy."""
     found = [energy for _, energy in applied]
     dead = sum((e.f for e in found if isinstance(e, DeadForces)), np.zeros(dofs))
     return [DeadForces(dead), *(e for e in found if not isinstance(e, DeadForces))]
 
 
 def nodal_forces_at_rest(load: Energy, points: Floats) -> Floats:
-    """Return the nodal forces (n, 3), N, of a load on the undeformed body with these nodes (n, 3), m."""
+    """Return the nodal forces (n, 3), N, of a load on the undeformed body, whose nodes are `points` (n, 3), m."""
     g = np.zeros(points.size)
     load.add_gradient(np.zeros_like(g), g)
     return -g.reshape(-1, 3)
@@ -51,7 +51,7 @@ def nodal_forces_at_rest(load: Energy, points: Floats) -> Floats:
 def single_loads(
     case: Case, mesh: Mesh, parts: Integration, small: bool, mass: Distribution = "consistent"
 ) -> list[tuple[Declared, Energy]]:
-    """Return each load with its energy at full size. Raises Fault.
+    """Return the energy of each load separately, at full size. Raises Fault.
 
     If `small`, pressure acts on the undeformed surface.
     """
@@ -59,6 +59,7 @@ def single_loads(
 
 
 def _load(case: Case, load: Declared, mesh: Mesh, parts: Integration, small: bool, mass: Distribution) -> Energy:
+    """Return the energy of one load at full size. Raises Fault."""
     dead = np.zeros((len(mesh.points), 3))
     match load.thing.action:
         case BodyForce(acceleration=g):
@@ -96,7 +97,10 @@ def _load(case: Case, load: Declared, mesh: Mesh, parts: Integration, small: boo
 
 
 def _surface_moment(case: Case, load: Declared, where: Condition, moment: Floats, mesh: Mesh) -> FaceMoment:
-    """Return a moment on a part of the surface. Raises Fault if its nodes are too many for a fully coupled tangent."""
+    """Return the energy of a moment, N m, that acts on a part of the surface.
+
+    Its tangent couples all nodes of that part; raises Fault if these are too many.
+    """
     surface = _loaded_surface(case, load, where, mesh)
     if (count := len(np.unique(np.concatenate([surface.whole, surface.nodes])))) > MOST_NODES:
         raise fault(
@@ -111,10 +115,11 @@ def _surface_moment(case: Case, load: Declared, where: Condition, moment: Floats
 
 
 def nodal_mass(mesh: Mesh, parts: Integration, density: Any, mass: Distribution, depth: float = 0.0) -> Floats:
-    """Return the mass of each node (n,), kg: row sums of the consistent matrix, its diagonal, or equal shares.
+    """Return the mass of each node (n,), kg.
 
-    `density` is a number, kg/m^3, or an object with a method `at`. With a `depth`, m, of a slice through a body of
-    revolution, the masses are those of whole rings, by the consistent matrix.
+    `mass` selects how it is computed: row sums of the consistent matrix, its diagonal, or equal shares of cells.
+    `density` is a number, kg/m^3, or an object with a method `at`. For a body of revolution `depth`, m, is the
+    depth of its slice; masses are then those of whole rings, by the consistent matrix.
     """
     if mass == "uniform":
         whole = (
@@ -137,10 +142,10 @@ def nodal_mass(mesh: Mesh, parts: Integration, density: Any, mass: Distribution,
 
 
 def _mass_quadrature(mesh: Mesh, density: Any) -> tuple[Floats, Floats, float]:
-    """Return shape functions (q, a), volumes (m, q), m^3, of the points of mass integrals, and the density, kg/m^3.
+    """Return the quadrature of mass integrals: shape functions (q, a), volumes (m, q), m^3, and the density, kg/m^3.
 
-    A varying density is multiplied into the volumes, and the returned density is one. Shape functions are (m, q, a) if
-    cells need points of their own.
+    A varying density is multiplied into the volumes, and the returned density is then one. Shape functions are (m,
+    q, a) if cells have different points.
     """
     from softmark.solvers.dynamics.mass_matrices import mass_points
 
@@ -162,6 +167,7 @@ def mass_matrix(mesh: Mesh, parts: Integration, density: Any, mass: Distribution
 
 
 def _add_point_force(dead: Floats, case: Case, load: Declared, at: Vector3, force: Vector3, mesh: Mesh) -> None:
+    """Add a point force, N, at a point to the nodal forces `dead` (n, 3), N, in place. Raises Fault."""
     place = locate_points(mesh, np.array([at]))
     if case.shape.file and place.outside[0] > 0:
         away = units.format_value(float(place.outside[0]), units.LENGTH)
@@ -179,7 +185,10 @@ def _add_point_force(dead: Floats, case: Case, load: Declared, at: Vector3, forc
 
 
 def _add_line_force(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
-    """Add a force per length along a line, cell by cell. Raises Fault where the line leaves the body."""
+    """Add a force per length along a line to the nodal forces `dead`, cell by cell.
+
+    Raises Fault where the line leaves the body.
+    """
     from softmark.solvers.mesh.mesh_line import integrate_along
 
     line: LineForce = load.thing.action
@@ -197,7 +206,7 @@ def _add_line_force(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> Non
 
 
 def _loaded_surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> LoadedSurface:
-    """Return the loaded surface of a load. Raises Fault, also if the load is incompatible with planes of symmetry."""
+    """Return the surface of a load. Raises Fault if it is empty or incompatible with planes of symmetry."""
     found = surface_of(case, load, where, mesh)
     must_not_act_on_axis(case, load, mesh.points[found.touched], mesh.points)
     if isinstance(load.thing.action, SurfaceTraction | RemoteStress):  # of a pressure, the plane's support takes all
