@@ -1,7 +1,7 @@
 """Finite elements: shape functions, quadrature and geometry of a cell, independent of any material law.
 
-Plane elements are slices of solid elements, one cell thick (plane/).
-To add an element: write one file with its class (element.py lists the members) and add one line to ELEMENTS.
+Plane elements are slices of solid elements, one cell thick (plane/). To add an element: write one file with its class
+(element.py lists the members) and add one line to ELEMENTS.
 """
 
 from __future__ import annotations
@@ -54,8 +54,7 @@ def solid_element_name(name: str) -> str:
     """Return the name of the solid element for an element name.
 
     A plane element is a slice of a solid element: the name of that solid element is returned. The name of a solid
-    element
-    is returned unchanged.
+    element is returned unchanged.
     """
     return PLANE[name].slice_of if name in PLANE else name
 

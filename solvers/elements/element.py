@@ -23,9 +23,7 @@ class Facet(Protocol):
 
     nodes: ClassVar[int]
     between: ClassVar[Rows]  # for each node after the corners: the corners whose mean is its position
-    triangles: ClassVar[
-        tuple[tuple[int, int, int], ...]
-    ]  # split of the facet into triangles over its nodes, with the facet's orientation
+    triangles: ClassVar[tuple[tuple[int, int, int], ...]]  # split into triangles over its nodes, oriented alike
     pressed: ClassVar[int]  # degree of shape function times area vector: total on triangles, per coordinate on squares
     bend: ClassVar[int]  # degree of x over any triangle in local coordinates, at least two
     monomials: ClassVar[Rows]  # exponents of xi, eta of the monomials in its shape functions
@@ -88,9 +86,7 @@ class Element(Protocol):
     most: ClassVar[float]  # largest number of cells that fits in memory
     pressures: ClassVar[str | None]  # pressures of mixed formulations: linear between `corners`, or one per `cell`
     formulations: ClassVar[tuple[str, ...]]  # formulations of models/fem that are known to work with it
-    integrations: ClassVar[
-        tuple[str, ...]
-    ]  # `full`: all terms at all points; `selective`: volumetric terms once per cell
+    integrations: ClassVar[tuple[str, ...]]  # `full`; `selective`: volumetric terms once per cell
     springs: ClassVar[bool]  # whether its edges and diagonals can form a spring network
     finer: ClassVar[str]  # element of the finer space: another on the same cells, or itself on cells split in eight
     leaves: ClassVar[float]  # error / distance to the finer solution, for a convergence order of at least 0.85

@@ -32,13 +32,10 @@ class Hex27(QuadraticHexahedron):
 
     Nodes are the corners, the middles of edges and faces, and the centre of the cell; 27 Gauss points. Displacements
     converge with h^3 and strains with h^2, whatever the shape of the cells. The nodes of facets on the side of a
-    cylinder
-    lie on the true surface. Near incompressibility this element locks on coarse meshes: in a thick sphere of two cells,
-    3 % of the displacement is lost at a Poisson ratio of 0.499 and a sixth at 0.4999. `formulation = mixed` adds
-    pressures
-    that are linear between corners, and removes the locking. There are twice as many unknowns as with `hex20` on the
-    same
-    cells.
+    cylinder lie on the true surface. Near incompressibility this element locks on coarse meshes: in a thick sphere of
+    two cells, 3 % of the displacement is lost at a Poisson ratio of 0.499 and a sixth at 0.4999. `formulation = mixed`
+    adds pressures that are linear between corners, and removes the locking. There are twice as many unknowns as with
+    `hex20` on the same cells.
     Source: Zienkiewicz, Taylor and Zhu (2013), section 6.
     """
 

@@ -23,11 +23,10 @@ class Hex8(Hexahedron):
 
     N_a = (1 + xi_a xi)(1 + eta_a eta)(1 + zeta_a zeta)/8 on [-1, 1]^3, eight Gauss points. Displacements converge with
     h^2 and strains with h. With full integration (`integration = full`) the element locks from a Poisson ratio of about
-    0.45: at 0.49 the tip of a cantilever beam (the beam of 2008) sinks by 127 mm instead of 133 mm. With
-    `integration = selective` the terms of the Lame modulus lambda are evaluated once per cell, from the mean
-    deformation
-    gradient of the cell, and the element does not lock (Malkus and Hughes 1978). Cells of any shape then pass the patch
-    test (Flanagan and Belytschko 1981).
+    0.45: at 0.49 the tip of a cantilever beam (the beam of 2008) sinks by 127 mm instead of 133 mm. With `integration =
+    selective` the terms of the Lame modulus lambda are evaluated once per cell, from the mean deformation gradient of
+    the cell, and the element does not lock (Malkus and Hughes 1978). Cells of any shape then pass the patch test
+    (Flanagan and Belytschko 1981).
     Source: Zienkiewicz, Taylor and Zhu (2013), sections 6 and 10.
     """
 

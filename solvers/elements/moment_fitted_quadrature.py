@@ -1,7 +1,7 @@
 """Moment-fitted quadrature on a part of a facet: fixed points, with weights that depend on the part.
 
-The weights are exact for a pressure on the part while the facet deforms. The weight of a point is the integral over
-the part of a basis polynomial, which is one at this point and zero at all other points.
+The weights are exact for a pressure on the part while the facet deforms. The weight of a point is the integral over the
+part of a basis polynomial, which is one at this point and zero at all other points.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Quadratic shape functions on squares and cubes [-1, 1]^d, from the local points of their nodes.
 
 Each coordinate of a node is -1, 0 or 1. Lagrange shape functions are products of quadratic polynomials in one
-coordinate. Serendipity shape functions have nodes only at corners p and at the middles of edges. At a corner,
-N = prod(1 + p_i xi_i) (p . xi - d + 1) / 2^d. In the middle of an edge along coordinate i,
-N = (1 - xi_i^2) prod(1 + p_j xi_j) / 2^(d - 1).
+coordinate. Serendipity shape functions have nodes only at corners p and at the middles of edges. At a corner, N =
+prod(1 + p_i xi_i) (p . xi - d + 1) / 2^d. In the middle of an edge along coordinate i, N = (1 - xi_i^2) prod(1 + p_j
+xi_j) / 2^(d - 1).
 Source: Zienkiewicz, Taylor and Zhu (2013), section 6.
 """
 
@@ -90,8 +90,7 @@ def _last_factor(places: Floats, xi: Floats) -> Floats:
     """Return the last factor (m, a) of each serendipity function at local points xi (m, d).
 
     For a corner it is a linear function that vanishes at the middles of the corner's edges; for a mid-edge node it is
-    the
-    constant 1 / 2^(d - 1).
+    the constant 1 / 2^(d - 1).
     """
     d = places.shape[1]
     found: Floats = np.where((places != 0.0).all(axis=1), (xi @ places.T - d + 1) / 2**d, 1 / 2 ** (d - 1))

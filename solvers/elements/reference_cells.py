@@ -23,8 +23,7 @@ def mirrored_order(corners: tuple[int, ...], between: Rows) -> tuple[int, ...]:
     """Return the node order that turns an inverted cell into a valid one.
 
     `corners` is the new order of the corners. `between` lists, for each other node, the corners whose mean is its
-    position;
-    these nodes are reordered accordingly.
+    position; these nodes are reordered accordingly.
     """
     number = {frozenset(ends): len(corners) + k for k, ends in enumerate(between)}
     return (*corners, *(number[frozenset(corners[c] for c in ends)] for ends in between))
@@ -34,8 +33,8 @@ def facet_nodes(sides: Rows, corners: int, between: Rows, facet: type[Facet]) ->
     """Return the nodes of each facet of a cell, in the order of the facet's class.
 
     `sides` lists the corners of each facet, `corners` is the number of corners of the cell, and `between` lists for
-    each
-    further node the corners whose mean is its position. A midside node between two equal corners is the corner itself.
+    each further node the corners whose mean is its position. A midside node between two equal corners is the corner
+    itself.
     """
     number = {frozenset((k,)): k for k in range(corners)}
     number |= {frozenset(ends): corners + k for k, ends in enumerate(between)}
@@ -90,8 +89,7 @@ class Tetrahedron:
         """Return the local corners (8, 4, 3) of the eight tetrahedra into which the cell is split.
 
         One lies at each corner. The other four fill the remaining octahedron around its diagonal between the middles of
-        the
-        edges 02 and 13.
+        the edges 02 and 13.
         Source: Bey (1995).
         """
         rim = Tetrahedron.rim()
@@ -223,8 +221,7 @@ class Hexahedron:
         """Return the mean-ratio quality (m,) of hexahedra with corners (m, 8, 3).
 
         It is the least of 3 det(J)^(2/3) / |J|^2 over the corners, with the sign of det(J), where the rows of J are the
-        three
-        edges at a corner.
+        three edges at a corner.
         Source: Knupp (2001).
         """
         others = np.array([[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]])

@@ -55,8 +55,7 @@ class Wedge:
         """Return local points (m, 3) moved into the wedge.
 
         Negative barycentric coordinates in the triangle are set to zero and the others are scaled so that their sum is
-        one;
-        zeta is clipped to [-1, 1].
+        one; zeta is clipped to [-1, 1].
         """
         L = np.maximum(Tri3.shape(xi[:, :2]), 0.0)
         inside: Floats = L[:, 1:] / L.sum(axis=1, keepdims=True)
@@ -86,8 +85,8 @@ class Wedge:
         """Return the mean-ratio quality (m,) of wedges with corners (m, 6, 3).
 
         It is the least of 3 det(J)^(2/3) / |J|^2 over the corners, with the sign of det(J). J maps the edges at a
-        corner of the
-        ideal wedge, an equilateral triangle as high as its sides are long, to the edges at the corner of the cell.
+        corner of the ideal wedge, an equilateral triangle as high as its sides are long, to the edges at the corner of
+        the cell.
         Source: Knupp (2001).
         """
         others = np.array([[1, 2, 3], [2, 0, 4], [0, 1, 5], [5, 4, 0], [3, 5, 1], [4, 3, 2]])

@@ -25,8 +25,7 @@ class Tet10(Tetrahedron):
     """Ten-node tetrahedron, quadratic displacement: accurate in bending, follows curved surfaces, locks only mildly.
 
     Shape functions are L_a (2 L_a - 1) at corners and 4 L_a L_b at the mid-edge nodes of the edges 01, 12, 02, 03, 13,
-    23,
-    with L the barycentric coordinates. Four integration points of degree two (Hammer, Marlowe and Stroud 1956).
+    23, with L the barycentric coordinates. Four integration points of degree two (Hammer, Marlowe and Stroud 1956).
     Displacements converge with h^3 and strains with h^2. The mid-edge nodes on the side of a cylinder lie on the true
     surface. Near incompressibility pressures oscillate, while displacements stay accurate: at a Poisson ratio of 0.499
     refine and compare. The cost is about eight times that of `tet4`.

@@ -21,8 +21,8 @@ else:
 class Tet4(Tetrahedron):
     """Four-node tetrahedron, linear displacement: cheap, stiff in bending, locks near incompressibility.
 
-    N_0 = 1 - xi - eta - zeta, N_1 = xi, N_2 = eta, N_3 = zeta, one integration point (exact, since the gradient
-    is constant). Displacements converge with h^2 and strains with h. At Poisson ratios of 0.45 and above it is much too
+    N_0 = 1 - xi - eta - zeta, N_1 = xi, N_2 = eta, N_3 = zeta, one integration point (exact, since the gradient is
+    constant). Displacements converge with h^2 and strains with h. At Poisson ratios of 0.45 and above it is much too
     stiff (volumetric locking).
     Source: Zienkiewicz, Taylor and Zhu (2013), section 5.
     """

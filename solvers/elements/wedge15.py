@@ -22,10 +22,9 @@ else:
 class Wedge15(Wedge):
     """Fifteen-node wedge with quadratic displacement; six-node plane triangles are slices of it.
 
-    With L the barycentric coordinates in the triangle and z the coordinate along the wedge, shape functions are
-    L (2 L - 1) (1 +- z)/2 - L (1 - z^2)/2 at corners, 2 L L' (1 +- z) in the middles of triangle sides, and L (1 - z^2)
-    in
-    the middles of the other edges. Integration uses three points in the triangle, of degree two, times two Gauss points
+    With L the barycentric coordinates in the triangle and z the coordinate along the wedge, shape functions are L (2 L
+    - 1) (1 +- z)/2 - L (1 - z^2)/2 at corners, 2 L L' (1 +- z) in the middles of triangle sides, and L (1 - z^2) in the
+    middles of the other edges. Integration uses three points in the triangle, of degree two, times two Gauss points
     along z.
     Source: Zienkiewicz, Taylor and Zhu (2013), section 6.
     """

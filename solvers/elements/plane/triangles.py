@@ -16,12 +16,9 @@ class Tri3(Wedge6):
     """Three-node triangle for plane strain, plane stress and axial symmetry: uniform strain in its plane.
 
     One integration point. Displacements converge with h^2 and strains with h. In bending the element is much too stiff.
-    In
-    plane strain and axial symmetry it locks from a Poisson ratio of about 0.45, and no option prevents that: use
-    `tri6`,
-    or `quad4` with `formulation = mean_dilatation`. Meshes of plane regions split each quadrilateral of their grid into
-    two
-    triangles; the diagonals of neighbours meet at common points.
+    In plane strain and axial symmetry it locks from a Poisson ratio of about 0.45, and no option prevents that: use
+    `tri6`, or `quad4` with `formulation = mean_dilatation`. Meshes of plane regions split each quadrilateral of their
+    grid into two triangles; the diagonals of neighbours meet at common points.
     Source: Turner, Clough, Martin and Topp (1956), "Stiffness and deflection analysis".
     """
 
@@ -36,10 +33,8 @@ class Tri6(Wedge15):
     """Six-node triangle for plane strain, plane stress and axial symmetry, quadratic: sides may be curved.
 
     Three integration points. Displacements converge with h^3 and strains with h^2. With `formulation = mixed` (Taylor
-    and
-    Hood's P2/P1) Poisson ratios up to 0.5 are possible. Meshes of plane regions split each quadrilateral of their grid
-    into
-    two triangles.
+    and Hood's P2/P1) Poisson ratios up to 0.5 are possible. Meshes of plane regions split each quadrilateral of their
+    grid into two triangles.
     Source: Zienkiewicz, Taylor and Zhu (2013), section 6.
     """
 
