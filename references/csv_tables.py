@@ -156,7 +156,7 @@ def _check_field_count(name: str, row: Row, header: list[str], separator: str) -
     """Raise Unreadable for a row with more fields than its header, as decimal commas produce."""
     line, fields = row
     if any(fields[len(header) :]):
-        count = f"line {line} has {len(fields)} fields, its header {len(header)}"
+        count = f"line {line} has {len(fields)} fields, but its header has {len(header)}"
         comma = "; use a decimal point" if separator == "," else ""
         raise Unreadable(name, count, f"give each row as many fields as the header{comma}")
 

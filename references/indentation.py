@@ -14,7 +14,7 @@ FAR = 0.5  # relative to the radius of a sphere: largest depth for small-depth t
 WIDE = 0.5  # relative to the distance to a free side: largest contact radius
 THICK = 0.5  # relative to the thickness: largest contact radius on a half-space
 SAID = 0.05  # relative error of the force from omitted effects, above which it is reported
-NO_FRICTION = "use a theory with friction, or leave `friction` out"
+NO_FRICTION = "use a theory with friction, or remove `friction`"
 
 
 @dataclass(frozen=True)

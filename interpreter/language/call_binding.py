@@ -173,7 +173,7 @@ class Binder:
                 return constructor.fields[position]
             count = len(constructor.fields)
             fields = f"{count} field" + ("s" if count != 1 else "")
-            self.place.fail("E211", argument.span, f"`{constructor.name}` has {fields}, this is one more",
+            self.place.fail("E211", argument.span, f"`{constructor.name}` has {fields}; this value is one too many",
                             "too many",
                             self._listing(constructor))  # fmt: skip
             return None

@@ -160,7 +160,7 @@ class Evaluator:
         if any(map(math.isinf, value_components(value))):
             raise self.place.fail("E219", span, "the number is too large", "numbers go up to 1.8e308")
         if any(abs(n) > HIGHEST for n in value.dimension):
-            raise self.place.fail("E219", span, "the power of its unit is too large", f"powers go up to {HIGHEST}")
+            raise self.place.fail("E219", span, "the power of the unit is too large", f"powers go up to {HIGHEST}")
         return value
 
     def _kept(self, value: V, meant: bool, span: Span) -> V:

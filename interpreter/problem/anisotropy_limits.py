@@ -143,7 +143,7 @@ def _check_active_strain(declared: Declared, case: Case) -> Diagnostic | None:
         return diagnostic(
             "E368",
             declared.at(),
-            f"`{declared.name}` is dynamic, but fibres that shorten with an `amplitude` need a quasistatic one",
+            f"`{declared.name}` is dynamic, but fibres that shorten with an `amplitude` need a quasistatic analysis",
             "not in a dynamic analysis",
             "use `quasistatic(...)`, a shortening without an `amplitude`, or a tension: `active(..., amplitude = ...)`",
         )
@@ -160,7 +160,7 @@ def _check_active_strain(declared: Declared, case: Case) -> Diagnostic | None:
             "E378",
             declared.at(),
             f"`{declared.name}` follows a path from rest, but fibres of "
-            f"`{case.body.name}` are shortened before it begins",
+            f"`{case.body.name}` are shortened before the path begins",
             "no path from rest",
             "use `path = load`, with several states if one step is too long, or a tension, which grows"
             " along the path: `active(...)`",

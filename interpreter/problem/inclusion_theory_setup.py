@@ -171,7 +171,8 @@ def _stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
             raise NotApplicable(f"the load `{load.name}` acts as well", f"use {PULLS}")
         if not _covers_border(action.where, case, inner, outer, centre):
             raise NotApplicable(f"the load `{load.name}` does not act on exactly the whole outer border",
-                          f"select it by its distance: `where = x^2 + y^2 + z^2 >= b^2`{_from(centre)}")  # fmt: skip
+                          "select it by the distance from the centre: `where = x^2 + y^2 + z^2 >= b^2`"
+                          f"{_from(centre)}")  # fmt: skip
         for axis, along in enumerate(_stress_of_load(load, case)):
             total[axis] += along
     if not case.loads:

@@ -21,7 +21,7 @@ def missed_plane_error(rigid: Declared, body: Declared, low: float, high: float)
         return None
     ends = f"{units.format_value(low, units.LENGTH)} to {units.format_value(high, units.LENGTH)}"
     problem = f"the plane of `{body.name}`, z = 0, does not cut `{rigid.name}`, which spans z from {ends}"
-    remedy = "let it lie on both sides of z = 0, where its section acts on a plane body, "
+    remedy = "the section at z = 0 acts on the plane body: place the rigid body on both sides of z = 0, "
     moved = isinstance(getattr(rigid.thing.shape, "path", None), str)
     remedy += "by other coordinates in its file" if moved else "by an `origin` below it"
     return diagnostic("E659", rigid.at("shape"), problem, "misses the plane", remedy)

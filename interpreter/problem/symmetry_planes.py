@@ -135,7 +135,7 @@ def point_doubt(support: Declared, load: Declared, bounds: Bounds | None) -> Dia
                       f"`{load.name}` acts in the plane of symmetry `{support.name}`, so half of it belongs to the "
                       "mirror image",
                       "shared with the mirror image",
-                      "give half of the force on the whole body, unless it is that already")  # fmt: skip
+                      "give half of the force on the whole body, or ignore this if it is half already")  # fmt: skip
 
 
 def _tolerance(points: Floats) -> float:

@@ -166,7 +166,7 @@ def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: De
             contact.at(),
             f"`{first.name}` starts inside `{second.name}`: its centre lies in the material",
             "inside from the start",
-            "move it outside, so that it touches at most, and "
+            "move it outside, where it may touch the surface, and "
             "press it in with a support: `displaced(..., by = "
             "...)`; declare an inclusion as a `region` with its "
             "own material",

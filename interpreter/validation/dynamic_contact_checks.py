@@ -41,10 +41,10 @@ def metric_faults(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic(
                 "E634",
                 metric.at("over"),
-                f"`{metric.name}` is the {metric.thing.when} over time, but the analysis is not dynamic",
+                f"`{metric.name}` is the {metric.thing.when} value over time, but the analysis is not dynamic",
                 "no time here",
-                "remove `over`, as a static analysis has one value, or several states of which `.at(50 %)` is one; "
-                "or use a dynamic analysis: `dynamic(...)`",
+                "remove `over`: a static analysis has one value, or one for each state, such as `.at(50 %)`; "
+                "or use a dynamic analysis, `dynamic(...)`",
             )
         elif moving and not isinstance(
             scene.declared[named := metric.thing.concerned or ""].thing, RigidContactPair | SelfContact

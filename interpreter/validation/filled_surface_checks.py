@@ -24,6 +24,6 @@ def doubts(model: Declared, case: Case, shape: SurfaceBody) -> tuple[Diagnostic,
                 return tuple(d for d in found if d is not None)
             problem = f"the surface of `{case.body.name}` cannot be filled with tetrahedra: {error}"
             remedy = error.remedy or "name a file with one closed surface"
-            return (diagnostic(error.code, case.body.at("shape"), problem, "encloses no body", remedy),)
+            return (diagnostic(error.code, case.body.at("shape"), problem, "cannot be filled", remedy),)
         found += [repair_warning(case, surface), thickness_warning(model, case, surface)]
     return tuple(d for d in found if d is not None)

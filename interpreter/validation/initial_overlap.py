@@ -37,7 +37,7 @@ def check_initial_overlap(scene: Scene, contact: Declared, rigid: Declared, body
                 "E611", contact.at(),
                 f"`{rigid.name}` overlaps `{body.name}` at the start: both contain {place}",
                 "overlap at the start",
-                "move it away, so that it touches at most, and press it in with a support: `displaced(..., by = "
+                "move it away until the bodies only touch, and press it in with a support: `displaced(..., by = "
                 "...)`",
             )  # fmt: skip
             return

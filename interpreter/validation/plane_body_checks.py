@@ -294,7 +294,7 @@ def _check_axisymmetric_model(thing: Fem, declared: Declared, case: Case) -> Ite
         )
     if isinstance(case.analysis, Dynamic) or case.analysis.disturbed != "none" or case.analysis.path != "load":
         yield diagnostic("E322", declared.at(), f"`{declared.name}` models a body of revolution, which supports only "
-                                                "static analysis under growing load", "not for axisymmetric bodies",
+                                                "static analyses that start at rest", "not for axisymmetric bodies",
                          "use `static()`, or a `solid`")  # fmt: skip
     for load in case.loads:
         if isinstance(load.thing.action, PointLoad | LineForce):
@@ -332,7 +332,7 @@ def _check_plane_stress_model(thing: Fem, declared: Declared, case: Case) -> Ite
         yield diagnostic(
             "E545",
             case.body.at("material"),
-            f"`{case.body.name}` is in plane stress, but its material has no bulk modulus, which the thickness needs",
+            f"`{case.body.name}` is in plane stress, but its material has no bulk modulus to compute the thickness",
             "a Poisson's ratio of 0.5",
             "use a smaller one, such as 0.4999: plane stress does not lock",
         )
@@ -342,7 +342,7 @@ def _reason_unknown(metric: Declared, scene: Scene) -> str:
     """Return why a metric is not known for an axisymmetric body; "" if it is."""
     thing = metric.thing
     if isinstance(thing, Force):
-        return "" if not (thing.direction[0] or thing.direction[2]) else "whose forces across its axis cancel"
+        return "" if not (thing.direction[0] or thing.direction[2]) else "because forces across the axis cancel"
     if isinstance(thing, StrainEnergy | PorePressure | Outflow | ContactMetric):
         return ""
     if isinstance(thing, DerivedMetric):  # known if the metric `of` is
@@ -350,7 +350,7 @@ def _reason_unknown(metric: Declared, scene: Scene) -> str:
     probe = scene.declared.get(thing.looked_at or "")
     if isinstance(thing, AT_POINTS) and probe is not None:
         seen = isinstance(probe.thing, Point | Line)
-        return "" if seen else "whose section is probed at points and along lines"
+        return "" if seen else "which is probed only at points and along lines"
     return "which does not support this metric"
 
 

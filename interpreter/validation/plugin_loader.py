@@ -392,7 +392,7 @@ def _check_entry(entry: Entry, module: ModuleType) -> Any:
     if entry.table == "adapters":
         return _register_adapter(entry.word, name, thing, root, module)
     if not isinstance(thing, type):
-        raise BadClass(f"it has no class `{name}`", "write a word and the name of a class of this file")
+        raise BadClass(f"it has no class `{name}`", "write a word and the name of a class in this file")
     if not issubclass(thing, root):
         raise BadClass(f"`{name}` is not a {base}", f"derive it from `{base}` of `softmark.{place}`")
     check_class(thing, entry.kind)

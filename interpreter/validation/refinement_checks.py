@@ -93,7 +93,7 @@ def _methods(scene: Scene, reference: Declared, well_sized: bool) -> Iterator[Di
             reference.at("methods"),
             f"`{reference.name}` refines one model only",
             "nothing to compare with",
-            "name two models that share no element and integration, so that each checks the other",
+            "name two models with different elements or integration, so that each checks the other",
         )
         return
     seen: dict[tuple[str, str], Declared] = {}

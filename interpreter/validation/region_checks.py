@@ -79,8 +79,8 @@ def check_models(scene: Scene) -> Iterator[Diagnostic]:
         names = ", ".join(f"`{part.name}`" for part in case.parts)
         if not model.thing.composite:
             yield diagnostic("E593", model.at(),
-                             f"`{model.name}` supports one material, but `{case.body.name}` has regions of others: "
-                             f"{names}",
+                             f"`{model.name}` supports one material, but `{case.body.name}` has regions of other "
+                             f"materials: {names}",
                              "one material only",
                              "use a full `fem(...)` model, or remove the `material` of the regions")  # fmt: skip
         elif (
@@ -100,7 +100,8 @@ def check_models(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic(
                 "E593",
                 model.at("material"),
-                f"`{model.name}` replaces the material of `{case.body.name}`, which has regions of others: {names}",
+                f"`{model.name}` replaces the material of `{case.body.name}`, which has regions of other "
+                f"materials: {names}",
                 "replaces which material?",
                 "remove `material`, and vary the materials of the scene",
             )

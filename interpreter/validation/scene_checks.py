@@ -59,7 +59,7 @@ def _one_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for extra in list(scene.of_kind("analysis").values())[1:]:
         yield diagnostic("E222", extra.at(), "the scene already has an analysis",
                          "the second analysis",
-                         "keep one of them, and write another scene for the other")  # fmt: skip
+                         "keep one of them, and put the other into a scene of its own")  # fmt: skip
 
 
 def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -405,7 +405,7 @@ def _amplitudes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         first = moved.setdefault(support.thing.body, support)
         if first.thing.amplitude != support.thing.amplitude:
             yield diagnostic("E501", support.at("amplitude"),
-                             f"`{support.name}` and `{first.name}` have a different `amplitude`",
+                             f"`{support.name}` and `{first.name}` have different amplitudes",
                              "differs from the first", "give all supports that move the same `amplitude`")  # fmt: skip
     yield from check_amplitude_resolution(scene)
 

@@ -168,7 +168,7 @@ def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
         yield diagnostic(
             "E361",
             analysis.at("times"),
-            f"`{analysis.name}` ends before the last of its times",
+            f"`{analysis.name}` ends before the last of its `times`",
             f"it ends at {units.format_value(thing.duration, units.TIME)}",
             f"extend it to {units.format_value(times[-1], units.TIME)}, or give earlier times",
         )

@@ -79,7 +79,7 @@ def _field(reference: Declared, field: str) -> Iterator[Diagnostic]:
         yield diagnostic(
             "E224",
             reference.at(field),
-            f"`{reference.name}` has {_count(count, 'value')} and {each} {noun}",
+            f"`{reference.name}` has {_count(count, 'value')} but {each} {noun}",
             "one per value is needed",
             "give one for all values, or one per value in the same order",
         )
@@ -90,7 +90,7 @@ def _band(reference: Declared) -> Diagnostic | None:
     said = [field for field in reference.thing.lists if reference.value(field) is not None]
     if said in (["spread"], ["low", "high"]):
         return None
-    name, why, at = reference.name, "the range in which the codes of `{}` lie is missing", reference.at()
+    name, why, at = reference.name, "`{}` does not give the range of the codes", reference.at()
     if "spread" in said:
         why, at = "the band of `{}` is given in two ways", reference.at("spread")
     elif said:
@@ -120,16 +120,16 @@ def _check_band(reference: Declared) -> Iterator[Diagnostic]:
             yield diagnostic(
                 "W359",
                 at,
-                f"no model will agree with `{name}`, whose value {value} has no uncertainty",
+                f"no model can agree with `{name}`: its value {value} has no uncertainty",
                 "zero width",
                 "give half of the last printed digit as uncertainty; `values` with `kind = theory` are exact",
             )
             return
         if high - low > WIDE[agreed] * abs(known.value) > 0.0:
-            one = f"the codes of `{name}` lie" if agreed else f"`{name}` lies anywhere"
-            yield diagnostic("W360", at, f"{one} between {ends[0]} and {ends[1]}, too wide for the value {value}",
-                             "as wide as the value", "narrow the band, or remove the expectation: it would say "
-                                                     "little about a model")  # fmt: skip
+            one = f"the codes of `{name}` range" if agreed else f"`{name}` ranges"
+            yield diagnostic("W360", at, f"{one} from {ends[0]} to {ends[1]}, too wide for the value {value}",
+                             "as wide as the value", "narrow the band, or remove the expectation: a model could "
+                                                     "hardly fail it")  # fmt: skip
             return
 
 

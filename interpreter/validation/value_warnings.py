@@ -161,7 +161,7 @@ def _check_half_models(scene: Scene) -> Iterator[Diagnostic]:
         if own:
             yield diagnostic("W383", metric.at(),
                              f"`{metric.name}` finds only modes that are symmetric about the plane of `{own[0]}`",
-                             "other modes may be slower",
+                             "other modes may have lower frequencies",
                              "model the whole body, which also has the other modes")  # fmt: skip
 
 

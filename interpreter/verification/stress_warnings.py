@@ -243,5 +243,5 @@ def _metric_warnings(metric: Declared, view: View, prepared: Prepared, thing: An
         f"the {metric.thing.made_of} of neighbouring cells of `{view.name}` differs by "
         f"{100 * apart:.0f} % at {place}, where `{metric.name}` is evaluated",
         "not resolved by the mesh",
-        "refine the mesh there; at a re-entrant corner stress is singular, and `--stated` tells whether it converges",
+        "refine the mesh there; at a re-entrant corner stress is singular, and `--stated` reports whether it converges",
     )

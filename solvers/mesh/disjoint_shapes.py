@@ -121,7 +121,7 @@ class DisjointShapes(Shape):
         if (found := find_overlap(made)) is not None:
             raise UnreadableMesh(
                 f"the shapes of `disjoint(...)` overlap: {format_position(found[0])} lies in both",
-                "E569", "move one of them: matter there would count twice",
+                "E569", "move one of the shapes: the material there would be counted twice",
             )  # fmt: skip
         return made
 

@@ -129,7 +129,7 @@ class Beam6Dof(Model):
             return ""
         nodes, slack = self.stations(case), 1e-6 * case.prism.length
         near = all(any(abs(s - place) <= slack for s in nodes) for place in places)
-        return "" if near else f"{what} where no node can be placed: use more segments"
+        return "" if near else f"{what}, too far from a node: use more segments"
 
     def _wound(self, case: Case, action: TendonLoad) -> str:
         """Return a message if a tendon winds too much within a segment, which sees only its middle; else empty."""

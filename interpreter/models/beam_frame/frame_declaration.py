@@ -60,7 +60,7 @@ class Frame6Dof(Model):
         if not case.shape.wired:
             return [
                 diagnostic("E344", declared.at(), f"`{declared.name}` needs a body made by `network(...)`, "
-                                                  f"and `{case.body.name}` is none",
+                                                  f"but `{case.body.name}` is not a network",
                            "only for networks", "use `beam6dof(...)` or `fem(...)`, or declare the body as "
                            "`network(...)`")
             ]  # fmt: skip

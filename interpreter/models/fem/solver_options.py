@@ -76,9 +76,9 @@ def check_grading(model: Fem, declared: Declared, case: Case) -> Diagnostic | No
         if given is None:
             return None
         help = (
-            "`refine_at = x <= 0 mm` tells where"
+            "`refine_at = x <= 0 mm` selects where"
             if given == "refine_factor"
-            else "`refine_factor = 4` tells how many times"
+            else "`refine_factor = 4` sets how many times"
         )
         return diagnostic(
             "E339",
@@ -97,7 +97,7 @@ def check_grading(model: Fem, declared: Declared, case: Case) -> Diagnostic | No
         return None
     ways = ", ".join(f"`{name}`" for name in shape.gradable)
     problem = f"`refine_at` of `{declared.name}` selects no border that its mesh can follow"
-    help = f"write a plane where {ways} of the shape has a value, its ends included, such as `refine_at = x <= 0 mm`"
+    help = f"select at a constant {ways} of the shape, inside it or at its ends, such as `refine_at = x <= 0 mm`"
     return diagnostic("E341", declared.at("refine_at"), problem, "no border there", help)
 
 
@@ -130,12 +130,12 @@ def _check_dynamics(model: Fem, case: Case) -> Iterator[Clash]:
     """Yield errors for options that only static analyses have."""
     if not isinstance(case.analysis, Dynamic):
         return
-    steps = "time steps already reuse factors and start from the previous state: "
+    steps = "time steps already reuse factorizations and start from the previous state"
     usual = {"precision": "double", "linear": "auto", "factorisation": "fresh", "initial_guess": None}
     for field, value in usual.items():
         if getattr(model, field) != value:
             help = "leave it out; control the cost of time steps by `step`, `tolerance` and `max_iterations`"
-            yield field, f"{steps}`{field}` is for static analyses", "not in a dynamic analysis", help
+            yield field, f"`{field}` is only for static analyses: {steps}", "not in a dynamic analysis", help
 
 
 def explicit(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -224,7 +224,7 @@ def _check_linear_solver(model: Fem, case: Case) -> Iterator[Clash]:
     field = "linear" if capped else "factorisation"
     word = f"`{field} = {getattr(model, field)}`"
     help = "use `linear = auto`, `superlu` or `pardiso`" if capped else "leave it out"
-    yield field, f"{word} needs a symmetric matrix, but that of {why} is not symmetric", "not symmetric", help
+    yield field, f"{word} needs a symmetric matrix, but the matrix of {why} is not symmetric", "not symmetric", help
 
 
 def _not_installed(model: Fem) -> Iterator[Clash]:

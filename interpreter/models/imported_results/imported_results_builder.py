@@ -309,7 +309,7 @@ def _compare_with_body(
         declared.at("path"),
         f"the mesh of `{declared.name}` has {100 * share:.3g} % of the volume of `{case.body.name}`",
         "different body?",
-        "if it is a coarse mesh of this body, this is its error; otherwise write a scene for its own body",
+        "a coarse mesh of this body has this discretization error; for another body, write a scene of that body",
     )
     return told, (note,)
 
@@ -338,7 +338,7 @@ def _outside_error(
         remedy = f"wrong unit? write `unit = {unit}`, which gives the size of the body"
     return diagnostic(
         "E702", declared.at("unit") if factor is not None else declared.at("path"),
-        f"{Path(model.path).name} does not cover `{case.body.name}`: they differ by up to "
+        f"{Path(model.path).name} does not cover `{case.body.name}`: their boundaries differ by up to "
         f"{units.format_value(most, units.LENGTH)}",
         "its points span {}, the body {}".format(*spans), remedy,
     )  # fmt: skip

@@ -116,7 +116,7 @@ class Homogeneous(Model):
             yield diagnostic(
                 "W365",
                 declared.at(),
-                f"`{declared.name}` leaves the width of `{case.body.name}` along {axes} free, which {names} hold",
+                f"`{declared.name}` leaves the width of `{case.body.name}` along {axes} free, but {names} hold it",
                 "no grips in this model",
                 "a gripped body is stiffer near "
                 "its ends: compare with "

@@ -142,7 +142,7 @@ class MassSpring(Model):
             declared.at(),
             f"springs have a Poisson's ratio of 0.25, but the material of `{case.body.name}` has {nu:g}",
             "not representable by springs",
-            "use `fem(...)`, which supports any Poisson's ratio: no spring stiffness can change that of springs",
+            "use `fem(...)`, which supports any Poisson's ratio: spring stiffness does not change the ratio of springs",
         )
 
     def _law(self, declared: Declared, case: Case) -> Diagnostic | None:

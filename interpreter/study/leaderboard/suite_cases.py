@@ -102,11 +102,11 @@ def _misfit(case: Case, scene: Scene) -> Diagnostic | None:
     metric = metrics[case.by]
     if metric.thing.measured_from not in references:
         errors = [n for n, d in metrics.items() if d.thing.measured_from in references]
-        hint = f"errors of the scene are {', '.join(errors)}" if errors else "give the metric `against = ...`"
-        return case.fault("E743", "by", f"`{case.by}` has no reference", "no error", hint)
+        hint = f"metrics with a reference: {', '.join(errors)}" if errors else "give the metric `against = ...`"
+        return case.fault("E743", "by", f"`{case.by}` has no reference", "not an error", hint)
     kind = references[metric.thing.measured_from].thing.kind
     if case.kind != kind:
-        message = f"`{metric.thing.measured_from}`, the reference of `{case.by}`, is {_article(kind)}"
+        message = f"the reference of `{case.by}`, `{metric.thing.measured_from}`, is of the kind {_article(kind)}"
         return case.fault("E744", "kind", message, "another kind", f"write `kind = {kind.replace(' ', '_')}`")
     if (wanted := units.parse_unit(metric.thing.unit).dimension) != case.dimension:
         given = units.dimension_name(case.dimension)

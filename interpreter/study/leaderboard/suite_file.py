@@ -31,7 +31,7 @@ KINDS: tuple[str, ...] = get_args(Kind)  # kinds of references, as scenes write 
 FIELDS: Mapping[str, tuple[type, str]] = {  # fields of a case after its scene, with their forms
     "by": (tree.Name, "a metric of the scene, such as `by = eta`"),
     "kind": (tree.Name, f"the kind of its reference: {', '.join(KINDS)}"),
-    "within": (tree.Number, "the largest error of a right result, such as `within = 2 %`"),
+    "within": (tree.Number, "the largest error of a correct result, such as `within = 2 %`"),
     "asks": (tree.String, 'the question in one line, such as `asks = "How far does it sag?"`'),
 }
 FORM = 'case lifted = judged("bend-45", by = off_lifted, kind = one_code, within = 2 %, asks = "...")'

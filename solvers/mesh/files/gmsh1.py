@@ -55,7 +55,7 @@ def _points(words: list[str]) -> tuple[Floats, dict[int, int], int]:
     """Return points (n, 3), their indices by the numbers of the file, and the number of words read."""
     count = int(words[1])
     if not 0 <= count <= len(words) // 4:
-        raise MalformedGmsh(f"it announces {count} points, but ends before")
+        raise MalformedGmsh(f"it announces {count} points, but the file ends earlier")
     table = np.array(words[2 : 2 + 4 * count], dtype=np.float64).reshape(count, 4)
     number = {int(n): i for i, n in enumerate(table[:, 0])}
     end = 2 + 4 * count

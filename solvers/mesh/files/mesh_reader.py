@@ -37,7 +37,7 @@ UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never re
 
 KINDS = {element.meshio: name for name, element in ELEMENTS.items()}  # meshio's word -> ours
 OTHERS = frozenset({"wedge", "pyramid", "wedge15", "wedge18", "pyramid13", "pyramid14"})
-AGAIN = "write it again as .vtu, .vtk, .msh, .inp or .mesh: it may be incomplete, or have the wrong extension"
+AGAIN = "export the file again as .vtu, .vtk, .msh, .inp or .mesh: it may be incomplete, or have the wrong extension"
 NO_SURFACE = "E573"
 BY_TRIMESH = frozenset({".stl", ".obj", ".ply", ".off"})
 SURFACE_AGAIN = "write the surface again as .stl, .obj or .ply: the file may be incomplete, or have the wrong extension"

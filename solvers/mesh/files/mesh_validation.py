@@ -105,7 +105,7 @@ def _refuse_duplicate_cells(points: Floats, cells: Ints, kind: str) -> None:
     raise UnreadableMesh(
         f"some of its cells occur twice: {int(again.sum())} of {len(cells)} {family}, the first are cells "
         f"{one} and {twin} at {format_position(points[cells[one]].mean(axis=0))}",
-        "E563", "remove one of each: matter would count twice",
+        "E563", "remove the duplicates: their material would be counted twice",
     )  # fmt: skip
 
 
@@ -334,7 +334,7 @@ def _refuse_self_intersection(mesh: Mesh) -> None:
     place, cell = format_position(found[0]), found[1]
     raise UnreadableMesh(
         f"it intersects itself: {place} lies inside cell {cell} and in another part of the mesh",
-        "E569", "repair the mesh: matter there would count twice",
+        "E569", "repair the mesh: the material there would be counted twice",
     )  # fmt: skip
 
 

@@ -23,7 +23,7 @@ FROM_FILES = frozenset({"NODE", "ELEMENT", "NSET", "ELSET"})  # whose data lines
 SHORTEST = 3  # letters of an abbreviated option
 _WHOLE = re.compile(r"[+-]?[0-9]{1,12}")
 _WORD = re.compile(r'(?:[^,"]|"[^"]*"?)+|(?<=,)(?=,)|^(?=,)|(?<=,)$')
-AGAIN = "write the deck again: it may be incomplete"
+AGAIN = "export the deck again: it may be incomplete"
 
 
 class DeckError(UnreadableMesh):
