@@ -112,7 +112,7 @@ class DynamicContacts:
         for i, own in enumerate(self.contacts):  # drop added points without contact force
             if own.extra is not None:
                 contact = own.at(self.amplitudes[i].at(motion.time))
-                left = replace(contact, earlier=contact.body).shed(motion.x)
+                left = replace(contact, earlier=contact.body).without_unloaded_points(motion.x)
                 if left.extra is not contact.extra:
                     self._take(i, left)
         self.log.append(ContactRecord(motion.time, touches, momentum / mass, driven, rubbed, acts))

@@ -48,7 +48,7 @@ def solve_with_stiffer_barriers(problem: Statics, find: Find) -> Equilibrium:
     if not _is_on_body_surface(contacts, found.x):  # what had joined in the state before presses on nothing
         found, used = _stiffen_until_gaps_positive(_without_added_points(problem), find)
         contacts = _rigid_contacts(used.assembly)
-    contacts = [energy.shed(found.x) for energy in contacts]
+    contacts = [energy.without_unloaded_points(found.x) for energy in contacts]
     facts = found.facts | {"joined": sum(len(energy.A) - energy.lasting for energy in contacts)}
     return replace(found, beside=tuple(contacts), history=last.history, facts=facts)
 

@@ -23,7 +23,7 @@ def predict_sticking_motion(problem: Statics, x: Floats) -> Floats:
     assembly, way, old = problem.assembly, np.zeros_like(x), []
     for energy in assembly.loads:
         known: Any = energy
-        old.append(known.towing(x, way) if energy.rubs else known.before() if energy.driven else energy)
+        old.append(known.with_sticking_points(x, way) if energy.rubs else known.before() if energy.driven else energy)
     C = Assembly(assembly.dofs, problem.fixed, [], [e for e in old if e.driven]).tangent(x, 1.0)
     change = np.zeros_like(x)
     change[assembly.free] = -C @ way[assembly.free]
@@ -35,7 +35,7 @@ def force_change_of_rigid_motion(assembly: Assembly, x: Floats, load: float, to:
     found, known = np.zeros(assembly.dofs), list[Any](assembly.loads)
     for energy in known:
         if energy.driven:
-            energy.at(load).add_towed(x, energy.at(to).body, found)
+            energy.at(load).add_force_change_of_motion(x, energy.at(to).body, found)
     return found
 
 
@@ -54,7 +54,7 @@ def predict_rigid_motion(problem: Statics, x: Floats) -> Floats:
     change = np.zeros(problem.assembly.dofs)
     for energy, was, moves in zip(known, loads, each, strict=True):
         if moves:
-            was.add_towed(x, energy.body, change)
+            was.add_force_change_of_motion(x, energy.body, change)
     return linear_response(problem, problem.assembly.acting(problem.assembly.internal, loads), x, change)
 
 
