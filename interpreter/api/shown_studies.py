@@ -15,11 +15,11 @@ from softmark.interpreter.study.robustness.robustness_record import Robustness
 
 
 class ShownComparison(Comparison):
-    """Result of `compare`, with its files."""
+    """Result of `softmark.compare`, which can be displayed and written to files."""
 
     @classmethod
     def showing(cls, found: Comparison) -> Self:
-        """Return the comparison as a ShownComparison."""
+        """Return a comparison as a ShownComparison."""
         return cls(**own_fields(found))
 
     def __repr__(self) -> str:
@@ -44,11 +44,11 @@ class ShownComparison(Comparison):
 
 
 class ShownRobustness(Robustness):
-    """Result of `stress`, with its files."""
+    """Result of `softmark.robustness`, which can be displayed and written to files."""
 
     @classmethod
     def showing(cls, found: Robustness) -> Self:
-        """Return the study as a ShownRobustness."""
+        """Return a robustness study as a ShownRobustness."""
         return cls(**own_fields(found))
 
     def __repr__(self) -> str:

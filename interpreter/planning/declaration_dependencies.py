@@ -1,4 +1,4 @@
-"""Dependencies between declarations: the models and studies that a model is made from."""
+"""Dependencies between declarations: the models and studies that the declaration of a model names."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene
 
 
 def with_dependencies(scene: Scene, models: Collection[str]) -> list[str]:
-    """Return the given models and all models and studies that they depend on."""
+    """Return the given models and all models and studies that they depend on, directly or indirectly."""
     found, pending = dict.fromkeys(models), list(models)
     while pending:
         declared = scene.declared[pending.pop()]
@@ -20,12 +20,12 @@ def with_dependencies(scene: Scene, models: Collection[str]) -> list[str]:
 
 
 def models_of(scene: Scene, declared: Declared, form: str) -> Iterator[str]:
-    """Yield the models named by fields of this form."""
+    """Yield the models that a declaration names in its fields of one form, `name` or `names`."""
     yield from (n for n in named_by(scene, declared, form) if scene.declared[n].kind == "model")
 
 
 def named_by(scene: Scene, declared: Declared, form: str) -> Iterator[str]:
-    """Yield the declarations named by fields of this form."""
+    """Yield the declarations that a declaration names in its fields of one form, `name` or `names`."""
     for field in declared.constructor.fields:
         if field.form == form:
             value = declared.value(field.name)
