@@ -114,7 +114,7 @@ def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:
 
 def _times(view: SceneView, point: ComparedPoint) -> list[str]:
     spread, setup = view.effort(point), point.cost.setup_s
-    most = "≤ " if point.cost.most else ""
+    most = "≤ " if point.cost.is_upper_bound else ""
     time = cell(most + format_quantity(spread.median, "s", 3), spread_range(spread)) if spread else cell(DASH)
     return [
         time,

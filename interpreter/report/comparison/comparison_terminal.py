@@ -149,7 +149,7 @@ def _time(view: SceneView, point: ComparedPoint) -> str:
     if spread is None:
         return "-"
     half = 50 * (spread.q3 - spread.q1) / spread.median
-    most = "<= " if point.cost.most and view.timed else ""
+    most = "<= " if point.cost.is_upper_bound and view.timed else ""
     return most + _plain_text(format_quantity(spread.median, "s", 3)) + (f" ±{half:.0f} %" if half >= 0.5 else "")
 
 

@@ -133,7 +133,7 @@ def _case(node: tree.Declare, source: Source, found: list[Diagnostic]) -> Case |
         elif name != "scene" and name not in FIELDS:
             close = nearest(name, FIELDS)
             hint = f"did you mean `{close}`?" if close else f"fields are {', '.join(FIELDS)}"
-            fail(span, f"a case has no `{name}`", "not known", hint)
+            fail(span, f"a case has no field `{name}`", "unknown field", hint)
         elif not isinstance(value, FIELDS[name][0] if name in FIELDS else tree.String):
             fail(value.span, f"`{name}` has an invalid value", "invalid", _wanted(name))
         given[name], places[name] = value, value.span
