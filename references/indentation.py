@@ -80,4 +80,4 @@ class Indentation:
 def require_distance(radius: float, away: float, what: str, share: float, remedy: str) -> None:
     """Raise NotApplicable if the contact radius exceeds a fraction of the distance from the body's end."""
     if radius > share * away:
-        raise NotApplicable(f"the contact radius is {radius / away:.3g} of the distance to {what}", remedy)
+        raise NotApplicable(f"the contact radius is {radius / away:.3g} times the distance to {what}", remedy)

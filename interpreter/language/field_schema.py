@@ -132,7 +132,7 @@ _EXPECTED = {
     "variants": "a list of values such as `[10, 5, 2.5] mm`",
     "vectors": "a list of points such as `[(0, 0, 0), (0, 0, 1)] m`",
     "pairs": "a list of pairs of whole numbers such as `[(1, 2), (2, 3)]`",
-    "each": "a quantity, or a list of as many as there are",
+    "each": "a quantity, or a list with one for each member",
     "fibres": "a direction such as `+x`, expressions such as `(-y, x, 0 mm)`, or a rule such as `helix(...)`",
 }
 

@@ -165,9 +165,9 @@ def _reason_against_judge(scene: Scene, name: str) -> str:
     """Return the reason why a metric cannot judge models."""
     thing = scene.declared[name].thing
     against = thing.measured_from
-    what, why = "is not a relative error, so it cannot decide", "it has no reference"
+    what, why = "cannot decide", "it has no reference"
     if thing.unit != "1":
-        why = f"it is in {thing.unit}"
+        why = f"it is in {thing.unit}, not a relative error"
     elif against is not None:
         what = "cannot decide"
         why = f"the uncertainty of `{against}` is known for its displacements, not for this metric"

@@ -90,11 +90,11 @@ def led_fault(support: Declared, rigid: Declared, way: Declared) -> Diagnostic |
     if isinstance(way.thing, Displaced):
         does = "moves" if way.thing.imposed[across] else ""
     else:
-        does = "turns" if any(c for i, c in enumerate(way.thing.rotation) if i != across) else ""
+        does = "rotates" if any(c for i, c in enumerate(way.thing.rotation) if i != across) else ""
     if not does:
         return None
     return diagnostic("E582", way.at(), f"`{way.name}` {does} `{rigid.name}` across the plane of symmetry"
-                      f" `{support.name}`, which cuts it", "its mirror image goes the other way",
+                      f" `{support.name}`, which cuts the rigid body", "its mirror image goes the other way",
                       f"model the whole body: motion along {'xyz'[across]} is not symmetric")  # fmt: skip
 
 

@@ -240,7 +240,7 @@ def _find_conflict(one: Fixed | Displaced | Rotated, other: Fixed | Displaced | 
     """Return the conflict of two supports of a rigid body in a word, or None; displacements add up."""
     turns = [isinstance(support, Rotated) for support in (one, other)]
     if all(turns):
-        return "turn"
+        return "rotate"
     still, moving = (one, other) if isinstance(one, Fixed) else (other, one)
     if not isinstance(still, Fixed) or isinstance(moving, Fixed):
         return None

@@ -14,7 +14,7 @@ OF_WALLS = (
     "no material"
 )
 OF_BEAMS = (
-    "use only beam models, `beam6dof(...)` and `frame6dof(...)`, which refer such a point to the whole section; for "
+    "use only beam models, `beam6dof(...)` and `frame6dof(...)`, which locate such a point by its section; for "
     "other models {instead}: the axis of a hollow member has no material"
 )
 INSTEAD = {"load": "apply a traction to the end face or to a strip of the wall", "probe": "select points of the wall"}

@@ -27,7 +27,7 @@ def check_owners(scene: Scene) -> Iterator[Diagnostic]:
                 continue
             problem = f"`{name}` is a region of `{owner}`, but `{declared.name}` refers to `{body}`"
             yield diagnostic("E591", declared.at(field), problem, "of another body",
-                             f"declare one of `{body}`: `region NAME = part({body}, where = ...)`")  # fmt: skip
+                             f"declare a region of `{body}`: `region NAME = part({body}, where = ...)`")  # fmt: skip
 
 
 def check_groups(scene: Scene) -> Iterator[Diagnostic]:

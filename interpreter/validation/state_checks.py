@@ -148,8 +148,8 @@ def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
     for analysis in scene.of_kind("analysis").values():
         given = analysis.value("times" if _has_times(scene) else "states")
         if given is not None and not given.values:
-            field, one = ("times", "time") if _has_times(scene) else ("states", "state")
-            yield diagnostic("E311", analysis.at(field), f"`{analysis.name}` has a list of {field} without a {one}",
+            field = "times" if _has_times(scene) else "states"
+            yield diagnostic("E311", analysis.at(field), f"the list of {field} of `{analysis.name}` is empty",
                              "an empty list", f"add some: {SOME}; or remove `{field}`")  # fmt: skip
     if len(states) > MOST:
         analysis = next(iter(scene.of_kind("analysis").values()))

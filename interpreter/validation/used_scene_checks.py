@@ -35,7 +35,7 @@ def metric_faults(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic(
                 "E509",
                 next((at for field, at in metric.fields.items() if metric.value(field) == name), metric.at()),
-                f"`{metric.name}` needs `{name}`, and a run {verb} {kind}s of scenes that it uses",
+                f"`{metric.name}` needs `{name}`, but a run {verb} {kind}s of imported scenes",
                 f"a {kind} of another scene",
                 f"declare it here, `{kind} {own} = {name}`, and write the metric with `{own}`",
             )

@@ -80,7 +80,7 @@ def _field(reference: Declared, field: str) -> Iterator[Diagnostic]:
             "E224",
             reference.at(field),
             f"`{reference.name}` has {_count(count, 'value')} but {each} {noun}",
-            "one per value is needed",
+            "needs one for each value",
             "give one for all values, or one per value in the same order",
         )
 

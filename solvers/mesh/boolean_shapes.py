@@ -35,8 +35,8 @@ class Combined(SurfaceBody):
     operation: ClassVar[Operation]
     gap = "not a convex body"
 
-    one: Annotated[Any, "shape", "a body"]
-    other: Annotated[Any, "shape", "another body that meets it"]
+    one: Annotated[Any, "shape", "first shape"]
+    other: Annotated[Any, "shape", "second shape, which overlaps the first"]
     facets: Annotated[float | None, "m in (0, inf)", "facet size on curved sides; default: half the cell size"] = None
     tolerance: Annotated[
         float | None,

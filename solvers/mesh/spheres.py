@@ -147,7 +147,7 @@ class Sphere(RoundBody):
 
     convex = True
 
-    radius: Annotated[float, "m in (0, inf)", "its radius"]
+    radius: Annotated[float, "m in (0, inf)", "radius of the sphere"]
     origin: Annotated[Vector3, "m", "its centre"] = (0.0, 0.0, 0.0)
     part: Annotated[Part, "the whole, or the part on one side of its planes of symmetry"] = "whole"
 

@@ -31,8 +31,8 @@ def find_collision(outputs: Sequence[Place], inputs: Iterable[Place] = ()) -> st
 
 def _message(option: str, path: Path, what: str, other: Path) -> str:
     same = "" if path == other else f", which is the same file as {other}"
-    return make_visible(f"error[E394]: {option} would overwrite {path}{same}: that is {what}; "
-                        f"choose another place with {option.split()[0].rstrip(',')}")  # fmt: skip
+    return make_visible(f"error[E394]: {option} would overwrite {path}{same}, which is {what}; "
+                        f"choose another path with {option.split()[0].rstrip(',')}")  # fmt: skip
 
 
 def _key(path: Path) -> object:

@@ -191,5 +191,5 @@ def write_error_message(place: str, error: OSError, option: str) -> str:
     """Return the error message for a path that cannot be written; `option` is the option that sets the path."""
     reason = error.strerror or str(error)
     return make_visible(
-        f"error[E404]: cannot write {place or 'the report'}: {reason}; choose another place with {option}"
+        f"error[E404]: cannot write {place or 'the report'}: {reason}; choose another path with {option}"
     )

@@ -211,11 +211,9 @@ class Beam6Dof(Model):
             diagnostic(
                 "E533",
                 declared.at(off),
-                f"`{declared.name}` cannot move without {'shear' if off == 'shear' else 'stretch'} "
-                "deformation in a dynamic analysis",
+                f"`{declared.name}` needs {'shear' if off == 'shear' else 'stretch'} deformation in a dynamic analysis",
                 "only in static analyses",
-                f"remove `{off} = no`: it is a static constraint, and in motion it would be a stiff "
-                "spring that vibrates",
+                f"remove `{off} = no`: in a dynamic analysis this constraint would be a stiff spring that vibrates",
             )
         ]
 

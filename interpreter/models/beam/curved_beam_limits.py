@@ -39,7 +39,7 @@ def refusals(declared: Declared, case: Case) -> list[Diagnostic]:
 
 
 def _refused(declared: Declared, at: Declared, what: str) -> Diagnostic:
-    problem = f"for a curved axis `{declared.name}` {what}"
+    problem = f"`{declared.name}` {what} for a curved axis"
     return diagnostic("E317", at.at(), problem, "only for straight beams", HELP)
 
 

@@ -48,7 +48,7 @@ class InitialGuess:
         """Return a warning if the initial guess was not used."""
         if self._used(found):
             return ()
-        at, failed = declared.at("start"), self.x is None
+        at, failed = declared.at("initial_guess"), self.x is None
         why = f"`{self.model}` has no solution" if failed else "Newton's method does not converge from there"
         return (
             diagnostic(
@@ -83,7 +83,7 @@ def start_of(declared: Declared, workshop: BuildContext) -> GuessModel:
     """Build the model that provides the initial guess, for the same scene. Raises Fault."""
     name = declared.thing.initial_guess
     if workshop.scene is None:
-        raise fault("E508", declared.at("start"), f"`{declared.name}` has no scene to look up `{name}` in")
+        raise fault("E508", declared.at("initial_guess"), f"`{declared.name}` has no scene to look up `{name}` in")
     other = workshop.scene.declared[name]
     if workshop.build is None:
         raise ValueError("the workshop cannot build another model: make models by `builders.build`")

@@ -112,5 +112,5 @@ def _unsupported_reason(model: Any, case: Case) -> tuple[str, str] | None:
     if analysis.path != "load":
         return "`path = arc_length` imposes displacements in proportion to the load", "use `path = load`"
     if analysis.disturbed != "none":
-        return "a disturbed start may return by another path", "remove `disturbed`"
+        return "a disturbed start may lead to another equilibrium path", "remove `disturbed`"
     return None

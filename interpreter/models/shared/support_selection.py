@@ -101,13 +101,13 @@ def _note(declared: Declared, name: str, own: SupportSelection) -> Diagnostic:
             "cells with only held nodes cannot deform",
             "select only the surface, or use cells as thin as the layer; `--stated` reports the effect",
         )
-    less = f"{_percent(own.held) if own.held else 'none'} of the part that `{name}` selects"
+    less = f"{_percent(own.held) if own.held else 'none'} of its selection"
     parts = [less] if own.held < 1 - MISSED else []
-    parts += [f"{_percent(own.beyond)} more than `{name}` selects"] if own.beyond > MISSED else []
+    parts += [f"{_percent(own.beyond)} more than its selection"] if own.beyond > MISSED else []
     return diagnostic(
         "W375",
         at,
-        f"the mesh of `{declared.name}` holds {' and '.join(parts)}",
+        f"on the mesh of `{declared.name}`, the support `{name}` holds {' and '.join(parts)}",
         "the selection ends inside facets or cells",
         "use a finer mesh, or one with nodes along the border of the selection; `--stated` reports the effect",
     )

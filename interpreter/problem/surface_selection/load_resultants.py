@@ -179,8 +179,8 @@ def load_mismatch_warnings(case: Case, declared: Declared, found: Mapping[str, R
         if abs(1.0 - r.share) > SHOWN and r.remainder <= SHOWN * r.area:
             notes.append(diagnostic(
                 "W371", at,
-                f"`{name}` acts on {100 * r.share:.4g} % of its selected surface of `{case.body.name}` in "
-                f"`{declared.name}`",
+                f"in `{declared.name}`, `{name}` acts on {100 * r.share:.4g} % of the surface of "
+                f"`{case.body.name}` that it selects",
                 "facets approximate the curved surface",
                 f"{_remedy(case, declared)}; the report lists this force and the exact one",
             ))  # fmt: skip
