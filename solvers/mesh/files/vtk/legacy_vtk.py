@@ -179,7 +179,7 @@ class _Reader:
         if code is None:
             raise MalformedGmsh(f"`{kind[:40]}` is not a known number type")
         if count < 0 or count > 8 * len(self.data):
-            raise MalformedGmsh(f"it announces {count} numbers, but ends before")
+            raise MalformedGmsh(f"it announces {count} numbers, but the file ends earlier")
         if self.text:
             words = self._words(count)
             return np.array(words, dtype=np.float64 if code[0] == "f" else np.int64)
@@ -198,7 +198,7 @@ class _Reader:
             rest = parts[count] if len(parts) > count else b""
             if rest or self.at + wide >= len(self.data):
                 if len(parts) < count:
-                    raise MalformedGmsh(f"it announces {count} numbers, but ends before")
+                    raise MalformedGmsh(f"it announces {count} numbers, but the file ends earlier")
                 self.at += len(window) - len(rest)
                 return parts[:count]
             wide *= 2
