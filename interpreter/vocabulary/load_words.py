@@ -1,8 +1,8 @@
 """Loads on bodies, and the few ways (actions) in which a load can act.
 
-A load has fields for the scene, and its `action` says how it acts. Solvers, resultants and checks look only at the
-action. To add a load that acts in an existing way: a class derived from Load and a line in LOADS. A new kind of action
-is refused by every model that does not list it in `loads`, until its formulas are written.
+A load has fields for the scene, and its `action` describes how the load acts. Solvers, resultants and checks use only
+the action. To add a load that acts in an existing way: a class derived from Load and a line in LOADS. A new kind of
+action is refused by every model that does not list it in `loads`, until its formulas are written.
 """
 
 from __future__ import annotations
@@ -113,21 +113,22 @@ class Load:
         raise NotImplementedError(f"{type(self).__name__} does not say how it acts")
 
     def part(self, share: float) -> Self:
-        """Return the load scaled to a fraction of its full size."""
+        """Return the load scaled to the fraction `share` of its full size."""
         less: Self = scale_field(self, self.strength, share)
         return less
 
     def in_state(self, number: int, value: float) -> Self:
-        """Return the load in a state of a static analysis, which has this number and value."""
+        """Return the load in one state of a static analysis, which has this number and value."""
         now: Self = in_state_of_value(self, value)
         return now
 
 
 def in_state_of_value(thing: Any, value: float) -> Any:
-    """Return a load, support or material in a state of this value; it is unchanged without `amplitude = per_state`.
+    """Return a load, support or material as it is in the state with this value.
 
-    If `value` is a time of a quasistatic analysis, the result is scaled by the amplitude at that time, and its
-    `amplitude` (`AtOneTime`) keeps the original at full size.
+    Without `amplitude = per_state` it is unchanged. If `value` is a time of a quasistatic analysis, the result is
+    scaled by
+    the amplitude at that time, and its `amplitude` (`AtOneTime`) keeps the original at full size.
     """
     if isinstance(value, Moment):
         full, amplitude = thing, thing.amplitude
@@ -138,12 +139,12 @@ def in_state_of_value(thing: Any, value: float) -> Any:
 
 
 class HasMaterial:
-    """Base class of bodies and regions with a material, whose active stress may follow an amplitude."""
+    """Base class of bodies and regions with a material; its active stress may follow an amplitude."""
 
     material: Any
 
     def in_state(self, number: int, value: float) -> Self:
-        """Return the body or region in a state of a static analysis, which has this number and value."""
+        """Return the body or region in one state of a static analysis, which has this number and value."""
         if getattr(self.material, "amplitude", None) is None:
             return self
         made: Self = replace(self, material=in_state_of_value(self.material, value))  # type: ignore[type-var]
@@ -151,7 +152,7 @@ class HasMaterial:
 
 
 def scale_field(thing: Any, field: str, share: float) -> Any:
-    """Return a copy with one field, a number or a vector, multiplied by `share`."""
+    """Return a copy of an object with one field, a number or a vector, multiplied by `share`."""
     full = getattr(thing, field)
     less = share * full if isinstance(full, float) else tuple(share * v for v in full)
     return replace(thing, **{field: less})
