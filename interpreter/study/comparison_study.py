@@ -200,7 +200,7 @@ def _compute_outcomes(
     """Return the outcomes of all tasks by key, read from the journal or computed now."""
     journal = done.journal
     sound = ({**e["outcome"], "key": k} for k, e in journal.of_kind(ACCURACY).items() if k in tasks and _is_complete(e))
-    outcomes = {o.key: o for o in map(PointOutcome.from_json, sound) if not o.again(request.timeout)}
+    outcomes = {o.key: o for o in map(PointOutcome.from_json, sound) if not o.is_worth_retrying(request.timeout)}
     labels = {key: f"{task.scene}: {task.model}" for key, task in tasks.items()}
     waiting = [task for key, task in tasks.items() if key not in outcomes]
     for outcome in _computed(waiting, request, lambda key: request.say("compute", labels[key])):

@@ -38,4 +38,4 @@ def gaps(own: Collection[ValidityEdge]) -> str:
 def options_by_class(edge: ChoiceEdge) -> list[tuple[str, list[str]]]:
     """Return the options of a choice grouped by class, right ones first."""
     words = dict.fromkeys(("right", *edge.classes.values()))
-    return [(word, own) for word in words if (own := edge.under(word))]
+    return [(word, own) for word in words if (own := edge.options_of_class(word))]

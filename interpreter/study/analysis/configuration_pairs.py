@@ -90,7 +90,7 @@ def _reason_incomparable(a: ComparedPoint | None, b: ComparedPoint | None, fine:
 
 def _distance(a: Probes, b: Probes) -> float | str:
     """Return the relative distance of displacements a from displacements b, or the reason why it is undefined."""
-    shared = [(a[name], b[name]) for name in a if name in b and a[name].alike(b[name])]
+    shared = [(a[name], b[name]) for name in a if name in b and a[name].has_same_points(b[name])]
     if not shared:
         return "they share no points"
     apart = sum(_square(p, q) for x, y in shared for p, q in _moved(x, y))

@@ -60,7 +60,10 @@ class Candidate(JsonRecord):
         return self.measured < self.error
 
     def beats(self, other: Candidate) -> bool:
-        """Return whether this candidate has no more effort and no more error than `other`, and less of one of the two."""
+        """Return whether this candidate dominates another.
+
+        It then has no more effort and no more error, and less of one of the two.
+        """
         no_worse = self.effort.median <= other.effort.median and self.error <= other.error
         return no_worse and (self.effort.median < other.effort.median or self.error < other.error)
 

@@ -194,7 +194,9 @@ def _error_trend(
 def _common_probes(members: Sequence[ComparedPoint]) -> list[str]:
     """Return the names of the probes that have the same points in all configurations."""
     first, *others = (p.probes for p in members)
-    return [n for n, probe in first.items() if all(n in own and probe.alike(own[n]) for own in (first, *others))]
+    return [
+        n for n, probe in first.items() if all(n in own and probe.has_same_points(own[n]) for own in (first, *others))
+    ]
 
 
 def _limit(line: Refinement, probe: str) -> Limit:
