@@ -23,8 +23,9 @@ else:
 class Consensus(GivenValues):
     """Values on which several codes agree, with the band that contains them: one, or one for each state.
 
-    The metric `value_error` says whether a model's number is inside the band: with `relative_to = uncertainty` it is
-    the distance from the value over that of the end of the band on the same side, so that 1 or less is inside.
+    The metric `value_error` with `relative_to = uncertainty` shows whether a model's number is inside the band. It is
+    the distance of the number from the value, divided by the distance of the end of the band on the same side; 1 or
+    less is inside.
 
     The band is `spread` on both sides of the value, an amount in its unit or a fraction of it, or reaches from `low` to
     `high` if it is not symmetric. It describes only how far programs that solve the same equations differ: codes may

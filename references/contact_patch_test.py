@@ -331,8 +331,8 @@ class PatchTest(Reference):
     normal, the other moved along it, or with a `traction`, `remote_stress` or `pressure` on all of it; sides free or on
     planes of symmetry. Without lateral contraction (`poisson = 0`) ends may be `fixed`. Glued blocks, and those with
     friction, must contract alike. It can be compared with metrics of displacement, force and stress. Two properties of
-    models are not included: a barrier leaves a gap of less than its distance, so that they press harder, and glue opens
-    by stress over stiffness.
+    models are not included: a barrier leaves a gap of less than its distance, so the blocks are compressed more, and a
+    tied joint opens by stress over stiffness.
     Source: Taylor and Papadopoulos 1991, On a patch test for contact problems in two dimensions.
     """
 

@@ -30,8 +30,8 @@ class CtVolume(Reference):
     Formats: NumPy (.npy, .npz) with `spacing`; NRRD; NIfTI; DICOM, by the folder of a series or one file of it. Size,
     position and directions of voxels are taken from the file; NRRD and NIfTI are in the frame of their own header,
     DICOM in that of the patient. The body is the region above `iso`; the level halfway between background and body is
-    unbiased for flat faces. `smoothing` is the number of number of steps of Taubin's smoothing filter, which preserves
-    the volume. `x` and `z` are the file's directions of the scene's axes, y follows.
+    unbiased for flat faces. `smoothing` is the number of steps of Taubin's smoothing filter, which preserves the
+    volume. `x` and `z` are the file's directions of the scene's axes, y follows.
 
     `uncertainty` is the largest distance of any point of the surface from the truth: smaller differences are not
     significant. A `virtual_scan` with the same voxels measures the error of the imaging chain itself. Needs the extra

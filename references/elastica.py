@@ -28,7 +28,7 @@ class Elastica(Reference):
     sin(phi) along gravity; points off it rotate with their cross-section.
 
     It assumes a straight uniform beam, clamped at one end and horizontal there, linear in its curvature, without
-    stretch or shear: the error of that is of order (depth / length)^2, several per cent for a thick beam. It holds for
+    stretch or shear, which causes an error of order (depth / length)^2, several per cent for a thick beam. It holds for
     every load parameter k = w L^3 / (EI); solved for k up to 1e5.
     Source: Marchal, Allard, Duriez and Cotin 2008, ISBMS, LNCS 5104:176, equation (3).
     """

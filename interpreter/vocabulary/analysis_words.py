@@ -160,7 +160,7 @@ class AtTime(Quasistatic):
 class Dynamic:
     """Motion under the loads from the undeformed state, integrated step by step in time.
 
-    Every implicit step is solved to `tolerance`; a step that does not converge is halved, and the report says so.
+    Every implicit step is solved to `tolerance`; a step that does not converge is halved, and the report states this.
     Damping is Rayleigh damping, C = a M + b K. K is the tangent stiffness of the state to which the velocity belongs,
     made positive definite and without the stress that keeps the volume. A mode of circular frequency w has the damping
     ratio a / 2w + b w / 2. Loads enter with the exact mean of their amplitude over each step. Central differences are

@@ -47,13 +47,13 @@ class Rigid:
     sphere, box, cylinder, body of revolution or closed surface. It can touch one body, in three dimensions.
 
     In a static analysis a known force may press it against a body: `point_force(ball, ...)`, and its weight if it has a
-    mass. It then moves along the single direction x, y or z that is left free, and its travel is computed. `support
-    guide = fixed(ball, components = (x, y))` holds the other directions and all rotations; `displaced(ball, by = ...,
-    components = x)` prescribes a displacement there. In the plane only x or y can be free, and for a body of revolution
-    only y, without a support. The supports carry the other components of the loads. The body moves until the contact
-    force balances the load, within the tolerance of the analysis, at a stable equilibrium; if there is none, the model
-    fails. The report gives its `travel_m` and the stiffness against it in `solve.rigid`. With friction each state is
-    one step from the previous one.
+    mass. It then moves along the one direction, x, y or z, that its supports leave free, and its travel is computed.
+    `support guide = fixed(ball, components = (x, y))` holds the other directions and all rotations; `displaced(ball, by
+    = ..., components = x)` prescribes a displacement there. In the plane only x or y can be free, and for a body of
+    revolution only y, without a support. The supports carry the other components of the loads. The body moves until the
+    contact force balances the load, within the tolerance of the analysis, at a stable equilibrium; if there is none,
+    the model fails. The report gives its `travel_m` and the stiffness against it in `solve.rigid`. With friction each
+    state is one step from the previous one.
     """
 
     shape: Annotated[Any, "shape", "geometry in its initial position"]

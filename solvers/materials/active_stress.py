@@ -84,9 +84,8 @@ class Active(ActiveMaterial):
 
     S = S of the law + T f (x) f, the second Piola-Kirchhoff stress; f are the fibres before deformation
     In a static analysis the tension is raised together with the loads. An `amplitude` scales it as it scales loads:
-    over the states of a static analysis, or over time in a quasistatic or dynamic one; by default the full tension
-    acts from
-    the start. Its work is part of the energy balance of a dynamic analysis and listed as `muscle_work`, a part of
+    over the states of a static analysis, or over time in a quasistatic or dynamic one; by default the full tension acts
+    from the start. Its work is part of the energy balance of a dynamic analysis and listed as `muscle_work`, a part of
     `load_work`. T is a second Piola-Kirchhoff stress (force per undeformed area, divided by the stretch), so the Cauchy
     stress along the fibres grows with the square of their stretch. T may vary in space, by an expression or a field.
     The fibres are those of the law; give `own` for a law without fibres, such as rubber.

@@ -30,8 +30,8 @@ class DisjointShapes(Shape):
 
     gap = "separate pieces"
 
-    one: Annotated[Any, "shape", "a shape"]
-    other: Annotated[Any, "shape", "another"]
+    one: Annotated[Any, "shape", "first shape"]
+    other: Annotated[Any, "shape", "second shape"]
     coarser: Annotated[float, "1 in (0, inf)", "ratio of the cell size in the other shape to `size`"] = 1.0
 
     @property

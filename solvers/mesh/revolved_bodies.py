@@ -116,7 +116,7 @@ class Revolved(Revolution):
     swept around; a body whose ends are flat where it meets the axis, such as a stepped shaft, has a core of well-shaped
     cells. Any other that meets the axis, such as one with a tip, is meshed with tetrahedra only, which are thin at the
     axis. The mesh is inscribed: its points lie on the circles, so that a coarse mesh of linear elements has less
-    volume, or more around a hollow (the report says how much).
+    volume, or more around a hollow (the report gives the difference).
     """
 
     gap = "not a convex body"

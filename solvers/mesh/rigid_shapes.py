@@ -47,7 +47,7 @@ class HalfSpace(Shape):
 class RoundedBox(Shape):
     """A box along x, y and z with all edges and corners rounded, for rigid bodies only.
 
-    Edges are quarters of cylinders and corners parts of spheres of radius `rounding`. A sharp one is `box`.
+    Edges are quarters of cylinders and corners parts of spheres of radius `rounding`. For sharp edges use `box`.
     """
 
     convex = True
@@ -160,7 +160,7 @@ def _mean_curvature(corners: Corners) -> float:
 class Punch(RoundedRevolution):
     """A flat punch: a straight circular cylinder with two rounded rims, for rigid bodies only.
 
-    Both ends, at `origin` and opposite, have a flat face of radius `radius - rounding`. A sharp one is `cylinder`.
+    Both ends, at `origin` and opposite, have a flat face of radius `radius - rounding`. For sharp rims use `cylinder`.
     """
 
     radius: Annotated[float, "m in (0, inf)", "radius of the cylinder"]
@@ -186,7 +186,7 @@ class RoundedCone(RoundedRevolution):
     """A circular cone with a rounded tip at `origin`, from which the axis points into the cone; for rigid bodies only.
 
     `angle` is the full angle at its tip, between opposite sides. The tip is part of a sphere, and the rim of its far
-    end is rounded as well. A sharp one is `cone`.
+    end is rounded as well. For a sharp tip use `cone`.
     """
 
     angle: Annotated[float, "rad in (0, 3.141592]", "full angle at the tip, between opposite sides"]

@@ -49,7 +49,7 @@ class Cylinder(RoundPrism):
     """A straight circular cylinder, its axis starting at `origin`.
 
     It is meshed with rings of well-shaped cells around a square core. The mesh is inscribed: its points lie on the
-    cylinder, so a coarse mesh has less volume (the report says how much).
+    cylinder, so a coarse mesh has less volume (the report gives the difference).
     """
 
     convex = True

@@ -140,15 +140,15 @@ class Sphere(RoundBody):
     """A solid sphere, or a part of it cut by planes of symmetry.
 
     It is meshed with shells of well-shaped cells around a rounded cube. The mesh is inscribed: its points lie on the
-    sphere, so that a coarse mesh of linear elements has less volume (the report says how much). A half is the one with
-    higher x, a quarter that with higher x and y, an octant that with higher x, y and z than the centre: with
-    `symmetric(...)` on its planes it represents the whole.
+    sphere, so that a coarse mesh of linear elements has less volume (the report gives the difference). `part = half`
+    keeps the points with x above the centre, `quarter` those with x and y above it, and `octant` those with x, y and z
+    above it. With `symmetric(...)` on its planes the part represents the whole.
     """
 
     convex = True
 
     radius: Annotated[float, "m in (0, inf)", "radius of the sphere"]
-    origin: Annotated[Vector3, "m", "its centre"] = (0.0, 0.0, 0.0)
+    origin: Annotated[Vector3, "m", "centre"] = (0.0, 0.0, 0.0)
     part: Annotated[Part, "the whole, or the part on one side of its planes of symmetry"] = "whole"
 
     @property
@@ -168,7 +168,7 @@ class Ellipsoid(RoundBody):
     convex = True
 
     semiaxes: Annotated[Vector3, "m in (0, inf)", "half the extents along x, y and z"]
-    origin: Annotated[Vector3, "m", "its centre"] = (0.0, 0.0, 0.0)
+    origin: Annotated[Vector3, "m", "centre"] = (0.0, 0.0, 0.0)
     part: Annotated[Part, "the whole, or the part on one side of its planes of symmetry"] = "whole"
 
     @property
@@ -182,12 +182,12 @@ class SphericalShell(RoundBody):
     """The region between two concentric spheres, or a part of it cut by planes of symmetry.
 
     It is meshed with shells of hexahedra, or of tetrahedra made of them. The mesh is inscribed in both spheres: a
-    coarse one of linear elements has less volume (the report says how much). The parts are those of `sphere`.
+    coarse one of linear elements has less volume (the report gives the difference). The parts are those of `sphere`.
     """
 
     radius: Annotated[float, "m in (0, inf)", "outer radius"]
     inner: Annotated[float, "m in (0, inf)", "inner radius"]
-    origin: Annotated[Vector3, "m", "its centre"] = (0.0, 0.0, 0.0)
+    origin: Annotated[Vector3, "m", "centre"] = (0.0, 0.0, 0.0)
     part: Annotated[Part, "the whole, or the part on one side of its planes of symmetry"] = "whole"
 
     @property

@@ -66,8 +66,7 @@ class Fem(HasMaterial, Model):
 
     `max_iterations` stops Newton's method after this number of linear systems, in total in statics and per time step
     in dynamics, as in programs that must keep a frame rate. Such a state is `capped`: it is not converged and never
-    counts as real
-    time; its residual is that of the state, and its metrics show the effect of the cap.
+    counts as real time; its residual is that of the state, and its metrics show the effect of the cap.
 
     `linear` names the linear solver; `auto` selects a suitable one. `conjugate_gradients` is preconditioned by the
     diagonal, and `max_linear_iterations` stops it after this number of iterations in every Newton step; the state is
