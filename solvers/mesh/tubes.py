@@ -80,8 +80,8 @@ class Tube(RoundPrism):
     """A straight hollow circular cylinder, its axis starting at `origin`.
 
     It is meshed with rings of hexahedra, or of tetrahedra made of them. The mesh is inscribed in both circles: a coarse
-    one of linear elements has less volume (the report gives the difference). Beam models use a ring as section; their stated
-    error includes the flattening of thin walls in bending (Brazier 1927).
+    one of linear elements has less volume (the report gives the difference). Beam models use a ring as section, and
+    their stated error includes the flattening of thin walls in bending (Brazier 1927).
     """
 
     length: Annotated[float, "m in (0, inf)", "length along the axis"]
