@@ -122,9 +122,9 @@ class CorotationalTets(LaggedTangentEnergy):
     def add_both_lagged(self, x: Floats, g: Floats, data: Floats, slots: Ints, traces: Floats) -> None:
         """Add the forces, and a tangent that takes tr(S - I) of each cell from `traces` (m,) instead of from x.
 
-        In an extrapolated state, the pressures of nearly incompressible cells are wrong. With those of the last state,
-        the tangent stays definite and one factorisation serves the whole step. Source: Magisano, Leonetti and Garcea
-        (2017), "How to improve efficiency and robustness of the Newton method in [...] structural problems".
+        In an extrapolated state, the pressures of nearly incompressible cells are wrong. With those of the last state
+        the tangent stays definite. Source: Magisano, Leonetti and Garcea (2017), "How to improve efficiency and
+        robustness of the Newton method in geometrically non-linear structural problems".
         """
         self._pass(FORCE + TANGENT + LAGGED, x, g, data, self._rows(slots), 1.0, traces)
 
