@@ -187,7 +187,7 @@ class PreparedPoint(Meshless):
     def _unsteady(self, found: PointState) -> tuple[Diagnostic, ...]:
         if found.volume > getattr(self.case.material, "convex_above", math.inf) or self.point.steady(found):
             return ()
-        at = self.point.first_unsteady(self.drive)
+        at = self.point.first_drucker_unstable_state(self.drive)
         return (
             diagnostic(
                 "W385",
@@ -203,7 +203,7 @@ class PreparedPoint(Meshless):
     def _past_its_force(self, found: PointState) -> tuple[Diagnostic, ...]:
         if found.freed > FLAT:
             return ()
-        at = self.point.first_lost(self.drive)
+        at = self.point.first_unstable_state(self.drive)
         what = f"a {self._driven_words} of {self._amount(at)}"
         a = self.made.driven[0]
         b = a if self.made.shear is None else self.made.shear[1]

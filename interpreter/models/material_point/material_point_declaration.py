@@ -86,7 +86,7 @@ class Homogeneous(Model):
                     "E357",
                     declared.at("state"),
                     f"`{declared.name}` compresses an incompressible solid that is held on all sides",
-                    "no such state",
+                    "impossible state",
                     "use a Poisson's ratio below 0.5, or leave a side free: `planar`",
                 )
             )
