@@ -125,7 +125,7 @@ def cache_folder() -> Path:
     try:
         return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "softmark" / "docs"
     except RuntimeError as error:
-        raise Unavailable("there is no home folder to keep the pages in; `--out DIR` says where") from error
+        raise Unavailable("there is no home folder for the pages; give a folder with `--out DIR`") from error
 
 
 def site(before: Callable[[], None] = lambda: None) -> BuiltSite:

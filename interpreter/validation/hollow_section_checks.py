@@ -10,7 +10,7 @@ from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.problem.body_case import Fault, body_of
 
 OF_WALLS = (
-    "select points of the wall: stress and strain of a hollow member are those of its wall, and its axis has "
+    "select points of the wall: only the wall of a hollow member has stress and strain, because its axis has "
     "no material"
 )
 OF_BEAMS = (

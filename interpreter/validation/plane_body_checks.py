@@ -114,7 +114,7 @@ def check_actions(scene: Scene) -> Iterator[Diagnostic]:
                 declared.at(),
                 f"`{declared.name}` {does} a plane body out of its plane",
                 "it has a component along z",
-                "remove the z component: the plane is that of x and y",
+                "remove the z component: the body lies in the x-y plane",
             )
         elif own in bodies and declared.kind == "load" and _is_off_plane_force(declared.thing.action):
             yield diagnostic("E544", declared.at("at"), f"`{declared.name}` acts outside the plane of `{own}`",
@@ -152,7 +152,7 @@ def _check_rigid_motion(scene: Scene, rigid: str, body: Declared) -> Iterator[Di
                 support.at(),
                 f"`{support.name}` moves `{rigid}` out of the plane of `{body.name}`, with which it is in contact",
                 "it has a component along z",
-                "remove the z component, and rotate about z only: the plane is that of x and y",
+                "remove the z component, and rotate about z only: the body lies in the x-y plane",
             )
 
 

@@ -340,7 +340,7 @@ def adapter_breaches(word: str, program: Any, module: Any, folder: Path, plugins
     from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
     if not isinstance(module.install, str) or len(module.install) < 4:
-        yield Breach("`install` does not tell how to install it", "give a command, such as `pip install ...`")
+        yield Breach("`install` does not explain how to install it", "give a command, such as `pip install ...`")
     if module.version() is None:
         yield Breach(f"it is not installed here: {module.install}", "install it to test it", untried=True)
         return

@@ -36,8 +36,8 @@ def install(folder: Path) -> str:
     return (
         f"code --install-extension {folder / FILE}    (codium, cursor and code-server take it alike)\n"
         'The language server is that of `dsl`: pip install "softmark[lsp]"\n'
-        "The setting softmark.command says where `dsl` is, if it is not found.\n"
-        "The setting softmark.plugins names plugins whose words are known."
+        "The setting softmark.command gives the path of `dsl`, if it is not found.\n"
+        "The setting softmark.plugins names the plugins to load."
     )
 
 

@@ -237,7 +237,7 @@ def _must_be_unique(X: Floats, u: Floats) -> None:
     if len(wrong := np.flatnonzero(same & apart)):
         one, other = sorted(order[wrong[0] : wrong[0] + 2].tolist())
         reason = f"its points {one} and {other}, counted from 0, are at the same place but move differently"
-        raise Unmatched(reason, "remove one of them, or write a file with cells, which tell the points apart")
+        raise Unmatched(reason, "remove one of them, or write a file with cells, which distinguish the points")
 
 
 def _mesh(X: Floats, told: ResultFile) -> Mesh | None:

@@ -48,7 +48,7 @@ DISTURBANCES: dict[str, str] = {
 SLOWING = ("pace", "compiled")  # disturbances that also affect CPU times; waiting hardly does
 # remarks on all runs
 REMARKS: dict[str, str] = {
-    "contaminated": "too few runs were undisturbed: times are those of all runs, and CPU time is more reliable",
+    "contaminated": "too few runs were undisturbed: times include all runs, and CPU time is more reliable",
     "few repeats": "one run takes long, so there are only few runs",
     "not warmed up": "a solution takes so long that the first one was timed",
     "runs differ": "runs differ in iterations or results",

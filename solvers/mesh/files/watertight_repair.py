@@ -335,7 +335,7 @@ def _refuse_separate_shell(points: Floats, outer: Ints, shell: Ints, opposite: b
     if not opposite:
         raise UnreadableMesh(
             f"it has a shell at {place} inside another with the same orientation, which is neither a cavity "
-            "nor additional matter",
+            "nor additional material",
             SHELLS, "reorient its triangles for a cavity, or remove it for a solid body",
         )  # fmt: skip
 

@@ -144,7 +144,7 @@ def lines(findings: ReportSummary) -> Iterator[str]:
         cells = (f"{c:<{w}}" if i < 2 else f"{c:>{w}}" for i, (c, w) in enumerate(zip(row, widths, strict=True)))
         yield "  ".join(cells).rstrip()
     if any(r.status in ANSWERED for r in report.models.values()):
-        yield f"all other results are those of the last state, {format_state(first.states[-1])}"
+        yield f"all other results belong to the last state, {format_state(first.states[-1])}"
 
 
 def _short(value: float, metric: MetricColumn, moved: float) -> str:
