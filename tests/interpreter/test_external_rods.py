@@ -120,7 +120,7 @@ def test_a_rod_goes_to_another_process_and_back(tmp_path: Path) -> None:
     told = Problem(np.eye(3), np.array([[0, 1], [1, 2]]), "rod", "finite", (stuff,), np.array([[0, 5]]), np.zeros(1),
                    np.zeros((3, 3)), motion=motion, section=section)  # fmt: skip
     pyelastica.write(told, tmp_path)
-    found = package_process.problem_in(tmp_path).section
+    found = package_process.read_problem(tmp_path).section
     assert found is not None
     assert all(np.array_equal(getattr(found, n), getattr(section, n)) for n in package_process.SECTION)
 

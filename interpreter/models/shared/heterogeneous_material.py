@@ -55,10 +55,7 @@ LOST = 1e-6  # of an integral: what a finer rule finds less is rounding, or next
 
 
 def evaluate_profile(profile: Profile, X: Floats) -> Floats:
-    """Return the values (...) of a varying constant at points X (..., 3), m.
-
-    Raises Fault if the constant is read from a file that cannot be used.
-    """
+    """Return the values (...) of a varying constant at points X (..., 3), m. Raises Fault if its file is unusable."""
     try:
         found: Floats = profile.values(X.reshape(-1, 3), read_field).reshape(X.shape[:-1])
     except Unreadable as error:
@@ -98,8 +95,8 @@ Parts = Callable[[], Sequence[Part]]  # parts of a mesh, evaluated once because 
 def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | None]:
     """Return the case of one material with its varying constants evaluated at integration points. Raises Fault.
 
-    The second value is the integration at these points; it is None if the points are those of the element. With
-    `pressures` as unknowns, the inverse of the bulk modulus is integrated.
+    The second value is the integration at these points; it is None if they are the element's. With `pressures` as
+    unknowns, the inverse of the bulk modulus is integrated.
     """
     mesh, rule = own.mesh, _rule(own.mesh)
     must_be_in_range(own.case, mesh)
@@ -216,11 +213,7 @@ def with_fiber_directions(case: Case, mesh: Mesh, X: Floats) -> Any:
 
 
 def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
-    """Return a material with arrays in place of varying constants and fibre directions.
-
-    The arrays have values at the points of a rule (m, q), or equal values in each cell for elements of constant
-    strain.
-    """
+    """Return a material with arrays (m, q) of its varying constants and fibre directions at the points of a rule."""
     if getattr(material, "turning", False):
         own = mesh.element.quadrature() if mesh.element.constant else rule
         found = material.placed(rule_positions(mesh, own), read_field)
@@ -272,10 +265,7 @@ class Density:
     case: Case
 
     def points(self, mesh: Mesh) -> tuple[Floats, Floats, Floats]:
-        """Return the quadrature points of mass integrals.
-
-        They are shape functions (q, a) or (m, q, a), volumes (m, q), m^3, and positions (m, q, 3), m.
-        """
+        """Return shape functions (q, a) or (m, q, a), volumes (m, q), m^3, and positions (m, q, 3), m, for masses."""
         from softmark.solvers.dynamics.mass_matrices import mass_points
 
         seen = density_resolved(self.case, mesh)
@@ -382,10 +372,7 @@ def constant_statistics(case: Case, mesh: Mesh, profile: Profile) -> ConstantSta
 
 
 def _known_stiffness(case: Case, mesh: Mesh) -> CellQuadrature | None:
-    """Return the quadrature of the moduli, if possible as a model on this mesh has cached it.
-
-    A model with pressure unknowns takes precedence.
-    """
+    """Return the quadrature of the moduli, if possible as a model on this mesh (first: with pressures) has cached it."""
     for pressures in (True, False):
         key = key_of(moduli_of(case.material, pressures), _rule(mesh), False) if moduli_vary(case) else None
         if key in mesh.selections:
@@ -395,10 +382,7 @@ def _known_stiffness(case: Case, mesh: Mesh) -> CellQuadrature | None:
 
 
 def _stiffness_measure(profile: Profile, found: Floats) -> Floats:
-    """Return the quantity whose change within a cell is judged.
-
-    It is the constant itself; for Poisson's ratio, the ratio of P-wave to shear modulus, limited by HARD.
-    """
+    """Return the constant whose change within a cell is judged; for Poisson's ratio, M / mu limited by HARD."""
     if profile.name != "poisson":
         return found
     told: Floats = 2.0 * (1.0 - found) / np.maximum(1.0 - 2.0 * found, 1.0 / HARD)
@@ -412,10 +396,7 @@ def _outside_fields(profile: Profile, X: Floats) -> Any:
 
 
 def _varying_constants(case: Case, mesh: Mesh, parts: Parts) -> Iterator[tuple[str, Profile, ConstantStatistics]]:
-    """Yield each varying constant with its statistics and the name of the body or part that has it.
-
-    The statistics are cached in the mesh.
-    """
+    """Yield each varying constant with the name of its owner and its statistics, which are cached in the mesh."""
     key = constant_statistics, case.materials, case.leaning
     if key not in mesh.selections:
         names, found = (case.body.name, *(part.name for part in case.parts)), []
@@ -428,10 +409,7 @@ def _varying_constants(case: Case, mesh: Mesh, parts: Parts) -> Iterator[tuple[s
 
 
 def cell_means(mesh: Mesh, each: Sequence[Part]) -> dict[str, Floats]:
-    """Return the cell means (m,), SI, of every varying constant of a body, by name of the constant.
-
-    `each` has the cells of every material.
-    """
+    """Return cell means (m,), SI, of the varying constants, by name; `each` has the cells of every material."""
     names = dict.fromkeys(name for own in each for name in profiles(own.case.material))
     found = {name: np.empty(len(mesh.cells)) for name in names}
     rule = _finer_rule(mesh.kind)
@@ -455,10 +433,7 @@ def varying_constants_report(case: Case, mesh: Mesh, parts: Parts) -> dict[str, 
 
 
 def _warn_of_locking(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnostic]:
-    """Yield a warning if the element locks at the Poisson's ratio `poisson`, the largest of its cells.
-
-    There is no warning if validation has reported locking already.
-    """
+    """Yield a warning if the element locks at this largest Poisson's ratio of cells, unless validation did so."""
     before, known = (
         declared.thing.locking(declared, replace(case, other_material=replace(case.typical[0], poisson=nu), parts=()))
         for nu in (case.largest_poisson, poisson)
@@ -468,10 +443,7 @@ def _warn_of_locking(declared: Declared, case: Case, poisson: float) -> Iterator
 
 
 def representative_materials(case: Case, mesh: Mesh, parts: Parts) -> tuple[Any, ...]:
-    """Return the materials of a case with every varying constant replaced by its mean over the mesh.
-
-    Poisson's ratio is replaced by its largest value.
-    """
+    """Return the materials of a case with varying constants replaced by mesh means; Poisson's ratio by its maximum."""
     names, found = [case.body.name, *(part.name for part in case.parts)], list(case.materials)
     for of, profile, spread in _varying_constants(case, mesh, parts):
         number = names.index(of)

@@ -122,9 +122,7 @@ class Model:
         raise NotImplementedError(f"{type(self).__name__} has no outline")
 
     def kind(self, case: Case) -> ModelKind | None:
-        """Return the family of the model: all its properties except its size and Poisson's ratio; None without a
-        family.
-        """
+        """Return the family of the model: its properties except size and Poisson's ratio; None without a family."""
         return None
 
     def mesh_key(self) -> tuple[Any, ...] | None:
@@ -146,9 +144,7 @@ class Model:
         return made
 
     def orders(self) -> dict[str, int]:
-        """Return the theoretical convergence order of displacements, for smooth solutions, by resolution field
-        (`finely`).
-        """
+        """Return the theoretical convergence order of smooth displacements, by resolution field (`finely`)."""
         return {}
 
     def refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:

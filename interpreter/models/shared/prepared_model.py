@@ -71,7 +71,7 @@ class DeformedMesh(Protocol):
 
     @property
     def pressures(self) -> Floats | None:
-        """Pressures of mixed elements (m, b), Pa, positive in tension: at four corners of each cell, or one per cell."""
+        """Pressures of mixed elements (m, b), Pa, positive in tension: at four corners of a cell, or one per cell."""
 
     @property
     def left(self) -> Floats | None:

@@ -109,7 +109,7 @@ def region_meshes(case: Case, mesh: Mesh, parts: Integration) -> Iterator[tuple[
 
 
 def submesh(mesh: Mesh, which: Ints) -> Mesh:
-    """Return a mesh of the cells `which` with all nodes. Repeated calls return the same mesh with its cached results."""
+    """Return a mesh of the cells `which` with all nodes; repeated calls return the same mesh with its caches."""
     kept: list[tuple[Ints, Mesh]] = mesh.selections.setdefault(submesh, [])
     for own, found in kept:
         if np.array_equal(own, which):

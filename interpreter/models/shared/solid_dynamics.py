@@ -133,10 +133,7 @@ class PreparedMotion:
         return self._finish(track, every)
 
     def _resolution(self) -> Resolution | None:
-        """Return how well the time step resolves the slowest vibration or a rotation, whichever is resolved worse.
-
-        The result is None for explicit integration.
-        """
+        """Return how well the time step resolves the slowest vibration or, if worse, a rotation; None if explicit."""
         problem, times = self.problem, (self.analysis.duration, self.analysis.step)
         if problem.integrator.explicit:
             return None
@@ -156,10 +153,7 @@ class PreparedMotion:
             return estimate_step_error(self.problem, self.points, self.analysis.duration, self.analysis.step)
 
     def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
-        """Return the displacement field of a vibration mode with nodal values `shape` (dofs,).
-
-        The field is a function of material points X (n, 3), m.
-        """
+        """Return the displacement field, a function of points X (n, 3), m, of a vibration mode `shape` (dofs,)."""
         from softmark.interpreter.models.shared.deformed_mesh import displacement_of
 
         assert self.mesh is not None
@@ -219,9 +213,7 @@ class PreparedMotion:
         return Followed(self.case, contacts, meets, self.mesh, track, small)
 
     def _state(self, motion: Motion) -> Floats:
-        """Return the variables of a motion that are stored: nodal displacements (3 n,), m, unless a subclass adds
-        others.
-        """
+        """Return the stored variables of a motion: nodal displacements (3 n,), m, unless a subclass adds others."""
         return motion.x.copy()
 
     def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
@@ -253,10 +245,7 @@ def stored_indices(track: Trajectory, every: int) -> list[int]:
 
 
 def _sums_per_step(track: Trajectory, values: NDArray[Any], step: float) -> Floats:
-    """Return the sums of values over each requested time step of length `step`, s.
-
-    Values of the parts of a halved step are added to those of the requested step.
-    """
+    """Return sums of values over each requested time step, s; the parts of a halved step are added to their step."""
     number = np.floor((track.times[:-1] + 1e-6 * step) / step).astype(int)
     return np.asarray(np.bincount(number, weights=values), dtype=np.float64)
 
@@ -323,8 +312,8 @@ def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
 def _momentum(touched: ContactHistory) -> dict[str, Any]:
     """Return the momentum balance of the deformable body, N s: momentum change, and impulses of its causes.
 
-    `off` is the imbalance relative to the largest of these. It is about the solver tolerance; with supports and
-    bdf2, generalised-alpha or implicit Euler it is the imbalance of one step.
+    `off` is the imbalance relative to the largest of these: about the solver tolerance or, with supports and bdf2,
+    generalised-alpha or implicit Euler, the imbalance of one step.
     """
     each = dict(zip(("contacts_Ns", "loads_Ns", "supports_Ns", "damping_Ns"), touched.impulses, strict=True))
     missing = float(np.linalg.norm(touched.change - touched.impulses.sum(axis=0)))
@@ -400,10 +389,7 @@ def _time_step_warning(declared: Declared, analysis: Dynamic, found: Resolution 
 
 
 def _suggested_step(found: Resolution, analysis: Dynamic) -> str:
-    """Return, as text, a rounded time step that resolves the motion.
-
-    Errors are taken as proportional to the step or to its square, depending on the integrator.
-    """
+    """Return a rounded time step that resolves the motion, as text; errors are of first or second order in it."""
     order = 1.0 if analysis.integrator == "implicit_euler" else 0.5
     step = min(found.period / (2.0 * found.few), analysis.step * (0.5 * WRONG / max(found.error, 1e-9)) ** order)
     return units.format_value(float(f"{step:.1g}"), units.TIME)
@@ -445,11 +431,7 @@ def build_solid_dynamics(
     rest: Statics,
     pulling: int = 0,
 ) -> PreparedMotion:
-    """Return the dynamic analysis of a body from its static model, mass and loads.
-
-    `mass` is the mass matrix or its diagonal, kg, and `rest` the static problem. The last `pulling` of the `loads`
-    are muscles.
-    """
+    """Return the dynamic analysis of a body with this mass, kg; the last `pulling` of the `loads` are muscles."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
         raise TypeError("the analysis is static")

@@ -147,7 +147,7 @@ def _direction_bounds(rule: DirectionProfile, X: Floats, curved: bool) -> list[V
 
 
 def _are_nearly_parallel(rule: DirectionProfile, X: Floats) -> Any:
-    """Return for which parts (n,), with corners X (n, c, 3), m, directions at corners and centre are nearly parallel."""
+    """Return in which parts, with corners X (n, c, 3), m, directions at corners and centre nearly agree (n,)."""
     at = np.concatenate([X, X.mean(axis=1, keepdims=True)], axis=1)
     with np.errstate(all="ignore"):
         d = rule.at(at.reshape(-1, 3), read_field).reshape(at.shape)

@@ -51,7 +51,7 @@ class UnsupportedBody:
     whole: bool
 
     def kept(self, declared: Declared, contacts: Mapping[str, Any], u: Floats) -> tuple[tuple[Diagnostic, ...], str]:
-        """Return warnings about each free piece in a state u (3 n,), m, and a description of motions that remain free.
+        """Return warnings about free pieces in a state u (3 n,), m, and a description of motions that remain free.
 
         A warning names the contacts that hold the piece. It has no numbers of the state, so that equal warnings of
         several states can be merged. The description is empty if contacts hold all pieces.
@@ -72,7 +72,8 @@ class UnsupportedBody:
         stays = f"; it is still free to {adrift} and stays at its initial position there" if adrift else ""
         remedy = "move the body or surface that should hold it closer: only an artificial spring holds it in place"
         if by:
-            remedy = f"an artificial spring held it during the solution and now carries less than {GONE:.0e} of the forces{stays}"
+            remedy = "an artificial spring held it during the solution and now carries less than "
+            remedy += f"{GONE:.0e} of the forces{stays}"
         label = "held only by contact" if by else "not held"
         return diagnostic("W613", declared.at(), problem, label, remedy), adrift
 
