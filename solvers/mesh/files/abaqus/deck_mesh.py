@@ -329,7 +329,7 @@ class DeckMesh:
     # -------------------------------------------------------------- members
 
     def members(self, kind: Kind, word: str, card: Card, scope: Scope | None = None) -> Ints:
-        """Return the model's nodes or elements (k,) in the set, or with the number, `word`, sorted. Raises DeckError."""
+        """Return the model's nodes or elements (k,) in the set or with the number `word`, sorted. Raises DeckError."""
         found = [
             self._members_in(space, kind, name, card, ()) for space, name in self.find_sets(kind, word, card, scope)
         ]
