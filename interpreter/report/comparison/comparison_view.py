@@ -105,7 +105,7 @@ class SceneView:
 
     @cached_property
     def line_styles(self) -> list[CurveStyle]:
-        """Style of each refinement line: colour and marker of its model, and a different dash for each line of a model."""
+        """Style of each refinement line: colour and marker of its model, and a dash that differs within a model."""
         models = {model: i for i, model in enumerate(dict.fromkeys(line.model for line in self.lines))}
         seen: dict[str, int] = {}
         found = []
