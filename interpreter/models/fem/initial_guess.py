@@ -22,7 +22,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class InitialGuess:
-    """Solution of the other model at the nodes of this one, (dofs,) m, or None if it failed; and its cost."""
+    """Initial guess: another model's solution at the nodes of this model (dofs,), m, and its cost.
+
+    The solution is None if the other model failed.
+    """
 
     model: str
     solution: Solution
@@ -30,7 +33,7 @@ class InitialGuess:
     seconds: tuple[float, float]  # wall, CPU, with the interpolation
 
     def facts(self, found: Solution) -> dict[str, Any]:
-        """Return the `start` part of a report."""
+        """Return the `start` part of a report: the other model, its cost, and whether its solution was used."""
         return {
             "model": self.model,
             "status": self.solution.status,
@@ -69,7 +72,7 @@ class GuessModel:
     prepared: Prepared
 
     def begin(self, X: Floats, watch: Watch) -> InitialGuess:
-        """Solve it, and return its solution at nodes X (n, 3)."""
+        """Solve the model, and return its solution at nodes X (n, 3), m, of the other mesh."""
         wall, cpu = time.perf_counter(), time.process_time()
         solution = self.prepared.solve(watch)
         x = None

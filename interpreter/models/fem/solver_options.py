@@ -1,4 +1,4 @@
-"""Checks of which options of a finite element model are compatible: elements, and options that affect speed."""
+"""Checks of finite element options that exclude each other: elements, and options that affect speed."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def unknown_element(declared: Declared, reason: object) -> Diagnostic:
 
 
 def unused_size(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
-    """Return a warning for a `size` if the body is a mesh already."""
+    """Return a warning about a `size` that has no effect because the body is already a mesh."""
     if model.size is None or model.mesh is not None or not case.shape.prebuilt:
         return []
     at, body = declared.at("size"), case.body.name
@@ -70,7 +70,7 @@ def unused_size(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
 
 
 def check_grading(model: Fem, declared: Declared, case: Case) -> Diagnostic | None:
-    """Return an error if a graded mesh is requested incompletely, or is not possible."""
+    """Return an error if the options of a graded mesh are incomplete or cannot be satisfied, else None."""
     if model.refine_factor is None or model.refine_at is None:
         given = next((name for name in ("refine_factor", "refine_at") if getattr(model, name) is not None), None)
         if given is None:
@@ -102,7 +102,7 @@ def check_grading(model: Fem, declared: Declared, case: Case) -> Diagnostic | No
 
 
 def _check_elements(model: Fem, case: Case) -> Iterator[Clash]:
-    """Yield the first error about integration and rotation."""
+    """Yield the first error about the options `integration` and `rotation`."""
     known = model.strain == "finite" and case.material.finite_law() is not None
     table = PLANE if model.element in PLANE else ELEMENTS
     fit = [name for name, element in table.items() if model.integration in element.integrations]
@@ -127,7 +127,7 @@ def _check_elements(model: Fem, case: Case) -> Iterator[Clash]:
 
 
 def _check_dynamics(model: Fem, case: Case) -> Iterator[Clash]:
-    """Yield errors for options that only static analyses have."""
+    """Yield errors for options that are available only in static analyses."""
     if not isinstance(case.analysis, Dynamic):
         return
     steps = "time steps already reuse factorizations and start from the previous state"
@@ -139,7 +139,7 @@ def _check_dynamics(model: Fem, case: Case) -> Iterator[Clash]:
 
 
 def explicit(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
-    """Return errors for explicit integrators with a consistent mass matrix or with dashpots."""
+    """Return errors for an explicit integrator with a consistent mass matrix or with dashpots."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic) or not analysis.explicit:
         return []
@@ -152,7 +152,7 @@ def explicit(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
 
 
 def _dashpot_error(declared: Declared, bed: Declared, analysis: Dynamic) -> Diagnostic:
-    """Return the error for dashpots, which reduce the stable step of an explicit integrator."""
+    """Return the error about dashpots, which reduce the stable time step of an explicit integrator."""
     problem = f"`{declared.name}` cannot be integrated by {analysis.integrator} with the dashpots of `{bed.name}`"
     return diagnostic("E508", bed.at("damping"), problem, "not with explicit integration", "use an implicit integrator")
 
@@ -213,7 +213,7 @@ def _check_arc_length(model: Fem, case: Case) -> Iterator[Clash]:
 
 
 def _check_linear_solver(model: Fem, case: Case) -> Iterator[Clash]:
-    """Yield an error for linear solvers of symmetric matrices with unsymmetric tangents."""
+    """Yield an error if a linear solver for symmetric matrices is used with unsymmetric tangents."""
     reused, capped = model.factorisation == "reused", model.linear in SYMMETRIC
     follows = (
         any(isinstance(load.thing.action, PressureLoad | MomentLoad) for load in case.loads) and model.strain != "small"
@@ -236,7 +236,7 @@ def _not_installed(model: Fem) -> Iterator[Clash]:
 
 
 def check_start(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
-    """Return errors about starting from another model's solution."""
+    """Return errors about the model whose solution is the initial guess."""
     if declared.thing.initial_guess is None:
         return []
     first = scene.declared[declared.thing.initial_guess]

@@ -55,12 +55,12 @@ class Homogeneous(Model):
 
     @property
     def other_material(self) -> Any:
-        """Material that replaces that of the body; else None."""
+        """Material of the model in place of the body's material; None if the model uses the body's material."""
         return self.material
 
     @property
     def stress_law(self) -> tuple[str, str]:
-        """Strain measure and volumetric formulation of its law."""
+        """Strain measure and volumetric formulation of the material law."""
         return self.strain, "full"
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -93,7 +93,10 @@ class Homogeneous(Model):
         return found or list(self._made(declared, case))
 
     def _made(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """Yield an error if supports and loads impose another state, or a warning if the state violates a support."""
+        """Yield an error if supports and loads impose a state of another kind.
+
+        Otherwise yield a warning if the state violates the constraint of a support.
+        """
         from softmark.interpreter.models.material_point.imposed_deformation import NAMES, imposed_state
 
         if getattr(case.analysis, "path", "load") == "arc_length":

@@ -22,7 +22,7 @@ UNMESHED = ("load", "analysis", "material", "metric", "probe")  # kinds that no 
 
 @dataclass(frozen=True)
 class Setting:
-    """One scene of the sweep, with its description and its values by target."""
+    """One scene of the sweep: the scene, its description, and its values by target of the sweep."""
 
     words: str
     scene: Scene
@@ -44,7 +44,7 @@ def scenes(over: str | None, scene: Scene) -> Iterator[Setting]:
 
 
 def check_same_mesh(scene: Scene, declared: Declared) -> Diagnostic | None:
-    """Return an error for a sweep that varies the mesh of the reduced model, found without making a mesh."""
+    """Return an error if the sweep varies the mesh of the reduced model; no mesh is generated for this."""
     model = declared.thing
     if model.over is None:
         return None
@@ -69,7 +69,7 @@ def check_same_mesh(scene: Scene, declared: Declared) -> Diagnostic | None:
 
 
 def _mesh(scene: Scene, model: str) -> tuple[Any, ...] | None:
-    """Return the values that determine the mesh of a model; None if a value of the sweep is in error."""
+    """Return the values that determine the mesh of a model; None if a value of the sweep is invalid."""
     full = scene.declared.get(model)
     if full is None:
         return None

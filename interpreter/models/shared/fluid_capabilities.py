@@ -63,7 +63,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
             case.body.at("material"),
             f"`{case.body.name}` is poroelastic, but its material varies in space",
             "needs one material",
-            "remove its regions and fields",
+            "remove the regions and fields of the body",
         )
     else:
         yield from _refuse_solid_options(model, declared, case)

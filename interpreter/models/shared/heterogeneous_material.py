@@ -372,7 +372,7 @@ def constant_statistics(case: Case, mesh: Mesh, profile: Profile) -> ConstantSta
 
 
 def _known_stiffness(case: Case, mesh: Mesh) -> CellQuadrature | None:
-    """Return the quadrature of the moduli, if possible as a model on this mesh (first: with pressures) has cached it."""
+    """Return the quadrature of the moduli, from the cache of a model on this mesh if there is one."""
     for pressures in (True, False):
         key = key_of(moduli_of(case.material, pressures), _rule(mesh), False) if moduli_vary(case) else None
         if key in mesh.selections:

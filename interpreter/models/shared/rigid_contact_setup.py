@@ -62,7 +62,7 @@ def _must_be_once(case: Case, mesh: Mesh) -> None:
                 later.at("where" if "where" in later.declared.fields else ""),
                 f"`{later.name}` selects facets of `{case.body.name}` that `{first.name}` selects too",
                 f"same facets, same rigid body `{later.rigid.name}`",
-                "remove one of them, or select different parts of the surface",
+                "remove one contact, or select different parts of the surface",
             )
 
 

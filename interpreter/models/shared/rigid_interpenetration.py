@@ -95,6 +95,6 @@ def _overlap_warning(one: MovingRigidBody, other: MovingRigidBody, times: Floats
                 first.at(),
                 f"`{first.name}` passes through `{second.name}`: there is no contact between rigid bodies",
                 f"penetration at {units.format_value(time, units.TIME)}",
-                "make one of them deformable, or end the motion earlier",
+                "make one of the bodies deformable, or end the motion earlier",
             )
     return None

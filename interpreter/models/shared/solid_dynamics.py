@@ -217,7 +217,7 @@ class PreparedMotion:
         return motion.x.copy()
 
     def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
-        """Return solution fields from stored states (t, ...): `course`, `displacement` and, if there is one, `mesh`."""
+        """Return the solution fields `course`, `displacement` and, if any, `mesh` from stored states (t, ...)."""
         from softmark.interpreter.models.shared.deformed_mesh import fields_of_motion
 
         assert self.mesh is not None
@@ -310,10 +310,9 @@ def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
 
 
 def _momentum(touched: ContactHistory) -> dict[str, Any]:
-    """Return the momentum balance of the deformable body, N s: momentum change, and impulses of its causes.
+    """Return the momentum balance of the deformable body, N s, and `off`, its imbalance relative to the largest term.
 
-    `off` is the imbalance relative to the largest of these: about the solver tolerance or, with supports and bdf2,
-    generalised-alpha or implicit Euler, the imbalance of one step.
+    The imbalance is about the solver tolerance; with supports and an implicit dissipative scheme, that of one step.
     """
     each = dict(zip(("contacts_Ns", "loads_Ns", "supports_Ns", "damping_Ns"), touched.impulses, strict=True))
     missing = float(np.linalg.norm(touched.change - touched.impulses.sum(axis=0)))
