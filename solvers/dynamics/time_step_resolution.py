@@ -1,4 +1,4 @@
-"""Time-step resolution: steps per period of the slowest vibration that loads excite, and the integrator's error in it.
+"""Time-step resolution: steps per period of the slowest vibration that loads excite, and its integration error.
 
 The vibration is the lowest mode that the loads excite. It is found by inverse iteration from their static deflection,
 which continues Rayleigh's quotient (Rayleigh 1877, section 88). The effect of an integrator is known in closed form: in
