@@ -99,7 +99,7 @@ def _read_cases(names: list[str], also: list[str]) -> tuple[str, list[BoardCase]
     """
     from softmark.interpreter.cli.commands.other_programs_option import load_with_programs
     from softmark.interpreter.cli.commands.scene_arguments import Unread, read_scene, show
-    from softmark.interpreter.study.leaderboard.suite_cases import cases_of_scene, cases_of_suite
+    from softmark.interpreter.study.leaderboard.suite_cases import case_of_scene, cases_of_suite
     from softmark.interpreter.study.leaderboard.suite_file import is_suite, read_suite, standard_suites
 
     def load(name: str) -> tuple[Scene | None, list[Diagnostic]]:
@@ -123,7 +123,7 @@ def _read_cases(names: list[str], also: list[str]) -> tuple[str, list[BoardCase]
         if scene is None:
             show(diagnostics)
             return None
-        scenes.append(cases_of_scene(scene, [c.case.name for c in scenes]))
+        scenes.append(case_of_scene(scene, [c.case.name for c in scenes]))
     return f"{len(scenes)} scenes" if len(scenes) > 1 else scenes[0].title, scenes
 
 

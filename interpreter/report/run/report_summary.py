@@ -123,14 +123,12 @@ class ReportSummary:
         return tuple(n for n, v in values.items() if v <= within) if metric.is_error else ()
 
     def uncertainty(self, metric: MetricColumn) -> float:
-        """Return the smallest meaningful difference of a metric, in its unit: the uncertainty of its reference, or 0."""
+        """Return the smallest meaningful difference of a metric, the uncertainty of its reference, in its unit."""
         found = (m.metrics.get(metric.name) for m in self.report.models.values())
         return max((m.uncertainty for m in found if m is not None and m.uncertainty), default=0.0)
 
     def tied(self, metric: MetricColumn) -> bool:
-        """Return whether several models with different errors are best, because the uncertainty cannot distinguish
-        them.
-        """
+        """Return whether several models are best, because the uncertainty cannot distinguish their errors."""
         values = {value_of(self.report.models[n], metric.name) for n in self.best(metric)}
         return len(values) > 1
 

@@ -27,9 +27,7 @@ class Room:
     high: Floats
 
     def positions(self, shape: DrawnSurface) -> list[Floats]:
-        """Return the points (n, 3) of the rigid bodies of a shape at all times, m; points outside are moved to the
-        edge.
-        """
+        """Return the points (n, 3), m, of the rigid bodies of a shape at all times, moved into the box."""
         each = ((own, i) for own in shape.instruments for i in range(len(own.turns)))
         return [self.within(own.at(i)) for own, i in each]
 

@@ -131,7 +131,7 @@ class _ErrorChart:
         return "; ".join(f"{f} {self._course(line)}" for f, line in self.lines.items()) + "."
 
     def _course(self, line: list[tuple[str, float, float]]) -> str:
-        """Return the course of a line in words, such as `falls from 5.1 mm at 0.3 to 1.4 mm at 0.499, then rises ...`."""
+        """Return the course of a line in words, `falls from 5.1 mm at 0.3 to 1.4 mm at 0.499, then rises ...`."""
         inner = min(line, key=lambda point: point[2])
         turns = inner[2] < 0.8 * min(line[0][2], line[-1][2])
         stops = [line[0], inner, line[-1]] if turns else [line[0], line[-1]]
