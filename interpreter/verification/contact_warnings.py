@@ -106,8 +106,7 @@ def _cell_size_remedy(case: Case, touch: Touch, mesh: Mesh, sharpest: float, tim
     """Return a remedy that names a cell size, for facets that penetrate `times` deeper than allowed.
 
     `sharpest` is the least radius of the rigid body, m. A chord of length h penetrates a round body by h^2 / (8 r), and
-    a
-    sharp edge by a fraction of h.
+    a sharp edge by a fraction of h.
     """
     if 0.0 < sharpest < _longest_side(case, touch, mesh):
         return (

@@ -28,9 +28,7 @@ MEASURES = "add modes or derivatives, train on states like this one, or use `{of
 
 
 class ReducedVerifier(SolidVerifier):
-    """Verifier of reduced models: full-model forces in the reduced state, and the discretisation error of the full
-    model.
-    """
+    """Verifier of reduced models: full-model forces in the reduced state, and the full model's discretisation error."""
 
     holds = False
 
@@ -53,8 +51,7 @@ def check_reduced_solution(declared: Declared, solution: Solution) -> Solution:
     """Return the solution of a reduced model with its error in the equations of the full model.
 
     The solution counts as not converged if that error is large. The facts get `full_residual`, `estimated_error`
-    (relative)
-    and `estimated_error_m`, as in ReductionError.
+    (relative) and `estimated_error_m`, as in ReductionError.
     """
     assert solution.reduction_error is not None
     try:
