@@ -1,4 +1,4 @@
-"""Check that a rigid body meets the plane of a plane body."""
+"""Check that a rigid body intersects the plane of a plane body."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ if TYPE_CHECKING:
 
 
 def missed_plane_error(rigid: Declared, body: Declared, low: float, high: float) -> Diagnostic | None:
-    """Return an error if the plane of a plane body misses a rigid one, at z from `low` to `high`, m, else None.
+    """Return an error if a rigid body does not intersect the plane z = 0 of a plane body, else None.
 
-    The indenter is the section at z = 0: bodies next to the plane, or that end in it, have none.
+    The rigid body extends from z = `low` to `high`, m. The indenter is its section at z = 0. Bodies next to the plane,
+    or that end in it, have no such section.
     """
     if not body.thing.planar or low < 0.0 < high:
         return None

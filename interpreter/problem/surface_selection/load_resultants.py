@@ -1,4 +1,4 @@
-"""Resultants of the loads of a model: force, moment and area, compared with the loads of the scene."""
+"""Resultants of the loads on a model (force, moment and area), compared with the loads of the scene."""
 
 from __future__ import annotations
 
@@ -36,18 +36,18 @@ FLATTER = "use a smaller size, or smaller `facets`: between their corners they a
 
 
 class BuiltModel(Protocol):
-    """Required parts of a built model: models/shared/prepared_model.py has all of it."""
+    """Protocol of a built model whose loads are summed; models/shared/prepared_model.py fulfils it."""
 
     @property
     def mesh(self) -> Any:
-        """Mesh of the model, if it has one."""
+        """Mesh of the model, or None."""
 
     @property
     def points(self) -> Floats:
-        """Undeformed points at which its loads act (n, 3), m."""
+        """Undeformed points at which the loads of the model act (n, 3), m."""
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """Return the forces of every load at these points (n, 3), N; for a beam with moments (n, 6), N m."""
+        """Return each load with its forces at `points` (n, 3), N; for a beam with moments (n, 6), N and N m."""
 
 
 def resultants(case: Case, prepared: BuiltModel) -> dict[str, Resultant]:
@@ -87,7 +87,7 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats)
 
 
 def _limit_area(case: Case, where: Condition, mesh: Any) -> float | None:
-    """Return the limit of the facet area, m^2, for a combined body with parts known only by their facets."""
+    """Return the limit of the facet area under refinement, m^2, for a combined body with parts known only by facets."""
     made = getattr(mesh, "filling", None)
     return (
         limit_of_facet_area(case.shape, where, made.size)
@@ -97,7 +97,10 @@ def _limit_area(case: Case, where: Condition, mesh: Any) -> float | None:
 
 
 def _revolved_resultant(case: Case, load: Declared, mesh: Any, f: Floats) -> Resultant:
-    """Return the resultant on a body of revolution, from forces f (n, 3) on whole rings, N: axial, the rest cancels."""
+    """Return the resultant of forces f (n, 3), N, on whole rings of a body of revolution.
+
+    Only its axial component is not zero, because the others cancel around the axis.
+    """
     force, none = (0.0, float(f[:, 1].sum()), 0.0), (0.0, 0.0, 0.0)
     action = load.thing.action
     known: LoadedSurface | None = (
@@ -111,7 +114,7 @@ def _revolved_resultant(case: Case, load: Declared, mesh: Any, f: Floats) -> Res
 
 
 def _resultant_at_points(action: PointLoad | LineForce, force: Vector, moment: Vector) -> Resultant:
-    """Return the resultant of a load at given points: exact up to rounding, on a mesh that contains them."""
+    """Return the resultant of a point or line load, exact up to rounding on a mesh that contains its points."""
     length = action.length if isinstance(action, LineForce) else None
     if isinstance(action, LineForce):
         at = 0.5 * (np.array(action.begin) + np.array(action.end))
@@ -125,7 +128,7 @@ def _resultant_at_points(action: PointLoad | LineForce, force: Vector, moment: V
 def _moment_resultant(
     action: MomentLoad, force: Vector, moment: Vector, known: LoadedSurface | None, area: float | None
 ) -> Resultant:
-    """Return the resultant of a given moment; for a solid with the area it acts on."""
+    """Return the resultant of a moment load, for a solid with the area on which it acts, m^2."""
     nothing = (0.0, 0.0, 0.0)
     if known is None:
         return Resultant(force, moment, area, nothing, _ratio(moment, action.moment), exact_moment=action.moment)
@@ -135,13 +138,13 @@ def _moment_resultant(
 
 
 def _total(turns: Floats) -> Floats:
-    """Return the sum (3,) of moments at nodes (n, 3), or none (n, 0)."""
+    """Return the sum (3,), N m, of moments at nodes (n, 3); zero if there are none (n, 0)."""
     found: Floats = turns.sum(axis=0) if turns.shape[1] else np.zeros(3)
     return found
 
 
 def _exact_load(case: Case, load: Declared) -> tuple[Vector | None, float | None]:
-    """Return the exact force on the body, and the area on which it acts; None if not known."""
+    """Return the exact force on the body, N, and the loaded area, m^2; each is None if not known."""
     shape = case.shape
     match load.thing.action:
         case BodyForce(acceleration=g) if not case.parts and case.uniform and (held := volume(shape)) is not None:
@@ -163,7 +166,7 @@ def _ratio(force: Vector, exact: Vector) -> float:
 
 
 def _remedy(case: Case, declared: Declared) -> str:
-    """Return how the facets of a model come closer to the curved surface of its body."""
+    """Return a remedy that brings the facets of a model closer to the curved surface of its body."""
     if case.shape.enclosed:
         return FLATTER
     element = getattr(declared.thing, "element", "")
@@ -171,7 +174,7 @@ def _remedy(case: Case, declared: Declared) -> str:
 
 
 def load_mismatch_warnings(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tuple[Diagnostic, ...]:
-    """Return warnings if a model's mesh carries less or more of a surface load than the scene requires."""
+    """Return a warning for each surface load whose resultant on the mesh differs from that of the scene."""
     notes, at = [], declared.at("size") if "size" in declared.fields else declared.at()
     for name, r in found.items():
         if r.area is None:
