@@ -132,7 +132,7 @@ class Beam6Dof(Model):
         return "" if near else f"{what}, too far from a node: use more segments"
 
     def _wound(self, case: Case, action: TendonLoad) -> str:
-        """Return a message if a tendon winds too much within a segment, which has only one arm; else empty."""
+        """Return a message if a tendon winds by more than 90 degrees within a segment; else an empty text."""
         ends, nodes = guides(case, action), self.stations(case)
         longest = max(b - a for a, b in pairwise(nodes))
         turn = abs(action.winding) * min(longest / abs(ends[1] - ends[0]), 1.0)
@@ -189,7 +189,9 @@ class Beam6Dof(Model):
         return []
 
     def _apart(self, case: Case) -> bool:
-        """Return whether every support clamps a different section and at least one section is free."""
+        """Return whether all supports are clamps of different sections with free sections between; one clamp also
+        counts.
+        """
         if any(len(support.thing.components) < 3 for support in case.supports):
             return False
         if len(case.supports) == 1:

@@ -165,7 +165,7 @@ def plainly_held(case: Case, network: Network) -> bool:
 
 
 def _stops(one: Pinned, two: Pinned, here: Vector3, there: Vector3) -> bool:
-    """Return whether support `two`, at the point `there`, prevents the rotation of hinge `one`, at the point `here`."""
+    """Return whether support `two`, at the point `there`, prevents hinge `one`, at the point `here`, from rotating."""
     if one.axis is None or len(one.components) < 3 or two.axis not in (None, one.axis):
         return False
     way = cross(one.axis, tuple(b - a for a, b in zip(here, there, strict=True)))

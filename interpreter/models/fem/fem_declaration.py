@@ -354,7 +354,7 @@ class Fem(HasMaterial, Model):
         )
 
     def coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
-        """Return an error if the mesh would exceed memory, or a warning if cells are larger than the body."""
+        """Return an error if the mesh would not fit into memory, or a warning if cells are too large for the body."""
         shape = case.shape
         if self.size is None or shape.bounds is None or not (volume := shape.least) or self._own_mesh(case):
             return None

@@ -245,7 +245,7 @@ def _interpolate_to_duration(declared: Declared, found: Matched, duration: float
 
 
 def _gaps(declared: Declared, times: Floats | None) -> Iterator[Diagnostic]:
-    """Yield a warning if the times (t,), s, of a motion have unusually large gaps."""
+    """Yield a warning if a gap between the times (t,), s, of a motion is much longer than its usual step."""
     if times is None or len(times) < FEW:
         return
     steps = np.diff(times)

@@ -34,7 +34,7 @@ def scenes(over: str | None, scene: Scene) -> Iterator[Setting]:
     if over is None:
         yield Setting("", scene)
         return
-    links = sweep_expansion.chain(scene, scene.declared[over])
+    links = sweep_expansion.combined_sweeps(scene, scene.declared[over])
     for chosen in itertools.product(*(link.thing.over for link in links)):
         pairs = [(link.thing, variant) for link, variant in zip(links, chosen, strict=True)]
         other, _ = recompile(scene, [sweep_expansion.override_of(sweep, variant) for sweep, variant in pairs])
@@ -49,7 +49,7 @@ def check_same_mesh(scene: Scene, declared: Declared) -> Diagnostic | None:
     if model.over is None:
         return None
     own = _mesh(scene, model.of)
-    for link in sweep_expansion.chain(scene, scene.declared[model.over]):
+    for link in sweep_expansion.combined_sweeps(scene, scene.declared[model.over]):
         owner = link.thing.target.name.rpartition(".")[0]
         if owner in scene.declared and scene.declared[owner].kind in UNMESHED:
             continue

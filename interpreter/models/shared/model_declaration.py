@@ -101,7 +101,7 @@ class Model:
 
     @property
     def shortcuts(self) -> tuple[str, ...]:
-        """Names of fields that leave steps unconverged, use single precision, or start from the previous state."""
+        """Names of fields that leave steps unconverged, use single precision, or do not start from rest."""
         return ()
 
     @property

@@ -234,7 +234,6 @@ class PreparedMotion:
         return {"crossings": {n: max(seen["crossings"][n] for seen in known) for n in known[0]["crossings"]}}
 
     def _mesh_facts(self) -> dict[str, Any]:
-        """Return the report of the mesh; empty without a mesh."""
         return {} if self.mesh is None else mesh_facts(self.mesh)
 
 
@@ -273,7 +272,7 @@ class _StateRecorder:
 
 @dataclass
 class _Row:
-    """Stored state `x`, or None once the state is freed."""
+    """Stored state, or None if it was freed."""
 
     x: Floats | None
 
@@ -310,9 +309,10 @@ def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
 
 
 def _momentum(touched: ContactHistory) -> dict[str, Any]:
-    """Return the momentum balance of the deformable body, N s, and `off`, its imbalance relative to the largest term.
+    """Return the momentum balance of the deformable body, N s: momentum change, and impulses of its causes.
 
-    The imbalance is about the solver tolerance; with supports and an implicit dissipative scheme, that of one step.
+    `off` is the imbalance relative to the largest of these, about the solver tolerance. With supports, bdf2,
+    generalised-alpha and implicit Euler leave that of one step.
     """
     each = dict(zip(("contacts_Ns", "loads_Ns", "supports_Ns", "damping_Ns"), touched.impulses, strict=True))
     missing = float(np.linalg.norm(touched.change - touched.impulses.sum(axis=0)))
