@@ -13,7 +13,7 @@ from softmark.solvers.energies.energy import Floats
 from softmark.solvers.sparse.conjugate_gradients import conjugate_gradients
 
 NAME = "smoothed aggregation multigrid with conjugate gradients (pyamg)"
-# largest number of aggregates, with six unknowns each, on the coarsest level, which is factorised. A further level costs
+# largest number of aggregates of six unknowns on the coarsest level, which is factorised. A further level costs
 # iterations: 240 000 unknowns with 70 aggregates took 22; 369 000 took 35 with levels of 105 and 3, else 22
 COARSEST = 1000
 # entries smaller than this fraction of the diagonals do not aggregate: 369 000 unknowns then take 15 iterations instead
