@@ -61,7 +61,7 @@ class FrameMember:
         n = np.broadcast_to(force[:3], (*places.shape, *force[:3].shape))
         return self._integrated(s, places, weights, n, force[3:] + arm @ n)
 
-    def sagged(self, s: Array) -> Array:
+    def motions_under_own_load(self, s: Array) -> Array:
         """Return displacements and rotations (n, 6) at distances s (n,), m, under the distributed load only.
 
         The member is a cantilever clamped at its start.
@@ -93,7 +93,7 @@ class FrameMember:
     @cached_property
     def sag(self) -> Array:
         """Displacement and rotation (6,) of the member's end under its distributed load, with its start clamped."""
-        found: Array = self.sagged(np.array([self.length]))[0]
+        found: Array = self.motions_under_own_load(np.array([self.length]))[0]
         return found
 
     @cached_property
@@ -119,7 +119,7 @@ class FrameMember:
         return found
 
     @cached_property
-    def both(self) -> Array:
+    def relative_motion_matrix(self) -> Array:
         """Matrix (6, 12) from the motions of both nodes in space to the motion of the end relative to the start."""
         found: Array = np.concatenate([-self.shift @ self.turned, self.turned], axis=1)
         return found
@@ -127,13 +127,13 @@ class FrameMember:
     @cached_property
     def resists(self) -> Array:
         """Matrix (12, 6) from the motion of the end relative to the start to nodal forces and moments in space."""
-        found: Array = self.both.T @ np.linalg.inv(self.flexibility)
+        found: Array = self.relative_motion_matrix.T @ np.linalg.inv(self.flexibility)
         return found
 
     @cached_property
     def matrix(self) -> Array:
         """Stiffness matrix (12, 12) of the member for the motions of both nodes in space."""
-        found: Array = self.resists @ self.both
+        found: Array = self.resists @ self.relative_motion_matrix
         return found
 
     @cached_property
@@ -150,10 +150,10 @@ class FrameMember:
         """
         s = self.length * _rule(FEW)[0]
         s = np.concatenate([[0.0], s, [self.length]])
-        found: Array = (self.moved(s, force[:, None])[..., 0] + self.sagged(s))[:, 3:] + first[3:]
+        found: Array = (self.moved(s, force[:, None])[..., 0] + self.motions_under_own_load(s))[:, 3:] + first[3:]
         return found
 
-    def lengthened(self, turns: Array) -> float:
+    def compute_lengthening(self, turns: Array) -> float:
         """Return the second-order lengthening of the member's axis, m, due to `turns`, rotations along the member."""
         w = _rule(FEW)[1]
         found: Array = 0.5 * self.length * w @ (turns[1:-1, 1:] ** 2).sum(axis=1)
@@ -261,10 +261,10 @@ class Frame:
         P, none = np.zeros(6 * len(self.X)), np.zeros(6 * len(self.X))
         strains = [np.array([extra, *[0.0] * 5]) for extra in lengthened]
         for (member, at), strain in zip(self._places(), strains, strict=True):
-            P[at] -= member.both.T @ np.linalg.solve(member.flexibility, strain)
+            P[at] -= member.relative_motion_matrix.T @ np.linalg.solve(member.flexibility, strain)
         d = self._balanced(P, none)
         return [
-            np.linalg.solve(member.flexibility, member.both @ d[at] + strain)
+            np.linalg.solve(member.flexibility, member.relative_motion_matrix @ d[at] + strain)
             for (member, at), strain in zip(self._places(), strains, strict=True)
         ]
 
@@ -372,10 +372,10 @@ class FrameSolution:
     @cached_property
     def strayed(self) -> float:
         """Measure of nonlinearity: the largest rotation, rad, plus the ratio of internal forces to buckling loads."""
-        return float(max((np.abs(turns).max() for turns in self.turns), default=0.0)) + self.buckled
+        return float(max((np.abs(turns).max() for turns in self.turns), default=0.0)) + self.buckling_ratio
 
     @cached_property
-    def buckled(self) -> float:
+    def buckling_ratio(self) -> float:
         """Largest ratio of internal forces to buckling loads.
 
         It includes the tension that fixed ends cause when members bend. The ratios are the eigenvalues of the
@@ -383,7 +383,7 @@ class FrameSolution:
         relative to the stiffness, of either sign.
         """
         members = zip(self.frame.members, self.turns, strict=True)
-        pulled = self.frame.pulled([member.lengthened(turns) for member, turns in members])
+        pulled = self.frame.pulled([member.compute_lengthening(turns) for member, turns in members])
         return self.frame.share([force for _, force in self.ends]) + self.frame.share(pulled, loaded=False)
 
     @cached_property
@@ -401,7 +401,7 @@ class FrameSolution:
             local = (points[here] - self.frame.X[member.nodes[0]]) @ member.frame.T
             s = np.clip(local[:, 0], 0.0, member.length)
             first, force = self.ends[number]
-            moved = member.moved(s, force[:, None])[..., 0] + member.sagged(s)
+            moved = member.moved(s, force[:, None])[..., 0] + member.motions_under_own_load(s)
             moved[:, :3] += first[:3] + np.cross(first[3:], np.outer(s, [1.0, 0.0, 0.0]))
             moved[:, 3:] += first[3:]
             local[:, 0] -= s

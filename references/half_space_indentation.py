@@ -223,10 +223,10 @@ class HalfSpace:
         """Error of a displacement, m: that of the half-space where the real body ends, at least rounding."""
         if not self.touches:
             return 0.0
-        return max(ROUNDING * abs(self.depth), self._beneath, self._beside)
+        return max(ROUNDING * abs(self.depth), self._far_face_displacement, self._beside)
 
     @property
-    def _beneath(self) -> float:
+    def _far_face_displacement(self) -> float:
         """Displacement of the half-space at the depth of the real body's far face, m."""
         h = self.around.thickness
         return 0.0 if math.isinf(h) else float(self.moved(np.zeros(1), np.array([h]))[1][0])

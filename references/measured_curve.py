@@ -67,7 +67,7 @@ class CurveFromFile(Reference):
 
     @property
     def span(self) -> tuple[float, float]:
-        """Return the lowest and highest x of the curve, SI. Raises Unreadable."""
+        """Lowest and highest x of the curve, SI. Raises Unreadable."""
         return _common(self.read()[0])
 
     def unfit(self) -> tuple[str, str] | None:

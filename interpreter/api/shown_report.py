@@ -22,7 +22,7 @@ class RunReport(Report):
     @classmethod
     def showing(cls, report: Report) -> Self:
         """Return a report as a RunReport."""
-        return cls(**own_fields(report))
+        return cls(**values_of_fields(report))
 
     def _repr_html_(self) -> str:
         from softmark.interpreter.report.notebook.report_box import inline
@@ -62,6 +62,6 @@ class RunReport(Report):
         return write(self, api_arguments.check_path("folder", folder, "a folder"))
 
 
-def own_fields(found: Any) -> dict[str, Any]:
+def values_of_fields(found: Any) -> dict[str, Any]:
     """Return the field values of a result by name, to construct an object of a derived class."""
     return {f.name: getattr(found, f.name) for f in fields(found)}

@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Self
 
-from softmark.interpreter.api.shown_report import own_fields
+from softmark.interpreter.api.shown_report import values_of_fields
 from softmark.interpreter.results.prompt_representation import shorten
 from softmark.interpreter.study.comparison_study import Comparison
 from softmark.interpreter.study.robustness.robustness_record import Robustness
@@ -20,7 +20,7 @@ class ShownComparison(Comparison):
     @classmethod
     def showing(cls, found: Comparison) -> Self:
         """Return a comparison as a ShownComparison."""
-        return cls(**own_fields(found))
+        return cls(**values_of_fields(found))
 
     def __repr__(self) -> str:
         solved = sum(p["status"] in ("converged", "capped") for p in self.points)
@@ -49,7 +49,7 @@ class ShownRobustness(Robustness):
     @classmethod
     def showing(cls, found: Robustness) -> Self:
         """Return a robustness study as a ShownRobustness."""
-        return cls(**own_fields(found))
+        return cls(**values_of_fields(found))
 
     def __repr__(self) -> str:
         said = ", ".join(f"{n} {word.replace('_', ' ')}" for word, n in self.summary.classes.items() if n)

@@ -130,14 +130,16 @@ class TensorMetric(Metric):
             "cells_apart_Pa": float(field.unresolved(at)[0]),
             "cells_apart_1": float(field.disagreement(at, self.made_of)[0]),
             "usual_stress_Pa": field.usual[0],
-            "where_materials_meet": self._two_valued(field, sides, samples, seen),
+            "where_materials_meet": self._count_two_valued_points(field, sides, samples, seen),
         }
         here = values[sides.rows == sides.rows[row]]
         if len(here) > 1:
             details[f"sides_{self._suffix}"] = here.tolist()
         return Measurement(value, details, samples=values if len(values) > 1 else None)
 
-    def _two_valued(self, field: Stresses, sides: TensorsBySide, samples: ProbeSamples, seen: MetricInput) -> int:
+    def _count_two_valued_points(
+        self, field: Stresses, sides: TensorsBySide, samples: ProbeSamples, seen: MetricInput
+    ) -> int:
         """Return the number of points with two values, one on each side of an interface of materials.
 
         For a mean it is 0 if these points have no weight in the integral.

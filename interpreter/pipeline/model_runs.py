@@ -235,7 +235,7 @@ def _solve_timed(work: StateRun, name: str, prepared: Prepared) -> tuple[Solutio
         )
 
     try:
-        _warm(work, name, prepared)
+        _compile_kernels(work, name, prepared)
         for _ in range(work.options.repeat):
             start = time.perf_counter(), time.process_time()
             solution = prepared.solve(watch)
@@ -256,7 +256,7 @@ def _solve_timed(work: StateRun, name: str, prepared: Prepared) -> tuple[Solutio
     return solution, wall, cpu
 
 
-def _warm(work: StateRun, name: str, prepared: Prepared) -> None:
+def _compile_kernels(work: StateRun, name: str, prepared: Prepared) -> None:
     kernels: Any = sys.modules.get("softmark.solvers.runtime.kernel_cache")
     cold = not work.compiling and kernels is not None and not kernels.is_compiled()
     work.compiling |= cold

@@ -13,7 +13,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.expression_evaluation import Quantity
 from softmark.interpreter.language.scene_sources import standard_name
-from softmark.solvers.runtime.parallel_compilation import processors
+from softmark.solvers.runtime.parallel_compilation import count_processors
 
 
 def describe_scene(scene: Scene) -> dict[str, Any]:
@@ -56,7 +56,7 @@ def describe_environment(started: datetime) -> dict[str, Any]:
         **_versions(),
         "platform": platform.platform(),
         "cpu": _cpu(),
-        "threads": processors(),
+        "threads": count_processors(),
         "started": started.isoformat(timespec="seconds"),
     }
 

@@ -12,7 +12,10 @@ def with_dependencies(scene: Scene, models: Collection[str]) -> list[str]:
     found, pending = dict.fromkeys(models), list(models)
     while pending:
         declared = scene.declared[pending.pop()]
-        for name in (*named_by(scene, declared, "name"), *named_by(scene, declared, "names")):
+        for name in (
+            *find_named_declarations(scene, declared, "name"),
+            *find_named_declarations(scene, declared, "names"),
+        ):
             if name not in found and scene.declared[name].kind in ("model", "study"):
                 found[name] = None
                 pending.append(name)
@@ -21,10 +24,10 @@ def with_dependencies(scene: Scene, models: Collection[str]) -> list[str]:
 
 def models_of(scene: Scene, declared: Declared, form: str) -> Iterator[str]:
     """Yield the models that a declaration names in its fields of one form, `name` or `names`."""
-    yield from (n for n in named_by(scene, declared, form) if scene.declared[n].kind == "model")
+    yield from (n for n in find_named_declarations(scene, declared, form) if scene.declared[n].kind == "model")
 
 
-def named_by(scene: Scene, declared: Declared, form: str) -> Iterator[str]:
+def find_named_declarations(scene: Scene, declared: Declared, form: str) -> Iterator[str]:
     """Yield the declarations that a declaration names in its fields of one form, `name` or `names`."""
     for field in declared.constructor.fields:
         if field.form == form:

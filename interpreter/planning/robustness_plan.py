@@ -71,11 +71,11 @@ def find_judging_metrics(scene: Scene) -> Iterator[str]:
     for metric in scene.of_kind("metric").values():
         thing = metric.thing
         relative = thing.measured_from and (thing.looked_at or thing.concerned) and thing.unit == "1"
-        if relative and _comparable(scene, metric):
+        if relative and _is_reference_error_known(scene, metric):
             yield metric.name
 
 
-def _comparable(scene: Scene, metric: Declared) -> bool:
+def _is_reference_error_known(scene: Scene, metric: Declared) -> bool:
     """Return whether the error of the reference is known in the same quantity as the metric.
 
     References state their error as a displacement, and values have their own uncertainty. Theories of contact state the
@@ -198,7 +198,9 @@ def _target(
     """Return the error about a quantity that the study cannot vary, or None."""
     at = Location(study.at("over").source, target.span)
     if again:
-        return diagnostic("E512", at, f"`{study.name}` varies `{target.name}` twice", "a repetition", "name it once")
+        return diagnostic(
+            "E512", at, f"`{study.name}` varies `{target.name}` twice", "a repetition", "name each quantity once"
+        )
     try:
         quantity = quantity_of(scene, target.name)
     except Unwalkable as unfit:

@@ -18,7 +18,7 @@ def override_of(sweep: Sweep, variant: Variant) -> Override:
                     text=f"{sweep.target.name}={variant.text}")  # fmt: skip
 
 
-def chain(scene: Scene, sweep: Declared) -> list[Declared]:
+def combined_sweeps(scene: Scene, sweep: Declared) -> list[Declared]:
     """Return a sweep and the sweeps that it is combined with, outermost first.
 
     The list ends before the first name that is not a sweep.

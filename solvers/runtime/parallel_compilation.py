@@ -48,7 +48,7 @@ def helper_process(code: str) -> Iterator[None]:
             helper.communicate()
 
 
-def processors() -> int:
+def count_processors() -> int:
     """Return the number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -58,7 +58,7 @@ def _is_useful() -> bool:
     from softmark.solvers.runtime import kernel_cache
 
     startable = bool(sys.executable) and not getattr(sys, "frozen", False)
-    return processors() > 1 and startable and kernel_cache.CACHED and os.access(kernel_cache.FOLDER, os.W_OK)
+    return count_processors() > 1 and startable and kernel_cache.CACHED and os.access(kernel_cache.FOLDER, os.W_OK)
 
 
 def _start(code: str) -> Popen[str] | None:

@@ -103,7 +103,7 @@ def test_nothing_is_imported_from_where_it_starts(
 def test_a_cold_run_says_what_both_have_made(tmp_path: Path) -> None:
     """All kernels on disk are of the two, each made once; then all is there, and nothing is said or started."""
     said, answers, kernels = [], [], []
-    if parallel_compilation.processors() < 2:
+    if parallel_compilation.count_processors() < 2:
         pytest.skip("one processor")
     for _ in range(2):
         run = subprocess.run(

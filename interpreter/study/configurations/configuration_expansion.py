@@ -23,7 +23,7 @@ from softmark.interpreter.language.scene_states import states_of
 from softmark.interpreter.language.sweep_values import with_unit
 from softmark.interpreter.pipeline.run_environment import describe_scene
 from softmark.interpreter.planning.declaration_dependencies import with_dependencies
-from softmark.interpreter.planning.sweep_expansion import chain, override_of, value_in
+from softmark.interpreter.planning.sweep_expansion import combined_sweeps, override_of, value_in
 from softmark.interpreter.results.state_results import format_state
 from softmark.interpreter.study.analysis.comparison_point import format_values
 from softmark.interpreter.study.configurations.configuration_keys import key_of, key_of_text, needed_models
@@ -243,7 +243,7 @@ def _families(subject: SceneSubject, asked: CommandLineAdditions) -> list[_Famil
         return []
     found = []
     for name, sweep in _select_sweeps(subject.scene, asked.study).items():
-        links = chain(subject.scene, sweep)
+        links = combined_sweeps(subject.scene, sweep)
         values = [[override_of(link.thing, v) for v in link.thing.over] for link in links]
         allowed = [set(link.thing.models) for link in links if link.thing.models]
         own = tuple(m for m in models if all(m in names for names in allowed))
