@@ -1,4 +1,4 @@
-"""Names that other programs use for our fields, choices and constructors: suggested in messages, never accepted."""
+"""Names of other programs for fields, choices and constructors of this language; suggested, but never accepted."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ class Override:
     text: str = ""
 
     def example(self, name: str) -> str:
-        """Return how to write such an override of another name."""
+        """Return how to write an override of another name in the same form."""
         return self.written.format(name)
 
 
@@ -69,7 +69,7 @@ def read_override(text: str, diagnostics: list[Diagnostic], option: str = "-p") 
 
 
 def assign_overrides(overrides: Sequence[Override], table: ModuleTable) -> dict[str, Override]:
-    """Return overrides by the parameter or field `declared.field` that they replace; the last one counts."""
+    """Return overrides by the parameter or field (`declared.field`) that they replace; the last one counts."""
     found = {}
     for override in overrides:
         owner = override.name.rpartition(".")[0]
