@@ -23,7 +23,8 @@ INSTEAD = {"load": "apply a traction to the end face or to a strip of the wall",
 def axis_point_refusal(scene: Scene, declared: Declared) -> str | None:
     """Return why a load or probe cannot lie on the axis of a hollow body, as a remedy; None if it can.
 
-    It can if all models of the body are beams, which move and are loaded by sections, and no stress is requested.
+    It can lie there if all models of the body are beams, whose sections move and are loaded as wholes, and if no stress
+    is requested.
     """
     if declared.kind == "probe" and any(
         isinstance(metric.thing, TensorMetric) and metric.thing.probe == declared.name
@@ -37,7 +38,7 @@ def axis_point_refusal(scene: Scene, declared: Declared) -> str | None:
 
 
 def _is_of_body(scene: Scene, model: Declared, body: str) -> bool:
-    """Return whether a model is of this body."""
+    """Return whether a model represents this body."""
     try:
         return body_of(scene, model) == body
     except Fault:  # reported elsewhere
