@@ -1,5 +1,6 @@
-"""Extension for VS Code and compatible editors (VSCodium, Cursor, code-server, Theia): a `.vsix`, written without
-Node.
+"""Extension for VS Code and compatible editors (VSCodium, Cursor, code-server, Theia), as a `.vsix` file.
+
+It is written without Node.
 """
 
 from __future__ import annotations
