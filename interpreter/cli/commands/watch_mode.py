@@ -161,9 +161,7 @@ class WatchedScene:
             return ""
 
     def _is_data_folder(self, folder: Path) -> bool:
-        """Return whether a folder contains data; output and working folders, which runs change themselves, do not
-        count.
-        """
+        """Return whether a folder contains data; output and working folders, which change with runs, do not."""
         here = (self.scene.resolve(), Path.cwd())
         return not any(p.is_relative_to(folder.resolve()) for p in here) and not (folder / "report.json").exists()
 
