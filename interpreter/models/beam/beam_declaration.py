@@ -189,9 +189,7 @@ class Beam6Dof(Model):
         return []
 
     def _apart(self, case: Case) -> bool:
-        """Return whether all supports are clamps of different sections with free sections between; one clamp also
-        counts.
-        """
+        """Return whether supports are clamps of different sections that leave a section free; one clamp counts."""
         if any(len(support.thing.components) < 3 for support in case.supports):
             return False
         if len(case.supports) == 1:

@@ -107,7 +107,7 @@ class ExternalSolver(ExternalModel):
 
     @property
     def constant(self) -> bool:  # type: ignore[override]
-        """Whether the stiffness is constant."""
+        """True if the stiffness is constant."""
         return self.solid.constant
 
     @property

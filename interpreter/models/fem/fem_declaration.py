@@ -161,12 +161,12 @@ class Fem(HasMaterial, Model):
 
     @property
     def constant(self) -> bool:  # type: ignore[override]
-        """Whether the stiffness is constant, because strain is linear in the displacements."""
+        """True if the stiffness is constant, because strain is linear in the displacements."""
         return self.strain == "small"
 
     @property
     def unsolved(self) -> bool:  # type: ignore[override]
-        """Whether the model may accept states that are not converged."""
+        """True if the model may accept states that are not converged."""
         return self.max_iterations is not None or self.max_linear_iterations is not None
 
     @property

@@ -127,7 +127,7 @@ class Matched:
 
     @cached_property
     def spans(self) -> bool:
-        """Whether values can be interpolated between the points; this is not possible along a line or on a surface."""
+        """True if values can be interpolated between the points, which do not lie along a line or on a surface."""
         if self.mesh is not None or self.wired:
             return not self.wired
         X = self.X[:, : self.ways]

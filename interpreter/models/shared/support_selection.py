@@ -65,7 +65,7 @@ class SupportSelection:
 
     @property
     def missed(self) -> bool:
-        """Whether the held part differs noticeably from the selection."""
+        """True if the held part differs noticeably from the selection."""
         return 1.0 - self.held > MISSED or self.beyond > MISSED
 
 
