@@ -232,9 +232,9 @@ class FacetSweep:
         return solid_forces.is_tensor_product(self.corners.shape[1])
 
     def whole_and_parts(self) -> tuple[Ints, tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
-        """Return whole facets (w,), points of partly selected facets (p,), and facets where two rules disagreed (v,).
+        """Return whole facets (w,), and points on others: facets (p,), local points (p, 2), weights (p,).
 
-        The points have facets (p,), local points (p, 2) and weights (p,); the last result has also the local area (v,).
+        Also where two rules disagreed: facets (v,) and the local area of disagreement (v,).
         """
         told = self._told()
         open_ = np.flatnonzero(told == 0)
@@ -389,9 +389,9 @@ class FacetSweep:
         return found
 
     def _strips(self, f: Ints, low: Floats, high: Floats, n: int) -> tuple[Floats, tuple[Ints, Floats, Floats]]:
-        """Return area and moments (n, 3) of the selected parts of n strips; strips (p,), points (p, 2), weights (p,).
+        """Return area and moments (n, 3) of selected parts of n strips; strips (p,), points (p, 2), weights (p,).
 
-        Lines are denser towards both ends of a strip, where the length of a chord may grow as a square root.
+        Lines are denser towards both ends, where the length of a chord may grow as a square root.
         """
         x, v = np.polynomial.legendre.leggauss(n)
         t, v = 0.5 * (x + 1.0), 0.5 * v

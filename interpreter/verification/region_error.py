@@ -1,9 +1,9 @@
 """Error of meshes whose cells do not follow the borders of material regions.
 
 Such cells have the wrong material in a part of their volume. Every cell that a border crosses has the material of its
-largest part. Giving all cells at the border of one region its
-material, or none of them, whichever is farther from the found answer, shifts the answer by more than the true error.
-These shifts, summed over the regions so that opposite errors do not cancel, are a part of the stated error.
+largest part. Giving all cells at the border of one region its material, or none of them, whichever is farther from the
+found answer, shifts the answer by more than the true error. These shifts, summed over the regions so that opposite
+errors do not cancel, are a part of the stated error.
 
 If the nodes of cells follow a border, changing whole cells overestimates the error of the curve between nodes, as of a
 polygon in a circle. The error is then at most a multiple of the missed volume relative to the smallest adjacent volume:
