@@ -91,6 +91,7 @@ def watched(scenes: list[Path], *commands: str) -> str:
     return done.stdout
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", [ROOT, pytest.param(ERRORS, marks=pytest.mark.slow)], ids=["library", "goldens"])
 def test_checking_and_planning_open_nothing_but_the_scene_its_folder_and_softmark(folder: Path) -> None:
@@ -99,6 +100,8 @@ def test_checking_and_planning_open_nothing_but_the_scene_its_folder_and_softmar
     assert watched(scenes, "check", "plan") == "done\n"
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_data_set_is_not_fetched_by_checking(tmp_path: Path) -> None:
     scene = tmp_path / "data.scene"
     text = (ERRORS / "data-offline.scene").read_text(encoding="utf-8")
@@ -116,6 +119,8 @@ def test_the_watch_sees_what_it_is_to_see(tmp_path: Path) -> None:
     assert f"read {tmp_path / 'inner' / '..' / 'lengths.scene'}" in told or "lengths.scene" in told
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     "value",
     ['__import__("os").system("touch here")', "`touch here`", '"$(touch here)"', "${HOME}", "{0.__class__}", "exec(1)"],
