@@ -293,7 +293,8 @@ WAIT: dict[str, dict[str, tuple[str, ...]]] = {
             "W318", "W361", "W362", "W659", "W388", "W630", "E631", "E520", "W371", "W352", "W368", "W315",
             # each of them has a golden message as well, which is quick
             "W384", "W393", "E632", "E412", "W305", "W337", "W394", "W389", "W345", "W356", "W367", "W314",
-            "E410", "E630", "W401", "W419", "W639", "E383", "W387", "W357", "W319", "W341", "W324", "W336", "E324", "W391", "W613", "W353",
+            "E410", "E630", "W401", "W419", "W639",
+            "E383", "W387", "W357", "W319", "W341", "W324", "W336", "E324", "W391", "W613", "W353",
         ),
     },
     "tests/interpreter/test_diagnostics.py": {
@@ -309,7 +310,9 @@ WAIT: dict[str, dict[str, tuple[str, ...]]] = {
         "test_one_pressure_in_each_cell_has_the_harmonic_mean": ("1-", "2-", "3-"),
         "test_plane_cells_are_integrated_too": ("1-",),
     },
-    "tests/laws/test_macneal_harder.py": {"test_the_patch_of_solids": ("hex20, strain = small", "hex27, strain = small")},
+    "tests/laws/test_macneal_harder.py": {
+        "test_the_patch_of_solids": ("hex20, strain = small", "hex27, strain = small"),
+    },
     "tests/interpreter/test_surface_stress.py": {
         "test_uniform_stress_contradicts_no_face": ("0-",),
         "test_narrow_patches_are_said_with_the_right_number": ("1-",),
