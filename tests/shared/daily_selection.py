@@ -20,7 +20,6 @@ MANY = 3  # cases of a sweep
 LARGE = 60  # cases of a sweep that takes twice as many days
 WHOLE = bool(os.environ.get("SOFTMARK_WHOLE"))
 DAY = date.fromisoformat(os.environ.setdefault("SOFTMARK_DAY", date.today().isoformat()))  # workers get it, at midnight
-TODAY = DAY.toordinal() % PARTS
 LONGEST = (  # scenes that run for some ten seconds of CPU or more, by their day of the week: at most 180 s a day
     {"ironing", "balloon", "bar-on-a-wall"},
     {"silicone-beam-as-published", "carved-bodies", "confined-compression", "mandels-slab", "actuator"},
@@ -34,6 +33,7 @@ LONGEST = (  # scenes that run for some ten seconds of CPU or more, by their day
 
 def waiting(slow: list[pytest.Item], scene_of: Callable[[str], str]) -> set[pytest.Item]:
     """Return those of all slow tests that are not run today."""
+    today = DAY.toordinal()
     sweeps: dict[str, list[pytest.Item]] = defaultdict(list)
     later = set()
     for item in slow:
@@ -41,10 +41,10 @@ def waiting(slow: list[pytest.Item], scene_of: Callable[[str], str]) -> set[pyte
             sweeps["long"].append(item)
         elif "report_of" not in getattr(item, "fixturenames", ()):
             sweeps[item.nodeid.partition("[")[0]].append(item)
-        elif any(scene_of(item.nodeid) in scenes for day, scenes in enumerate(LONGEST) if day != TODAY):
+        elif any(scene_of(item.nodeid) in scenes for day, scenes in enumerate(LONGEST) if day != today % PARTS):
             later.add(item)
     for name, cases in sweeps.items():
         days = 2 * PARTS if len(cases) > LARGE and name != "long" else PARTS
         if len(cases) >= MANY:
-            later.update(case for i, case in enumerate(cases) if i % days != DAY.toordinal() % days)
+            later.update(case for i, case in enumerate(cases) if i % days != today % days)
     return later
