@@ -307,6 +307,8 @@ def test_a_model_is_held_against_it() -> None:
     assert report.references["told"].facts["push_N"] == pytest.approx(0.02, rel=1e-9)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_forces_of_a_theory_stand_beside_those_of_models_and_are_of_the_same_part() -> None:
     """A quarter of a block: a quarter of what Hertz says, 4/3 E/(1 - nu^2) sqrt(R d) d, and so is what the base holds.
 
