@@ -1,7 +1,7 @@
-"""Explanations of syntax errors: from the token that does not fit to a message for people.
+"""Explanations of syntax errors: messages for common mistakes, chosen by the token that the parser cannot accept.
 
-To recognise one more mistake: one function from `Slip` to `Diagnostic | None` and its name in `CHECKS`; the first one
-that returns a diagnostic is used. `diagnostic_codes.py` defines each code.
+To recognise one more mistake: write a function from `Slip` to `Diagnostic | None`, and add its name to `CHECKS`. The
+first check that returns a diagnostic is used. `diagnostic_codes.py` defines each code.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ PROGRAMS = frozenset({"for", "if", "while", "def"})  # keywords of programming l
 
 @dataclass(frozen=True)
 class Slip:
-    """A syntax error: the declaration `tokens`, whose `tokens[index]` does not fit."""
+    """Syntax error in the `tokens` of a declaration, at the unexpected token `tokens[index]`."""
 
     source: Source
     chunk: Chunk
@@ -55,27 +55,27 @@ class Slip:
 
     @property
     def found(self) -> Token:
-        """Token that does not fit."""
+        """Unexpected token."""
         return self.tokens[self.index]
 
     def kind(self, offset: int) -> str:
-        """Return the kind of the token `offset` positions from the one that does not fit; empty beyond the ends."""
+        """Return the kind of the token `offset` positions after the unexpected one; empty beyond the ends."""
         place = self.index + offset
         return self.tokens[place].kind if 0 <= place < len(self.tokens) else ""
 
     def text(self, offset: int) -> str:
-        """Return the text of the token `offset` positions from the one that does not fit."""
+        """Return the text of the token `offset` positions after the unexpected one."""
         place = self.index + offset
         return self.tokens[place].text if 0 <= place < len(self.tokens) else ""
 
     @cached_property
     def accepts(self) -> frozenset[str]:
-        """Kinds of token that would have been accepted."""
+        """Kinds of token that the parser would have accepted."""
         return acceptable_kinds(load(), self.tokens[: self.index], self.start)
 
     @cached_property
     def brackets(self) -> tuple[int, ...]:
-        """Positions of the brackets that are open here, outermost first."""
+        """Indices of the brackets that are open at the unexpected token, the outermost first."""
         stack: list[int] = []
         for place, token in enumerate(self.tokens[: self.index]):
             if token.kind in OPENERS:
@@ -86,13 +86,13 @@ class Slip:
 
     @property
     def in_call(self) -> bool:
-        """True if the innermost open bracket contains arguments."""
+        """True if the innermost open bracket contains the arguments of a call."""
         place = self.brackets[-1] if self.brackets else 0
         return self.tokens[place].kind == "LPAR" and self.tokens[place - 1].kind in ("NAME", "PATH")
 
     @property
     def expected(self) -> str:
-        """Text such as `expected a value after `=``: the accepted tokens, and the preceding one."""
+        """Text such as `expected a value after `=``, which names the accepted tokens and the preceding one."""
         after = f" after {_show(self.tokens[self.index - 1])}" if self.index else ""
         return f"expected {self._wanted()}{after}"
 
@@ -114,27 +114,30 @@ class Slip:
     def say(
         self, code: str, message: str = "", help: str | Remedy = "", label: str = "", at: Token | None = None
     ) -> Diagnostic:
-        """Return a diagnostic at token that does not fit; by default its message gives expected and found tokens."""
+        """Return a diagnostic at the unexpected token, or at the token `at`.
+
+        By default its message names the expected tokens and the token found.
+        """
         message, remedy = message or f"{self.expected}, found {self.shown}", as_remedy(help)
         return Diagnostic(code, message, self.source, (at or self.found).span, label, remedy.help, fix=remedy.fix)
 
     def before(self, text: str, offset: int = 0) -> Fix:
-        """Return a fix that inserts text before the token `offset` positions from the one that does not fit."""
+        """Return a fix that inserts text before the token `offset` positions after the unexpected one."""
         token = self.tokens[self.index + offset]
         return Fix(text, Span(token.start, token.start, token.line, token.column, token.line, token.column))
 
     def after(self, text: str, place: int) -> Fix:
-        """Return a fix that inserts text behind the token at a position."""
+        """Return a fix that inserts text behind the token with index `place`."""
         end = self.tokens[place].span
         return Fix(text, Span(end.end, end.end, end.end_line, end.end_column, end.end_line, end.end_column))
 
     def over(self, text: str, first: int, last: int) -> Fix:
-        """Return a fix that replaces tokens `first` to `last`, counted from the one that does not fit."""
+        """Return a fix that replaces tokens `first` to `last`, counted from the unexpected one."""
         return Fix(text, span_between(self.tokens[self.index + first].span, self.tokens[self.index + last].span))
 
     @property
     def shown(self) -> str:
-        """Description of the token that does not fit."""
+        """Description of the unexpected token for messages."""
         if self.found.kind == END:
             return self._word(END)
         return _show(self.found)
@@ -148,7 +151,7 @@ def _show(token: Token) -> str:
 
 
 def explain(slip: Slip) -> Diagnostic:
-    """Return the diagnostic for the token that does not fit."""
+    """Return the diagnostic for the unexpected token."""
     return next(found for check in CHECKS if (found := check(slip)))
 
 
@@ -189,7 +192,7 @@ def _report_junk(slip: Slip) -> Diagnostic | None:
 
 
 def _comment_fix(slip: Slip) -> Fix | None:
-    """Return the fix that turns a foreign comment at the end of its line into one of this language."""
+    """Return the fix that rewrites a comment of another language at the end of its line, or None."""
     text, end = slip.found.text, slip.found.end
     if re.search(BREAK, text) or not re.match(rf"[ \t]*(?:{BREAK}|\Z)", slip.source.text[end : end + FAR]):
         return None
@@ -279,7 +282,7 @@ def _comma(slip: Slip) -> Diagnostic | None:
 
 
 def _report_missing_equals(slip: Slip) -> Diagnostic | None:
-    """Report another token where `=` is required."""
+    """Report a token in the place of a required `=`."""
     if "EQUAL" not in slip.accepts or not (_names_declaration(slip) or _names_argument(slip)):
         return None
     name, text = slip.text(-1), slip.text(0)
@@ -309,7 +312,7 @@ def _names_argument(slip: Slip) -> bool:
 
 
 def _report_foreign_operator(slip: Slip) -> Diagnostic | None:
-    """Report operators that are written differently here: `=<`, `=>`, `<==`, `**`, `<>`."""
+    """Report operators of other languages such as `=<`, `=>`, `<==`, `**`, `<>`."""
     instead = {"=<": "<=", "=>": ">=", "**": "^", "<>": "!=", "===": "==", "!==": "!="}
     for pair in ((slip.index - 1, slip.index), (slip.index, slip.index + 1)):
         if pair[0] >= 0 and pair[1] < len(slip.tokens):
@@ -322,7 +325,7 @@ def _report_foreign_operator(slip: Slip) -> Diagnostic | None:
 
 
 def _report_single_equals(slip: Slip) -> Diagnostic | None:
-    """Report `=` after a complete expression."""
+    """Report a single `=` after a complete expression."""
     if slip.found.kind != "EQUAL" or "COMPARE" not in slip.accepts:
         return None
     if slip.in_call:
@@ -333,7 +336,10 @@ def _report_single_equals(slip: Slip) -> Diagnostic | None:
 
 
 def _comparison_in_argument(slip: Slip) -> Diagnostic | None:
-    """Report `where = x = 0 mm`; after a comma, `=` more likely names an argument."""
+    """Report `=` in place of `==` in an argument such as `where = x = 0 mm`.
+
+    After a comma, `=` more likely names an argument.
+    """
     start = slip.brackets[-1] + 1
     commas = [place for place in range(start, slip.index) if slip.tokens[place].kind == "COMMA"]
     own = [token.kind for token in slip.tokens[(commas[-1] + 1 if commas else start) : slip.index]]
@@ -354,7 +360,7 @@ def _report_reserved_word(slip: Slip) -> Diagnostic | None:
 
 
 def _unit_in_parts(slip: Slip) -> Diagnostic | None:
-    """Report `1000 kg m^-3`: units are joined by `*`."""
+    """Report a unit whose factors are not joined by `*`, such as `1000 kg m^-3`."""
     before, found = slip.kind(-1), slip.found
     if before != "UNIT" or found.kind != "NAME" or found.line != slip.tokens[slip.index - 1].line:
         return None
@@ -416,7 +422,7 @@ def _value(slip: Slip) -> Diagnostic | None:
 
 
 def _report_text(slip: Slip) -> Diagnostic | None:
-    """Report errors in the path of a `use`, the title of a `scene`, and the words after them."""
+    """Report errors in the path of a `use`, in the title of a `scene`, and in words after them."""
     if slip.accepts == {"STRING"} and slip.kind(0) in ("NAME", "PATH"):
         return slip.say("E101", help=write(f'"{slip.text(0)}"'))
     if slip.accepts == {"AS"}:
@@ -455,7 +461,7 @@ CHECKS: tuple[Check, ...] = (
 
 
 def second_declaration(tokens: Sequence[Token], index: int) -> int | None:
-    """Return where a second declaration starts around `tokens[index]`, which does not fit; None if none does."""
+    """Return the index where a second declaration starts near the unexpected `tokens[index]`; None if none does."""
     for start in (index, index - 1):
         if start < 2 or not _opens(tokens[start : start + 3]):
             continue
@@ -473,7 +479,7 @@ def _opens(tokens: Sequence[Token]) -> bool:
 
 
 def declared_names(tokens: Sequence[Token]) -> list[str]:
-    """Return the name that a declaration with an error was meant to declare, if it is there."""
+    """Return the name, if any, that a declaration with an error was meant to declare, as a list."""
     kinds = [token.kind for token in tokens[:4]]
     if kinds[:2] in (["PARAM", "NAME"], ["NAME", "NAME"]):
         return [tokens[1].text]

@@ -1,8 +1,8 @@
 """Diagnostics: errors and warnings about a text, with place and remedy, and their display in a terminal.
 
-A diagnostic is a value. Code that finds a problem appends one to a list and goes on, so that one pass reports
-everything. Codes are stable: E1xx syntax, E2xx names, kinds and units, E3xx physics, E4xx files, E5xx limits of models
-and references, E6xx running; W codes are grouped like E, for valid but questionable input.
+A diagnostic is a value. Code that finds a problem appends a diagnostic to a list and continues, so that one pass
+reports everything. Codes are stable: E1xx syntax, E2xx names, kinds and units, E3xx physics, E4xx files, E5xx limits of
+models and references, E6xx running. W codes are grouped like E codes, for valid but questionable input.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from softmark.grammar.tree import Span
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """A text and its name in messages: a path, `<stdin>`, or `-p L=12` for an override."""
+    """Text with its name in messages: a path, `<stdin>`, or `-p L=12` for an override."""
 
     name: str
     text: str
@@ -26,7 +26,7 @@ class Source:
 
 @dataclass(frozen=True, slots=True)
 class Second:
-    """Another place that a message is about, such as that of a parameter whose value is out of range."""
+    """Secondary place of a message, such as that of a parameter whose value is out of range."""
 
     source: Source
     span: Span
@@ -35,7 +35,7 @@ class Second:
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """A change to the text: `text` replaces the content of `span`, by default the span of the message."""
+    """Change to a text: `text` replaces the content of `span`, by default the span of the message."""
 
     text: str
     span: Span | None = None
@@ -60,13 +60,13 @@ def write(text: str, more: str = "") -> Remedy:
 
 
 def as_remedy(help: str | Remedy) -> Remedy:
-    """Return a remedy; plain text becomes one without a change."""
+    """Return a remedy; plain text becomes a remedy without a change to the text."""
     return help if isinstance(help, Remedy) else Remedy(help)
 
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One message: `message` is the problem, `label` describes the span, `help` is the remedy.
+    """Error or warning: `message` is the problem, `label` describes the span, `help` is the remedy.
 
     `fix` is the change to the text that `help` names, if it names one.
     """
@@ -88,7 +88,7 @@ class Diagnostic:
 
 
 def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
-    """Return the fields for tools; line and column are null without a place."""
+    """Return the diagnostic as a dictionary for other programs; line and column are null without a place."""
     span, source = diagnostic.span, diagnostic.source
     own: dict[str, Any] = {
         "code": diagnostic.code,
@@ -125,7 +125,10 @@ def summary(diagnostics: Iterable[Diagnostic]) -> str:
 
 
 def render(diagnostics: Iterable[Diagnostic], colour: bool = False) -> str:
-    """Return the text for a terminal: sorted by file and place, separated by blank lines; no line feed at the end."""
+    """Return the diagnostics as text for a terminal, sorted by file and place and separated by blank lines.
+
+    There is no line feed at the end.
+    """
     paint = _paint if colour else _strip_style
     return "\n\n".join(_drawing(diagnostic, paint) for diagnostic in sorted(diagnostics, key=_place))
 
@@ -173,7 +176,10 @@ def _drawing(diagnostic: Diagnostic, paint: Paint) -> str:
 
 
 def _snippet(place: Second, margin: str, paint: Paint, severity: str = "") -> list[str]:
-    """Return place, the source line, and carets under the span with the label after them; dashes at a second place."""
+    """Return the lines that show a place: its position, the source line, and carets under the span with the label.
+
+    A secondary place has dashes instead of carets.
+    """
     source, span = place.source, place.span
     line, first, last = _line(source.text, span)
     shown, before, carets = _clip(_cells(line), first, last)
@@ -189,7 +195,10 @@ def _snippet(place: Second, margin: str, paint: Paint, severity: str = "") -> li
 
 
 def _line(text: str, span: Span) -> tuple[str, int, int]:
-    """Return the line on which a span starts, as far as it is near, and the span's first and last character in it."""
+    """Return the source line around the start of a span, and the span's first and last character in it.
+
+    A very long line is cut off far from the span.
+    """
     start = min(span.start, len(text))
     near = max(0, start - SIDE)
     first = max(text.rfind("\n", near, start) + 1, text.rfind("\r", near, start) + 1, near)
@@ -200,7 +209,7 @@ def _line(text: str, span: Span) -> tuple[str, int, int]:
 
 
 def _cells(line: str) -> list[str]:
-    """Return the display of each character: a tab as blanks, an invisible one as a visible symbol."""
+    """Return the displayed text of each character: blanks for a tab, a visible symbol for an invisible character."""
     cells: list[str] = []
     column = 0
     for character in line:
@@ -211,7 +220,7 @@ def _cells(line: str) -> list[str]:
 
 
 def _clip(cells: Sequence[str], first: int, last: int) -> tuple[str, int, int]:
-    """Return the part of a line around `cells[first:last]`, the columns before the carets, and how many carets."""
+    """Return the part of a line around `cells[first:last]`, the columns before the carets, and their number."""
     low, room = _fitting_count(cells, first, -1, WIDTH // 3)
     high, room = _fitting_count(cells, first, 1, room + WIDTH - WIDTH // 3)
     low, _ = _fitting_count(cells, low, -1, room)
@@ -222,7 +231,10 @@ def _clip(cells: Sequence[str], first: int, last: int) -> tuple[str, int, int]:
 
 
 def _fitting_count(cells: Sequence[str], place: int, step: Literal[-1, 1], room: int) -> tuple[int, int]:
-    """Return how far cells fit into `room` columns from `place` on, to the left or right, and the remaining room."""
+    """Return how many cells fit into `room` columns from `place` on, and the remaining columns.
+
+    `step` is -1 for cells to the left and 1 for cells to the right.
+    """
     while 0 < place + (step > 0) <= len(cells):
         width = _width(cells[place - (step < 0)])
         if width > room:
@@ -232,7 +244,7 @@ def _fitting_count(cells: Sequence[str], place: int, step: Literal[-1, 1], room:
 
 
 def _width(text: str) -> int:
-    """Return the number of terminal columns."""
+    """Return the number of terminal columns that a text needs."""
     return len(text) if text.isascii() else sum(_columns(character) for character in text)
 
 
@@ -243,7 +255,7 @@ def _columns(character: str) -> int:
 
 
 def _shorten(text: str) -> str:
-    """Return a message line, with its middle omitted if the quoted parts of the text make it too long."""
+    """Return a line of a message, with its middle omitted if quoted text makes it too long."""
     return make_visible(text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} … {text[-LONGEST // 4 :]}")
 
 
@@ -253,9 +265,9 @@ def make_visible(text: str) -> str:
 
 
 def make_all_visible(value: Any) -> Any:
-    """Return the same value with `visible` applied to all strings in it, line feeds kept; others are unchanged.
+    """Return a value with `make_visible` applied to all strings in it, line feeds kept; other values are unchanged.
 
-    It is for terminal output: titles, messages and names come from scenes and files that others wrote.
+    It is for terminal output: titles, messages and names come from scenes and files of other people.
     """
     if isinstance(value, str):
         return value if value.isprintable() else "\n".join(map(make_visible, value.split("\n")))
@@ -269,7 +281,7 @@ def make_all_visible(value: Any) -> Any:
 
 
 def _replacement_symbol(character: str) -> str:
-    """Return the symbol that replaces a character."""
+    """Return the symbol that is displayed for a character."""
     if ord(character) < 0x20:
         return chr(0x2400 + ord(character))
     return "\ufffd" if category(character) in ("Cc", "Cf", "Cs", "Zl", "Zp") else character

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 CODES = {
-    "E101": "something else was expected here",
+    "E101": "unexpected text",
     "E102": "a character that the language does not use",
     "E103": "a text that is not closed",
     "E104": "a bracket that is not closed, or closed by one of another kind",
     "E105": "a bracket without an opening bracket",
     "E106": "`=` is missing, or something else is in its place",
-    "E107": "a semicolon",
-    "E108": "a comment of another language",
-    "E109": "single quotes",
+    "E107": "a semicolon after a declaration",
+    "E108": "a comment in the style of another language",
+    "E109": "a text in single quotes",
     "E110": "a comma is missing",
     "E111": "a comma outside brackets",
     "E112": "a block in braces",

@@ -1,4 +1,4 @@
-"""Diagnostics of text that the grammar accepts but the language forbids: sizes, order, escapes."""
+"""Diagnostics of text that fits the grammar but that the language forbids, by size, order or escapes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ EXAMPLES = {
 
 
 def report_binary_file(source: Source) -> Diagnostic | None:
-    """Report a NUL byte: the file is not a scene."""
+    """Report a NUL byte, which shows that the file is not a scene."""
     place = source.text.find("\0")
     if place < 0:
         return None
@@ -37,7 +37,7 @@ def report_binary_file(source: Source) -> Diagnostic | None:
 
 
 def report_hidden_diagnostics(source: Source, last: Diagnostic, hidden: int) -> Diagnostic:
-    """Report how many diagnostics are not shown."""
+    """Return a diagnostic with the number of diagnostics that are not shown."""
     count = f"{hidden} more syntax error{'s' if hidden > 1 else ''}"
     help = "correct those above first"
     return Diagnostic("E199", f"{count} not shown", source, last.span, "after this one", help)
@@ -47,7 +47,7 @@ def report_hidden_diagnostics(source: Source, last: Diagnostic, hidden: int) -> 
 
 
 def report_oversized(source: Source, chunk: Chunk) -> Diagnostic | None:
-    """Report brackets nested too deeply, or a literal that is too long."""
+    """Report brackets that are nested too deeply, or a literal that is too long."""
     if chunk.too_deep:
         message = f"brackets are nested deeper than {MAX_NESTING}"
         return Diagnostic("E122", message, source, chunk.too_deep.span, "one too many")
@@ -59,7 +59,7 @@ def report_oversized(source: Source, chunk: Chunk) -> Diagnostic | None:
 
 
 def report_deep_nesting(source: Source, tree: Declaration | Expression) -> Diagnostic | None:
-    """Report operations nested too deeply to walk over the tree."""
+    """Report operations that are nested too deeply for functions that walk over the tree."""
     for part in expressions(tree) if isinstance(tree, Declaration) else (tree,):
         for node, depth in walk(part):
             if depth > MAX_DEPTH:
@@ -70,7 +70,7 @@ def report_deep_nesting(source: Source, tree: Declaration | Expression) -> Diagn
 
 
 def report_version(source: Source, number: Token, span: Span, first: bool) -> Diagnostic | None:
-    """Report an unknown version, or a version after another declaration."""
+    """Report an unknown version of the language, or a version after another declaration."""
     if number.text not in map(str, VERSIONS):
         known = f"known: {', '.join(map(str, VERSIONS))}"
         message = f"version {number.text} of the language is not known"
@@ -82,7 +82,7 @@ def report_version(source: Source, number: Token, span: Span, first: bool) -> Di
 
 
 def foreign_word(source: Source, word: Token, instead: str) -> Diagnostic:
-    """Report keywords of other languages such as `import` and `let`."""
+    """Return the diagnostic for a keyword of another language, such as `import` or `let`."""
     message = f"`{word.text}` is not a word of the language; it is called `{instead}` here"
     return Diagnostic("E116", message, source, word.span, help=f"as in `{EXAMPLES[instead]}`", fix=Fix(instead))
 
@@ -99,7 +99,7 @@ def report_number_range(source: Source, digits: Token, value: float) -> Diagnost
 
 
 def positional_after_named(source: Source, argument: Argument) -> Diagnostic:
-    """Report an argument without a name after a named one, or the digits after a decimal comma."""
+    """Return the diagnostic for an unnamed argument after a named one, or for the digits after a decimal comma."""
     start, text = argument.span.start, source.text
     if isinstance(argument.value, Number) and re.search(r"[0-9],\Z", text[max(0, start - 2) : start]):
         help, at = "write a point, as in `0.49`", argument.span
@@ -112,7 +112,7 @@ def positional_after_named(source: Source, argument: Argument) -> Diagnostic:
 
 
 def power_of_quantity(source: Source, base: Expression, unit: Unit, exponent: Expression) -> Diagnostic:
-    """Report an ambiguous power such as `5 m ^ 2`: 5 square metres or 25?"""
+    """Return the diagnostic for an ambiguous power such as `5 m ^ 2`, which may mean 5 or 25 square metres."""
     quantity = source.text[base.span.start : unit.span.end]
     power = source.text[exponent.span.start : exponent.span.end]
     span, end = unit.span, exponent.span
@@ -122,7 +122,7 @@ def power_of_quantity(source: Source, base: Expression, unit: Unit, exponent: Ex
         help = f"write `{quantity}^{power}` for the unit, `({quantity})^{power}` for the quantity"
     message, fix = "a power of the unit, or of the quantity?", None
     if "^" in unit.text:
-        message = "a second power after that of the unit"
+        message = "a second power: the unit already has one"
         fix = Fix(f"({quantity})^{power}", span_between(base.span, exponent.span))
     return Diagnostic("E127", message, source, span, help=help, fix=fix)
 

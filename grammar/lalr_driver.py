@@ -1,4 +1,4 @@
-"""LALR parser driver over the tokens of one declaration. It uses no recursion, so no depth can exhaust the stack."""
+"""LALR parser driver for the tokens of one declaration; it uses no recursion, so no depth can exhaust the stack."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ Builder = Mapping[str, Callable[[list[Any]], Any]]
 
 @dataclass(frozen=True, slots=True)
 class Unexpected:
-    """A token `tokens[index]` that the parser cannot accept."""
+    """Token `tokens[index]` that the parser cannot accept."""
 
     index: int
 
 
 def run(table: ParseTable, build: Builder, tokens: Sequence[Token], start: str) -> Any | Unexpected:
-    """Return the value of `tokens`, whose last one is of kind `END`, or the first token that does not fit.
+    """Return the value of a sequence of tokens, or the first token that the parser cannot accept.
 
-    Shift-reduce parsing (Knuth 1965) with look-ahead sets computed by lark (DeRemer, Pennello 1982).
-    Raises ValueError if the last token is not of kind `END`.
+    The last token must be of kind `END`; otherwise it raises ValueError. The method is shift-reduce parsing with
+    look-ahead sets computed by lark.
+    Source: Knuth 1965; DeRemer and Pennello 1982.
     """
     rows, rules, end = table.states, table.rules, table.ends[start]
     states: list[int] = [table.starts[start]]
@@ -70,7 +71,7 @@ def _splice(rule: Rule, values: list[Any]) -> list[Any]:
 
 
 def acceptable_kinds(table: ParseTable, tokens: Sequence[Token], start: str) -> frozenset[str]:
-    """Return the kinds of token that may follow `tokens`, none of which is of kind `END`."""
+    """Return the kinds of token that may follow `tokens`, which must not contain the kind `END`."""
     states = [table.starts[start]]
     for token in tokens:
         states = _push_token(table, states, token.kind) or states
@@ -79,7 +80,7 @@ def acceptable_kinds(table: ParseTable, tokens: Sequence[Token], start: str) -> 
 
 
 def _push_token(table: ParseTable, states: list[int], kind: str, end: int = -1) -> list[int] | None:
-    """Return the stack of states after a token, without values; None if it does not fit."""
+    """Return the stack of parser states after a token, without values; None if the token cannot be accepted."""
     states = list(states)
     while (action := table.states[states[-1]].get(kind)) is not None and action < 0:
         rule = table.rules[-1 - action]

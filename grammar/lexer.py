@@ -1,7 +1,7 @@
-"""Lexer: text to tokens by the terminals of `scene.lark`; unmatched text becomes a token of a kind in `JUNK`.
+"""Lexer that converts text to tokens by the terminals of `scene.lark`.
 
-To add a terminal: one line in `scene.lark`. To recognise one more foreign habit: one line in `JUNK`, and one in
-`common_slips.py`.
+Text that no terminal matches becomes a token of a kind in `JUNK`. To add a terminal: one line in `scene.lark`. To
+recognise one more foreign habit: one line in `JUNK`, and one in `common_slips.py`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ FOREIGN_COMMENTS = {"SLASHES": r"//[^\r\n]*", "BLOCK_COMMENT": r"/\*(?:[\s\S]*?\
 
 
 class Token(NamedTuple):
-    """A word of the text: its kind is the name of its terminal, its place as in `Span`."""
+    """Word of the text: its kind is the name of its terminal, its place is given as in `Span`."""
 
     kind: str
     text: str
@@ -43,12 +43,12 @@ class Token(NamedTuple):
 
     @property
     def end(self) -> int:
-        """Offset after the last character."""
+        """Offset in the text after the last character."""
         return self.start + len(self.text)
 
     @property
     def span(self) -> Span:
-        """Span of the token; of a foreign comment over several lines only the first line."""
+        """Span of the token; for a foreign comment over several lines, the span of its first line."""
         length = len(self.text)
         if self.kind == "BLOCK_COMMENT":
             length = len(re.split(BREAK, self.text, maxsplit=1)[0])
@@ -64,7 +64,7 @@ class Lexed(NamedTuple):
 
 @lru_cache(maxsize=4)  # cached: an editor needs the same tokens as the parser; the lists are never modified
 def lex(text: str) -> Lexed:
-    """Cut `text` into tokens. Every character that is not blank ends up in exactly one token or comment."""
+    """Return the tokens and comments of a text; every character that is not blank belongs to exactly one of them."""
     plain, after_value, kinds = _scanners()
     words = reserved_words()
     lexed = Lexed([], [])
@@ -101,7 +101,7 @@ Scan = Callable[[str, int], "re.Match[str] | None"]
 
 @cache
 def _scanners() -> tuple[Scan, Scan, list[str]]:
-    """Return one pattern for most positions, one for positions of a unit, and the kinds of their groups."""
+    """Return a pattern for most positions, a pattern for positions of a unit, and the token kinds of their groups."""
     terminals = sorted(load().terminals, key=_rank)
     kinds = {"NEWLINE": BREAK, "COMMENT": COMMENT} | FOREIGN_COMMENTS
     kinds |= {t.name: t.pattern for t in terminals if not t.literal.isalpha() and t.name != "UNIT"} | JUNK

@@ -1,4 +1,4 @@
-"""Search for the most similar name, for `did you mean`."""
+"""Search for the name most similar to a misspelt one, for the hint `did you mean`."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ MOST = 3000  # largest number of candidates compared: a text may declare any num
 def nearest(word: str, candidates: Iterable[str]) -> str | None:
     """Return the candidate that differs from `word` by a typing error, or None; case is ignored.
 
-    One error is allowed from three letters, two from six, three from eleven: short names are all similar. If there are
-    two, or the word is short, both must begin alike: `cable` is not `table`, `reaction` not `traction`. Among equally
-    similar candidates, one that starts like `word` wins, then the alphabetically first.
+    One error is allowed from three letters, two from six, three from eleven, because short names are all similar. If
+    there are two errors, or the word is short, both must begin alike: `cable` is not `table`, `reaction` not
+    `traction`. Among equally similar candidates, one that starts like `word` wins, then the alphabetically first.
     """
     limit = sum(len(word) >= letters for letters in (3, 6, 11))
     near = islice((name for name in candidates if abs(len(name) - len(word)) <= limit), MOST)
@@ -25,15 +25,16 @@ def nearest(word: str, candidates: Iterable[str]) -> str | None:
 
 
 def _begins_alike(word: str, name: str) -> bool:
-    """Return whether the first letters are the same, or swapped."""
+    """Return whether both words have the same first letter, or the same first two letters swapped."""
     a, b = word[:2].lower(), name[:2].lower()
     return a[:1] == b[:1] or (len(a) == 2 and a == b[::-1])
 
 
 def distance(a: str, b: str, most: int = sys.maxsize) -> int:
-    """Return the number of insertions, deletions, replacements and swaps from `a` to `b` (Damerau 1964).
+    """Return the number of insertions, deletions, replacements and swaps from `a` to `b`.
 
-    Counting stops above `most`: the result is then some number above it.
+    Counting stops above `most`; the result is then some number above it.
+    Source: Damerau 1964.
     """
     before: list[int] = []
     row = list(range(len(b) + 1))

@@ -24,10 +24,10 @@ STARTS = ("declaration", "expression")
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A production `origin: symbols`: the number of its symbols, and how their values are combined.
+    """Production `origin: symbols` of the grammar: the number of its symbols, and how their values are combined.
 
-    `method` names the builder's method; empty for a list (`inline`), which its parent inserts in place of the symbol,
-    and for a rule that `hands_on` its only symbol.
+    `method` is the name of the builder's method. It is empty for a list (`inline`), which its parent inserts in place
+    of the symbol, and for a rule that `hands_on` its only symbol.
     """
 
     origin: str
@@ -41,7 +41,7 @@ class Rule:
 
 @dataclass(frozen=True, slots=True)
 class Terminal:
-    """A kind of token: a fixed text, or a regular expression."""
+    """Kind of token: a fixed text, or a regular expression."""
 
     name: str
     pattern: str
@@ -51,7 +51,7 @@ class Terminal:
 
 @dataclass(frozen=True, slots=True)
 class ParseTable:
-    """LALR table: `states[s][symbol]` is a state to go to (>= 0) or `-1 - r` to reduce by `rules[r]`."""
+    """LALR table: `states[s][symbol]` is the next state (>= 0), or `-1 - r` to reduce by `rules[r]`."""
 
     states: list[dict[str, int]]
     rules: list[Rule]
@@ -62,7 +62,7 @@ class ParseTable:
 
 @cache
 def load() -> ParseTable:
-    """Return the table of the language, from the cache or newly computed."""
+    """Return the parse table of the language, from the cache or newly computed."""
     path = _cache_path()
     found = _read(path) if path else None
     if found is None:
@@ -74,12 +74,12 @@ def load() -> ParseTable:
 
 @cache
 def reserved_words() -> dict[str, str]:
-    """Return the reserved words and their kinds of token."""
+    """Return the token kind of each reserved word."""
     return {terminal.literal: terminal.name for terminal in load().terminals if terminal.literal.isalpha()}
 
 
 def make() -> ParseTable:
-    """Compute the table with lark."""
+    """Compute the parse table with lark."""
     from lark import Lark
 
     parser = Lark(GRAMMAR.read_text("utf-8"), parser="lalr", lexer="basic", start=list(STARTS))
@@ -125,7 +125,7 @@ def _cache_path() -> Path | None:
 
 
 def _checksum(text: bytes) -> bytes:
-    """Return the CRC-32 of a table's text, stored before it: a damaged file may still be valid JSON."""
+    """Return the CRC-32 of a table's text, which is stored before it because a damaged file may still be valid JSON."""
     return f"{crc32(text):08x}".encode()
 
 
@@ -143,7 +143,7 @@ def _read(path: Path) -> ParseTable | None:
 
 
 def _write(path: Path, table: ParseTable) -> None:
-    """Write under another name and rename, so that another process sees the whole file or none."""
+    """Write the cache file under another name and rename it, so that other processes see the whole file or none."""
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, draft = tempfile.mkstemp(dir=path.parent, prefix=path.name)

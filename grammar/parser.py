@@ -1,8 +1,9 @@
-"""Parser: text to syntax tree, `parse` for a scene, `parse_expression` for an override such as `-p L=120mm`.
+"""Parser that converts text to a syntax tree.
 
-lex -> declarations -> LALR parser: one pass, and at most one diagnostic for each declaration. A declaration with an
-error is left out of the tree, and its name is added to `Tree.broken`. To add a rule of `scene.lark`: one method of
-`_Build`.
+`parse` reads a scene, and `parse_expression` an override such as `-p L=120mm`. The lexer, the splitting into
+declarations and the LALR parser run in one pass, and give at most one diagnostic for each declaration. A declaration
+with an error is left out of the tree, and its name is added to `Tree.broken`. To add a rule of `scene.lark`: one method
+of `_Build`.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ def parse(source: Source) -> tuple[Tree, list[Diagnostic]]:
 
 
 def parse_expression(source: Source) -> tuple[Expression | None, list[Diagnostic]]:
-    """Return the tree of an expression that is the whole text, None if it has an error."""
+    """Return the tree of a text that is one expression, or None if it has an error, and the diagnostics."""
     if binary := input_limits.report_binary_file(source):
         return None, [binary]
     parser = _Parser(source, "expression")
@@ -68,7 +69,7 @@ def parse_expression(source: Source) -> tuple[Expression | None, list[Diagnostic
 
 
 class _Parser:
-    """Parses one chunk after the other, keeping the first diagnostic of each."""
+    """Parser of one chunk after the other, which keeps the first diagnostic of each chunk."""
 
     def __init__(self, source: Source, start: str) -> None:
         self.source, self.start = source, start
@@ -78,13 +79,13 @@ class _Parser:
         self._build = _Build(source)
 
     def diagnostics(self) -> list[Diagnostic]:
-        """List at most `MAX_DIAGNOSTICS` diagnostics, and one more with the number of those not shown."""
+        """Return at most `MAX_DIAGNOSTICS` diagnostics, and one more with the number of those not shown."""
         if not self._hidden:
             return self._shown
         return [*self._shown, input_limits.report_hidden_diagnostics(self.source, self._shown[-1], self._hidden)]
 
     def parse(self, chunk: Chunk) -> list[Any]:
-        """Return the tree of a chunk; none if it has an error, several for several declarations on one line."""
+        """Return the declarations in a chunk: none if it has an error, several if several are on one line."""
         found = []
         rest: Chunk | None = chunk
         while rest is not None:
@@ -95,7 +96,7 @@ class _Parser:
         return found
 
     def _one(self, chunk: Chunk) -> tuple[Any, Chunk | None]:
-        """Return the tree of a chunk or None, and the rest if a second declaration starts on its line."""
+        """Return the tree of a chunk or None, and the remaining chunk if a second declaration starts on its line."""
         if problem := input_limits.report_oversized(self.source, chunk):
             self._fail(chunk, lambda: problem)
             return None, None
@@ -119,7 +120,7 @@ class _Parser:
         return tree, None
 
     def _unexpected(self, chunk: Chunk, tokens: list[Token], index: int) -> Chunk | None:
-        """Report the token that does not fit; return the rest if a second declaration starts there."""
+        """Report the unexpected token, and return the remaining chunk if a second declaration starts there."""
         second = common_slips.second_declaration(tokens, index) if self.start == "declaration" else None
         slip = common_slips.Slip(self.source, chunk, tokens, index, self.start, second)
         self._fail(chunk, lambda: min([*self._build.problems, common_slips.explain(slip)], key=_start))
@@ -143,7 +144,10 @@ def _end(chunk: Chunk) -> Token:
 
 
 def _rest(tokens: list[Token], start: int) -> Chunk:
-    """Return the tokens from the second declaration of a line on; its kind may have looked like a unit."""
+    """Return the chunk that starts with the second declaration of a line.
+
+    The kind of that declaration may have been read as a unit.
+    """
     first, *others = tokens[start:-1]
     return single_chunk([first._replace(kind="NAME") if first.kind == "UNIT" else first, *others])
 
@@ -161,18 +165,18 @@ class _Build:
 
     @cached_property
     def methods(self) -> Builder:
-        """Return the methods by the names that `scene.lark` gives the rules."""
+        """Return the methods, by the names that `scene.lark` gives to the rules."""
         return {rule.method: getattr(self, rule.method) for rule in load().rules if rule.method}
 
     def note(self, problem: Diagnostic | None) -> None:
-        """Record a problem of the present declaration, if there is one."""
+        """Record a problem of the current declaration, unless it is None."""
         if problem:
             self.problems.append(problem)
 
     # ------------------------------------------------------------------ declarations
 
     def version(self, values: list[Token]) -> Version:
-        """Build `softmark 1`, which must be the first declaration, with a known version."""
+        """Build the declaration `softmark 1`, which must come first and have a known version."""
         word, number = values
         self.note(input_limits.report_version(self.source, number, _over(word, number), self.first))
         return Version(int(number.text) if number.text.isdecimal() else 0, _over(word, number))

@@ -1,4 +1,4 @@
-"""Printer: syntax tree to text in the canonical form of a scene, described in README.md.
+"""Printer that converts a syntax tree to text in the canonical form of a scene, described in README.md.
 
 `format_source` returns a text only after parsing it again and finding the same tree and comments.
 """
@@ -29,7 +29,7 @@ from softmark.grammar.tree import (
 
 
 class CannotFormat(Exception):
-    """The text has no canonical form with the same meaning and must stay as it is."""
+    """Exception for a text that has no canonical form with the same meaning and must stay unchanged."""
 
     def __init__(self, reason: str, diagnostics: Sequence[Diagnostic] = ()) -> None:
         super().__init__(reason)
@@ -37,7 +37,7 @@ class CannotFormat(Exception):
 
 
 def format_source(source: Source) -> str:
-    """Return the canonical form of a scene. Raises `CannotFormat` rather than lose anything."""
+    """Return the canonical form of a scene. Raises `CannotFormat` if that would lose a part of it."""
     tree, diagnostics = parse(source)
     if diagnostics:
         raise CannotFormat(f"{source.name} does not parse", diagnostics)
@@ -51,10 +51,10 @@ def format_source(source: Source) -> str:
 
 
 def print_tree(tree: Tree, text: str | None = None) -> str:
-    """Return a tree with its comments as text.
+    """Return the text of a tree with its comments. Raises `CannotFormat` for a tree without a textual form.
 
-    `text` is the parsed source: a declaration with a comment where the canonical form has no place for one (between an
-    operator and its operand) is copied unchanged. Raises `CannotFormat` for a tree without a textual form.
+    `text` is the parsed source. A declaration with a comment where the canonical form has no place for one (between an
+    operator and its operand) is copied from it unchanged.
     """
     try:
         rows = list(_rows(tree))
@@ -65,7 +65,7 @@ def print_tree(tree: Tree, text: str | None = None) -> str:
 
 
 def print_expression(expression: Expression) -> str:
-    """Return an expression on one line. Raises `CannotFormat` for a tree without a textual form."""
+    """Return the text of an expression on one line. Raises `CannotFormat` for a tree without a textual form."""
     try:
         return format_on_one_line(expression)
     except LayoutError as problem:
@@ -77,7 +77,7 @@ def print_expression(expression: Expression) -> str:
 
 @dataclass(slots=True)
 class _Row:
-    """A declaration with the comments inside and behind it; or a comment on a line of its own."""
+    """Declaration with the comments inside and behind it, or a comment on a line of its own."""
 
     declaration: Declaration | None
     inner: list[Comment]
@@ -111,7 +111,7 @@ def _own_line(comment: Comment, line: int) -> _Row:
 
 
 def _blocks(rows: Iterable[_Row]) -> Iterator[list[_Row]]:
-    """Split before blank lines, and before and after comments on their own lines."""
+    """Yield groups of rows, split at blank lines and around comments on lines of their own."""
     block: list[_Row] = []
     for row in rows:
         if block and (row.blank or not row.declaration or not block[-1].declaration):
@@ -133,7 +133,7 @@ def _print_block(block: list[_Row], text: str | None) -> list[str]:
 
 
 def _print_declarations(block: list[_Row], text: str | None) -> Iterator[list[str]]:
-    """Yield the lines of each declaration; adjacent ones on single lines are aligned."""
+    """Yield the lines of each declaration; adjacent declarations of one line each are aligned."""
     for aligns, run in groupby(block, _aligns):
         if aligns:
             yield from _align_declarations([row.declaration for row in run])
@@ -148,7 +148,7 @@ def _aligns(row: _Row) -> bool:
 
 
 def _align_declarations(run: list[Declaration | None]) -> Iterator[list[str]]:
-    """Yield declarations with aligned names and `=`; one that becomes too long is broken into lines, unaligned."""
+    """Yield declarations with aligned names and `=`; one that would become too long is broken into lines instead."""
     fits = [len(line) <= WIDTH for line in _columns(run)]
     for fit, part in groupby(zip(fits, run, strict=True), lambda pair: pair[0]):
         declarations = [declaration for _, declaration in part]
@@ -165,7 +165,7 @@ def _columns(run: list[Declaration | None]) -> list[str]:
 
 
 def _with_comments(declarations: list[list[str]], comments: list[Comment | None]) -> list[str]:
-    """Append comments to adjacent single lines in one column, two blanks away."""
+    """Return the lines of declarations with their comments; those of adjacent single lines form one column."""
     found: list[str] = []
     for single, pairs in groupby(zip(declarations, comments, strict=True), lambda pair: len(pair[0]) == 1):
         stretch = list(pairs)
@@ -180,7 +180,7 @@ def _with_comments(declarations: list[list[str]], comments: list[Comment | None]
 
 
 def _print_declaration(row: _Row, text: str | None) -> list[str]:
-    """Return a declaration on several lines with comments at their arguments, or unchanged if impossible."""
+    """Return the lines of a declaration with comments at its arguments, or unchanged if that is impossible."""
     try:
         return _lines(row.declaration, row.inner)
     except LayoutError:
@@ -202,7 +202,7 @@ def _lines(declaration: Declaration | None, comments: Sequence[Comment] = (), ex
 
 
 def _one_line(declaration: Declaration) -> str:
-    """Return a declaration on one line."""
+    """Return the text of a declaration on one line."""
     match declaration:
         case Version():
             return f"softmark {declaration.number}"
@@ -237,7 +237,7 @@ def _range(declaration: Declaration) -> str:
 
 
 def _bound(expression: Expression) -> str:
-    """Return a bound of a range: at most a sum; anything that binds less tightly is bracketed."""
+    """Return the text of a bound of a range, in brackets if its operator binds less tightly than a sum."""
     return (
         format_on_one_line(expression)
         if binding_level(expression) >= LEVELS["+"]

@@ -1,4 +1,4 @@
-"""Layout of expressions: on one line if it fits, else one argument per line, with comments in their places.
+"""Layout of expressions: on one line if they fit, else one argument per line, with comments in their places.
 
 To print one more node: a case in `flat`, and one in `_Layout.lines` if it can extend over several lines.
 """
@@ -30,11 +30,11 @@ ATOM = 9
 
 
 class LayoutError(ValueError):
-    """A tree has no textual form, or one of its comments no place."""
+    """Exception for a tree without a textual form, or with a comment that has no place in it."""
 
 
 def quote(value: str) -> str:
-    """Return a text in double quotes, its quotes and backslashes escaped."""
+    """Return a text in double quotes, with quotes and backslashes in it escaped."""
     if "\n" in value or "\r" in value:
         raise LayoutError("a text cannot hold a line break")
     escaped = value.replace("\\", "\\\\").replace('"', '\\"')
@@ -75,7 +75,7 @@ def lines(
     comments: Sequence[Comment] = (),
     explode: bool = False,
 ) -> list[str]:
-    """Return an expression between `lead` and `trail`, on one line if it fits; with `explode` on several.
+    """Return the lines of an expression between `lead` and `trail`: one line if it fits, unless `explode` is true.
 
     Raises `LayoutError` if a comment has no place.
     """
@@ -87,7 +87,7 @@ def lines(
 
 
 class _Layout:
-    """Line breaker, outermost brackets first; `comments` are those still to be placed."""
+    """Line breaker that breaks the outermost brackets first; `comments` are those still to be placed."""
 
     def __init__(self, comments: list[Comment], explode: bool) -> None:
         self.comments, self.explode = comments, explode
@@ -114,7 +114,7 @@ class _Layout:
                 return self._items(node, items, margin, lead + opening, closing + trail) if items else [line]
 
     def _chain(self, node: Binary | Compare, margin: str, lead: str, trail: str) -> list[str]:
-        """Return one line per operand, each but the last ending in its operator."""
+        """Return one line per operand of a chain, each but the last ending in its operator."""
         self.explode = False
         operands, operators = _operands(node)
         found: list[str] = []
@@ -133,7 +133,7 @@ class _Layout:
         opening: str,
         closing: str,
     ) -> list[str]:
-        """Return one line per item, each with a comma, and its comments before or behind it."""
+        """Return one line per item of a bracket, each with a comma, and its comments before or behind it."""
         self.explode = False
         inner = margin + " " * INDENT
         found = [margin + opening]
@@ -148,7 +148,7 @@ class _Layout:
         return [*found, margin + closing]
 
     def _take(self, end: int) -> list[Comment]:
-        """Return the next comments, up to an offset of the text."""
+        """Return the next comments up to an offset of the text, and remove them from the list."""
         count = sum(comment.span.start < end for comment in self.comments)
         taken, self.comments = self.comments[:count], self.comments[count:]
         return taken
@@ -161,7 +161,7 @@ class _Layout:
         return bool(self.comments) and self.comments[0].span.start < node.span.end
 
     def _behind(self, item: Expression | Argument, following: int) -> bool:
-        """Return whether the next comment is on the line where `item` ends, before the following item."""
+        """Return whether the next comment is on the line on which `item` ends, before the following item."""
         if not self.comments:
             return False
         span = self.comments[0].span
@@ -191,7 +191,7 @@ def _split_brackets(node: Call | Vector | List) -> tuple[str, Sequence[Expressio
 
 
 def binding_level(node: Expression) -> int:
-    """Return how tightly the outermost operator binds; `ATOM` without one."""
+    """Return how tightly the outermost operator of an expression binds; `ATOM` if it has no operator."""
     match node:
         case Binary():
             return LEVELS[node.operator]
@@ -204,7 +204,7 @@ def binding_level(node: Expression) -> int:
 
 
 def _brackets(node: Expression, least: int) -> tuple[str, str]:
-    """Return the brackets around an operand that binds less tightly than `least`."""
+    """Return the brackets around an operand: empty unless its operator binds less tightly than `least`."""
     return ("(", ")") if binding_level(node) < least else ("", "")
 
 
@@ -227,7 +227,10 @@ def _operands(node: Binary | Compare) -> tuple[list[tuple[Expression, int]], lis
 
 
 def _chain(node: Binary | Compare) -> tuple[list[str], list[str]]:
-    """Return the operands of a chain as text, and its operators; a power has two and groups to the right."""
+    """Return the operands of a chain as text, and its operators.
+
+    A power has two operands and groups to the right.
+    """
     if isinstance(node, Binary) and node.operator == "^":
         base = format_on_one_line(node.left)
         if binding_level(node.left) < ATOM or getattr(node.left, "unit", None):

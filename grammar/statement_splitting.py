@@ -1,4 +1,4 @@
-"""Splitting of tokens into declarations before parsing, so that an error in one does not affect the others."""
+"""Splitting of the tokens of a text into declarations before parsing, so that errors affect only one declaration."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ UNFINISHED = frozenset({"SIGN", "TIMES", "CIRCUMFLEX", "COMPARE", "EQUAL", "RANG
 
 @dataclass(slots=True)
 class Chunk:
-    """The tokens of one declaration, the brackets it leaves open, and the first surplus closing bracket."""
+    """Tokens of one declaration, the brackets that it leaves open, and the first surplus closing bracket."""
 
     tokens: list[Token] = field(default_factory=list)
     unclosed: list[Token] = field(default_factory=list)
@@ -47,7 +47,7 @@ def declarations(tokens: Sequence[Token]) -> Iterator[Chunk]:
 
 
 def single_chunk(tokens: Sequence[Token]) -> Chunk:
-    """Return all tokens as one chunk."""
+    """Return all tokens as the chunk of one declaration."""
     chunk = Chunk()
     for token in tokens:
         chunk.add(token)

@@ -1,7 +1,7 @@
 """Syntax tree: one frozen dataclass per rule of `scene.lark`, each with the span of its source text.
 
 To add a node: one class here, one rule in `scene.lark`, one method in `parser.py`, one in `printer.py`. Two trees are
-equal when they mean the same: spans are not compared.
+equal if they mean the same; spans are not compared.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Literal, TypeAlias
 
 @dataclass(slots=True, unsafe_hash=True)  # and never changed: a frozen one takes three times as long to make
 class Span:
-    """A range of a source text; lines and columns count from 1, in code points; the end is exclusive."""
+    """Range of a source text; lines and columns count from 1, in code points, and the end is exclusive."""
 
     start: int  # offset of the first character
     end: int  # offset after the last character
@@ -33,7 +33,7 @@ def span_between(first: Span, last: Span) -> Span:
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit such as `kg/m^3`: the text after a number, a vector or a list, not yet looked up."""
+    """Unit such as `kg/m^3`, kept as the text after a number, a vector or a list until it is looked up."""
 
     text: str
     span: Span = field(compare=False, repr=False)
@@ -72,7 +72,7 @@ class Name:
 
 @dataclass(frozen=True, slots=True)
 class Vector:
-    """A vector such as `(0, 0, -9.81) m/s^2`, at least two items; a unit multiplies every item that has none."""
+    """Vector such as `(0, 0, -9.81) m/s^2`, with at least two items; the unit applies to items without one."""
 
     items: tuple[Expression, ...]
     unit: Unit | None
@@ -118,7 +118,10 @@ class Unary:
 
 @dataclass(frozen=True, slots=True)
 class Binary:
-    """A binary operation such as `a + b`, `a^2`, `a and b`. Grouping brackets leave no node; the span includes them."""
+    """Binary operation such as `a + b`, `a^2`, `a and b`.
+
+    Grouping brackets have no node, but the span includes them.
+    """
 
     operator: Literal["+", "-", "*", "/", "^", "and", "or"]
     left: Expression
@@ -128,7 +131,7 @@ class Binary:
 
 @dataclass(frozen=True, slots=True)
 class Compare:
-    """A comparison such as `x <= 0 mm`, `1 mm < sag < 2 mm`: one more operand than operators."""
+    """Comparison such as `x <= 0 mm` or `1 mm < sag < 2 mm`, with one more operand than operators."""
 
     operands: tuple[Expression, ...]
     operators: tuple[Literal["<", "<=", ">", ">=", "==", "!="], ...]
@@ -205,7 +208,7 @@ Declaration: TypeAlias = Version | Title | Use | Param | Declare | Expect
 
 @dataclass(frozen=True, slots=True)
 class Comment:
-    """A comment `# ...` up to the end of its line, the `#` included."""
+    """Comment from `#` to the end of its line, including the `#`."""
 
     text: str
     span: Span = field(compare=False, repr=False)
@@ -213,7 +216,7 @@ class Comment:
 
 @dataclass(frozen=True, slots=True)
 class Tree:
-    """A parsed scene: its declarations in order, and every comment.
+    """Parsed scene: its declarations in order, and all comments.
 
     `broken` are the names of declarations omitted because of an error, so that their use is not reported again.
     """
@@ -227,7 +230,7 @@ class Tree:
 
 
 def children(node: Expression | Argument) -> tuple[Expression | Argument, ...]:
-    """Return the parts of an expression, in the order of the text."""
+    """Return the direct parts of an expression or argument, in the order of the text."""
     match node:
         case Vector() | List():
             return node.items
@@ -246,7 +249,7 @@ def children(node: Expression | Argument) -> tuple[Expression | Argument, ...]:
 
 
 def walk(node: Expression | Argument) -> Iterator[tuple[Expression | Argument, int]]:
-    """Yield every part of an expression, itself first, with its nesting depth; no recursion."""
+    """Yield an expression and all its parts, each with its nesting depth, without recursion."""
     pending: list[tuple[Expression | Argument, int]] = [(node, 0)]
     while pending:
         part, depth = pending.pop()
@@ -256,7 +259,7 @@ def walk(node: Expression | Argument) -> Iterator[tuple[Expression | Argument, i
 
 
 def expressions(declaration: Declaration) -> tuple[Expression, ...]:
-    """Return the expressions of a declaration, in the order of the text."""
+    """Return the expressions that a declaration contains, in the order of the text."""
     match declaration:
         case Param(value=value, low=low, high=high):
             return (value,) if low is None or high is None else (value, low, high)

@@ -1,4 +1,4 @@
-"""Result of a solved beam: the displacement of any point of the body that it represents."""
+"""Result of a solved beam: displacements of any point of the body that the beam represents."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ BEYOND = 1e-9
 
 @dataclass(frozen=True)
 class CentreLine:
-    """The bent centre line of a cantilever, with cross-sections that stay plane and rigid.
+    """Deformed centre line of a cantilever whose cross-sections stay plane and rigid.
 
-    The three functions take stations along the undeformed axis, (n,) m in [0, L].
+    Its three functions of the arc length along the undeformed axis, (n,), m, in [0, L], are the displacements along the
+    axis and along gravity, m, and the rotation of the section, rad.
     """
 
     cantilever: Cantilever

@@ -1,4 +1,4 @@
-"""Partial slip: a rigid sphere pressed into a surface with friction and then moved tangentially."""
+"""Partial slip: a rigid sphere pressed into a surface with friction and then displaced tangentially."""
 
 from __future__ import annotations
 
@@ -23,10 +23,11 @@ else:
 
 @dataclass(frozen=True)
 class PartialSlip(ForceTheory):
-    """Hertz contact under a tangential displacement. SI units.
+    """Solution of Hertz contact with a tangential displacement. SI units.
 
-    With m = mu P, G the shear modulus, a the contact radius and q = Q / m, a circle of radius a (1 - q)^(1/3) sticks
-    and moves by most (1 - (1 - q)^(2/3)), most = 3 m (2 - nu) / (16 a G): beyond that the whole contact slides.
+    With m = mu P the largest friction force, G the shear modulus, a the contact radius and q = Q / m for the tangential
+    force Q, a circle of radius a (1 - q)^(1/3) sticks. The tangential displacement is M (1 - (1 - q)^(2/3)), with M =
+    3 m (2 - nu) / (16 a G) (property `most`). Beyond M the whole contact slides.
     """
 
     friction: float
@@ -34,7 +35,7 @@ class PartialSlip(ForceTheory):
 
     @property
     def travel(self) -> float:
-        """Tangential displacement, m."""
+        """Tangential displacement of the sphere, m."""
         return math.hypot(*self.slid)
 
     @property
@@ -54,7 +55,7 @@ class PartialSlip(ForceTheory):
 
     @property
     def largest_pressure(self) -> float:
-        """Largest pressure, Pa."""
+        """Largest contact pressure, Pa."""
         return self.pressed.largest_pressure
 
     @property
@@ -68,7 +69,7 @@ class PartialSlip(ForceTheory):
 
     @property
     def _part(self) -> float:
-        """Fraction of the displacement of full sliding, at most 1."""
+        """Tangential displacement as a fraction of that at full sliding, at most 1."""
         return min(self.travel / self.most, 1.0) if self.most > 0.0 else 1.0
 
     @property
@@ -78,18 +79,23 @@ class PartialSlip(ForceTheory):
 
     @property
     def dragged(self) -> Vector:
-        """Tangential force on the body as a vector, along the displacement, N."""
+        """Tangential force on the body, N, as a vector along the displacement."""
         x, y, z = (self.drag * c / (self.travel or 1.0) for c in self.slid)
         return x, y, z
 
     @property
     def stick_radius(self) -> float:
-        """Radius of the stick zone, m; 0 if the whole contact slides."""
+        """Radius of the sticking circle, m; 0 if the whole contact slides."""
         return self.radius * math.sqrt(1.0 - self._part) if self.friction > 0.0 else 0.0
 
     @property
     def dissipated(self) -> float:
-        """Dissipated energy, J: twice the work of the drag minus drag times travel, plus the work of full sliding."""
+        """Dissipated energy, J.
+
+        It is twice the work of the tangential force minus the product of force and displacement, up to full sliding,
+        plus the
+        work of full sliding.
+        """
         x, m = self._part, self.friction * self.push
         drag, work = 1.0 - math.pow(1.0 - x, 1.5), x - 0.4 * (1.0 - math.pow(1.0 - x, 2.5))
         slid = max(self.travel - self.most, 0.0)
@@ -97,17 +103,17 @@ class PartialSlip(ForceTheory):
 
     @property
     def off(self) -> dict[str, float]:
-        """Relative errors of the force by the half-space assumption."""
+        """Relative errors of the force due to the half-space assumption, by name."""
         return self.pressed.off
 
     def pressure(self, r: Array) -> Array:
-        """Return the pressure, Pa, at distances from the axis (n,), m."""
+        """Return the contact pressure (n,), Pa, at distances r from the axis (n,), m."""
         return self.pressed.pressure(r)
 
     def traction(self, r: Array) -> Array:
-        """Return the tangential traction (n,), Pa, at distances from the axis (n,), m.
+        """Return the tangential traction (n,), Pa, at distances r from the axis (n,), m.
 
-        It is the friction coefficient times the pressure in the slip zone, and less in the stick zone.
+        The traction is the friction coefficient times the pressure in the slip zone, and less in the stick zone.
         """
         c, a = self.stick_radius, self.radius or 1.0
         inner = np.sqrt(np.maximum(c**2 - np.asarray(r, dtype=float) ** 2, 0.0)) / a
@@ -116,7 +122,7 @@ class PartialSlip(ForceTheory):
 
     @property
     def estimated_error(self) -> float:
-        """Error of the depth for the given force, m."""
+        """Error of the indentation depth for the given force, m."""
         return self.pressed.estimated_error
 
 
@@ -146,7 +152,7 @@ class CattaneoMindlin(Reference):
     error_meaning: ClassVar[str] = "displacement of the half-space at the borders of the body, m, and rounding"
 
     def must_hold(self, pressed: Indentation) -> None:
-        """Raise NotApplicable if an assumption is violated."""
+        """Raise NotApplicable if the case violates an assumption of the theory."""
         if pressed.kind != "sphere":
             raise NotApplicable(f"the indenter is a {pressed.kind}", "it applies only to spheres")
         if not pressed.friction:
@@ -160,6 +166,6 @@ class CattaneoMindlin(Reference):
         pressed.must_be_half_space()
 
     def solve(self, pressed: Indentation) -> PartialSlip:
-        """Return the solution. Raises NotApplicable if an assumption is violated."""
+        """Return the solution. Raises NotApplicable if the case violates an assumption."""
         self.must_hold(pressed)
         return PartialSlip(pressed.half_space, pressed.friction, pressed.slid)

@@ -23,8 +23,9 @@ else:
 class Consensus(GivenValues):
     """Values on which several codes agree, with the band that contains them: one, or one for each state.
 
-    The metric `value_error` says whether a model's number is inside the band: with `relative_to = uncertainty` it is
-    the distance from the value over that of the end of the band on the same side, so that 1 or less is inside.
+    The metric `value_error` with `relative_to = uncertainty` shows whether a model's number is inside the band. It is
+    the distance of the number from the value, divided by the distance of the end of the band on the same side; 1 or
+    less is inside.
 
     The band is `spread` on both sides of the value, an amount in its unit or a fraction of it, or reaches from `low` to
     `high` if it is not symmetric. It describes only how far programs that solve the same equations differ: codes may
@@ -51,7 +52,7 @@ class Consensus(GivenValues):
 
     @property
     def each(self) -> tuple[KnownValue, ...]:
-        """Values with their bands, SI."""
+        """Values with their bands in SI, one for each state."""
         values = self.values.values
         if self.spread is not None:
             off = self.amounts("spread")
@@ -88,12 +89,12 @@ class ConsensusCurve(CurveFromFile):
 
     @property
     def agreed(self) -> int:
-        """Number of codes."""
+        """Number of codes in the consensus."""
         return self.codes or self.repeats
 
     @property
     def beside_y(self) -> tuple[str, ...]:
-        """Names of the columns that give the codes' distance from y."""
+        """Names of the table columns that give the band around y."""
         return (*super().beside_y, *(name for name in (self.low, self.high) if name))
 
     def load(self, beside: Path | None = None) -> MeasuredCurve:
@@ -108,7 +109,7 @@ class ConsensusCurve(CurveFromFile):
         return replace(found, band=(ends[0], ends[1]))
 
     def _uncertain(self, table: Columns, name: str) -> list[float]:
-        """Return the distance of the farther end of the band from each value, SI. Raises Unreadable."""
+        """Return for each value the distance to the farther end of its band, SI. Raises Unreadable."""
         if not (self.low and self.high):
             return super()._uncertain(table, name)
         rows = list(zip(table.numbers[self.low], table.numbers[name], table.numbers[self.high], strict=True))

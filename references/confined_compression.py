@@ -31,7 +31,10 @@ SURE = 0.01  # relative difference of the two solutions in travel and force
 
 @dataclass(frozen=True)
 class Permeability:
-    """k = k0 ((J - s)/(1 - s))^exponent exp(stiffening (J^2 - 1)/2), m^4/(N s) (Holmes and Mow 1990)."""
+    """Permeability k = k0 ((J - s)/(1 - s))^exponent exp(stiffening (J^2 - 1)/2), m^4/(N s) (Holmes and Mow 1990).
+
+    J is the volume ratio, k0 the permeability `at_rest`, and s the volume fraction of the `solid`.
+    """
 
     at_rest: float
     exponent: float = 0.0
@@ -39,7 +42,7 @@ class Permeability:
     solid: float = 0.0
 
     def at(self, J: Array) -> Array:
-        """Return the permeability at volume ratios J (n,); NaN if no pores are left."""
+        """Return the permeability (n,), m^4/(N s), at volume ratios J (n,); NaN if no pores are left."""
         pores = np.where(self.solid < J, J - self.solid, np.nan) / (1.0 - self.solid)
         found: Array = self.at_rest * pores**self.exponent * np.exp(0.5 * self.stiffening * (J * J - 1.0))
         return found
@@ -47,11 +50,14 @@ class Permeability:
 
 @dataclass(frozen=True)
 class DrainingLayer:
-    """The part of a column between an impermeable plane and its open end. Lengths relative to its height, else SI.
+    """Part of a porous column between an impermeable plane and its open end, in one dimension.
 
-    With u the displacement and J = 1 + u_Y the stretch, fluid outflow gives u_t = k(J)/J P(J)_Y / h^2: P is the stress
-    of the skeleton, and the pressure is P minus the total stress, which is P at the open end. There u is prescribed, or
-    P.
+    Lengths are relative to the height h; other quantities are in SI. With u the displacement and J = 1 + u_Y the
+    stretch,
+    the outflow of fluid gives u_t = k(J)/J P(J)_Y / h^2, where P is the stress of the skeleton. The fluid pressure is P
+    minus the total stress, and the total stress equals P at the open end. The displacement or the stress of the open
+    end is
+    prescribed.
     """
 
     height: float  # m
@@ -62,24 +68,27 @@ class DrainingLayer:
     driven: Amplitude
 
     def loss(self, J: Array) -> Array:
-        """Return the consolidation coefficient at stretches J (n,), 1/s: k P' / (J h^2)."""
+        """Return the consolidation coefficient k P' / (J h^2) at stretches J (n,), 1/s."""
         found: Array = self.permeability.at(J) * self.skeleton.slope(J) / (J * self.height**2)
         return found
 
     @property
     def size(self) -> float:
-        """Magnitude of displacements relative to the height."""
+        """Typical magnitude of displacements, relative to the height."""
         moved = self.skeleton.stretch(self.amount) - 1.0 if self.force else self.amount
         return min(1.0, abs(moved)) or 1.0
 
     def at_end(self, t: float) -> float:
-        """Return the displacement of the open end, or its stretch if its stress is prescribed."""
+        """Return the displacement of the open end at time t, s, or its stretch if its stress is prescribed."""
         share = self.amount * self.driven.left(0.0, t)
         return self.skeleton.stretch(share) if self.force else share
 
 
 def chebyshev_matrix(count: int) -> tuple[Array, Array]:
-    """Return points Y (n,) from 0 to 1, and the differentiation matrix (n, n) (Trefethen 2000, chapter 6)."""
+    """Return n Chebyshev points Y (n,) from 0 to 1, and their differentiation matrix (n, n).
+
+    Source: Trefethen 2000, "Spectral Methods in MATLAB", chapter 6.
+    """
     n = count - 1
     x = np.cos(np.pi * np.arange(count) / n)
     c = np.where((np.arange(count) == 0) | (np.arange(count) == n), 2.0, 1.0) * (-1.0) ** np.arange(count)
@@ -94,7 +103,10 @@ def chebyshev_matrix(count: int) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class CollocatedLayer:
-    """The equation of a layer at Chebyshev points: unknown is u (n - 2,) between the ends, the first is fixed."""
+    """Equation of a draining layer, collocated at Chebyshev points.
+
+    The unknowns are the displacements u (n - 2,) between the ends. The displacement at the impermeable plane is zero.
+    """
 
     layer: DrainingLayer
     count: int
@@ -105,7 +117,7 @@ class CollocatedLayer:
         return Y, D, D @ D
 
     def whole(self, t: float, inner: Array) -> Array:
-        """Return u at all points (n,) at time t."""
+        """Return the displacements u (n,) at all points at time t, s, from those between the ends, `inner`."""
         _, D, _ = self._matrices
         end = self.layer.at_end(t)
         if self.layer.force:  # u_Y there is given
@@ -113,14 +125,14 @@ class CollocatedLayer:
         return np.concatenate([[0.0], inner, [end]])
 
     def rate(self, t: float, inner: Array) -> Array:
-        """Return u_t between the ends (n - 2,), 1/s."""
+        """Return the rate of displacement u_t between the ends (n - 2,), 1/s."""
         _, D, D2 = self._matrices
         u = self.whole(t, inner)
         found: Array = (self.layer.loss(1.0 + D @ u) * (D2 @ u))[1:-1]
         return found
 
     def jacobian(self, t: float, inner: Array) -> Array:
-        """Return the derivative of the rate (n - 2, n - 2)."""
+        """Return the derivative of the rate by the unknowns (n - 2, n - 2), 1/s."""
         _, D, D2 = self._matrices
         u = self.whole(t, inner)
         J = 1.0 + D @ u
@@ -135,12 +147,12 @@ class CollocatedLayer:
 
 @dataclass(frozen=True)
 class Profile:
-    """Displacements u (n,) of a layer at the Chebyshev points, relative to its height."""
+    """Displacements u (n,) of a layer at its Chebyshev points, relative to its height."""
 
     u: Array
 
     def at(self, Y: Array) -> tuple[Array, Array]:
-        """Return u and the stretch at positions Y (k,) in 0 to 1, by polynomial interpolation."""
+        """Return displacement and stretch (k,) each at positions Y (k,) from 0 to 1, by polynomial interpolation."""
         n = len(self.u)
         points, D = chebyshev_matrix(n)
         weights = np.where((np.arange(n) == 0) | (np.arange(n) == n - 1), 0.5, 1.0) * (-1.0) ** np.arange(n)
@@ -154,9 +166,10 @@ class Profile:
 
 @lru_cache(maxsize=KEPT)
 def integrate(layer: DrainingLayer, which: int, breaks: tuple[float, ...]) -> Profile:
-    """Return the state of a layer at the last of `breaks` (s, ascending from 0), integrated from one to the next.
+    """Return the displacements of a layer at the last of the times `breaks`, s, ascending from 0.
 
-    Raises NotSolved.
+    The equation is integrated from each of these times to the next. `which` selects the coarser (0) or the finer (1)
+    solution. Raises NotSolved.
     """
     from scipy.integrate import solve_ivp
 
@@ -189,11 +202,12 @@ def integrate(layer: DrainingLayer, which: int, breaks: tuple[float, ...]) -> Pr
 
 @dataclass(frozen=True)
 class PressedColumn(ConfinedColumn):
-    """A column of one skeleton, one end held along the axis and the other moved or loaded, in finite strain. SI units.
+    """Porous column of one material in finite strain, held at one end and moved or loaded along its axis. SI units.
 
-    `amount` is the displacement of its driven end along the axis, m, or its nominal stress, Pa; `times` are the output
-    times up to `now`. Raises NotApplicable if its law loses stability in confined compression, or if it is moved
-    instantaneously.
+    `amount` is the displacement of the driven end along the axis, m, or its nominal stress, Pa; `times` are the output
+    times up to `now`, s. Raises NotApplicable if the material law loses stability in confined compression, or if the
+    end
+    is displaced instantaneously.
     """
 
     skeleton: Skeleton
@@ -213,19 +227,22 @@ class PressedColumn(ConfinedColumn):
 
     @cached_property
     def layer(self) -> DrainingLayer:
-        """The layer that is solved: the whole column, or one of two equal halves."""
+        """Layer that is solved: the whole column, or one of two equal halves."""
         amount = self.amount if self.force else self.amount / self.length
         course = Amplitude(tuple(self.driven.jumps), tuple(self.driven.swings))  # that solutions are remembered by
         return DrainingLayer(self.way, self.skeleton, self.permeability, self.force, amount, course)
 
     def profile(self, which: int = 1) -> Profile:
-        """Return the present state, from the coarser or the finer solution."""
+        """Return the present displacements from the coarser (`which` = 0) or the finer solution (1)."""
         ends = {at for s in self.driven.swings for at in (s.begin, s.end)} | {at for at, _ in self.driven.jumps}
         breaks = sorted({0.0, self.now, *(t for t in (*ends, *self.times) if 0.0 < t < self.now)})
         return integrate(self.layer, which, tuple(breaks))
 
     def _at(self, y: Array, which: int = 1) -> tuple[Array, Array]:
-        """Return outward displacements (k,), m, and the stretches there (k,)."""
+        """Return displacements away from the impermeable plane (k,), m, and stretches (k,).
+
+        They are evaluated at distances y (k,), m, from the plane.
+        """
         u, J = self.profile(which).at(np.clip(y / self.way, 0.0, 1.0))
         return self.way * u, J
 
@@ -233,14 +250,14 @@ class PressedColumn(ConfinedColumn):
         return self._at(y)[0]
 
     def pressure(self, X: Array) -> Array:
-        """Return the fluid pressure at points X (n, 3) (n,), Pa."""
+        """Return the fluid pressure (n,), Pa, at points X (n, 3), m."""
         y, _, _ = self._folded(X)
         _, J = self._at(y)
         found: Array = self.skeleton.stress(J) - self._total()
         return found
 
     def _total(self, which: int = 1) -> float:
-        """Return the total stress of skeleton and fluid, Pa: that of the skeleton at the open end."""
+        """Return the total stress of skeleton and fluid, Pa, which is the stress of the skeleton at the open end."""
         if self.force:
             return self.amount * self.driven.left(0.0, self.now)
         _, J = self._at(np.array([self.way]), which)
@@ -248,19 +265,19 @@ class PressedColumn(ConfinedColumn):
 
     @property
     def pull(self) -> float:
-        """Present force on its driven end, N, along the axis."""
+        """Present force on the driven end along the axis, N."""
         return self.area * self._total()
 
     @cached_property
     def estimated_error(self) -> float:
-        """Error of a displacement, m: the difference from a solution that is coarser in space and time."""
+        """Error of a displacement, m: the difference from a solution on a coarser grid with larger time steps."""
         y = np.linspace(0.0, self.way, 33)
         apart = float(np.abs(self._at(y)[0] - self._at(y, 0)[0]).max())
         return apart * (2.0 if self.drains == "both" else 1.0) + ROUNDING * self.length
 
     @property
     def pull_error(self) -> float:
-        """Error of the force, N, estimated in the same way."""
+        """Error of the force, N: the difference from a solution on a coarser grid with larger time steps."""
         return self.area * abs(self._total() - self._total(0))
 
 
@@ -288,7 +305,7 @@ class Confined(Reference):
     error_meaning: ClassVar[str] = "difference of the displacement from a coarser solution, m"
 
     def solve(self, column: PressedColumn) -> PressedColumn:
-        """Return the solution, integrated immediately. Raises NotSolved, also if two solutions differ by much."""
+        """Return the column, integrated immediately. Raises NotSolved, also if its two solutions differ too much."""
         away, off = column.estimated_error, column.pull_error
         if away > SURE * abs(column.travel) or off > SURE * abs(column.pull):
             raise NotSolved(

@@ -1,4 +1,4 @@
-"""Patch test of contact: blocks of one section in line, pressed together."""
+"""Patch test of contact: blocks of one cross-section in line, pressed together."""
 
 from __future__ import annotations
 
@@ -28,10 +28,11 @@ TOO_FAR = "the compression exceeds what the law can carry", "reduce the compress
 
 @dataclass(frozen=True)
 class BlockMaterial:
-    """A block's material under a uniaxial nominal stress P; its sides are free of stress.
+    """Material of a block under a uniaxial nominal stress P; the lateral sides are free of stress.
 
-    It is Hooke's solid of small strain, or if `large` the neo-Hookean one with ln J. With a stretch l along the axis
-    and t in each of the n directions that are `free`, mu (t^2 - 1) + lam ln(l t^n) = 0 and P = mu (l - t^2 / l).
+    The law is Hooke's for small strain or, if `large`, the neo-Hookean one with ln J. With a stretch l along the axis
+    and t
+    in each of the n lateral directions that are `free`, mu (t^2 - 1) + lam ln(l t^n) = 0 and P = mu (l - t^2 / l).
     """
 
     young: float  # Pa
@@ -41,7 +42,7 @@ class BlockMaterial:
 
     @property
     def modulus(self) -> float:
-        """Modulus of small axial strain, Pa."""
+        """Axial modulus at small strain, Pa."""
         return self.young if self.free == 2 else self.young / (1.0 - self.poisson**2)
 
     @property
@@ -51,11 +52,11 @@ class BlockMaterial:
 
     @cached_property
     def _ratio(self) -> float:
-        """lam / mu: 2 nu / (1 - 2 nu)."""
+        """Ratio of Lame's moduli lam / mu = 2 nu / (1 - 2 nu)."""
         return math.inf if self.poisson == 0.5 else 2.0 * self.poisson / (1.0 - 2.0 * self.poisson)
 
     def narrow(self, e: float) -> tuple[float, float]:
-        """Return ln t for e = ln l, and its derivative, by Newton's method for a convex function."""
+        """Return ln t for e = ln l, and its derivative by e, computed by Newton's method for a convex function."""
         n, lam = self.free, self._ratio
         if math.isinf(lam):
             return -e / n, -1.0 / n
@@ -68,14 +69,17 @@ class BlockMaterial:
         return s, -lam / (2.0 * math.exp(2.0 * s) + n * lam)
 
     def pull(self, e: float) -> tuple[float, float]:
-        """Return P, Pa, for e = ln l, and its derivative."""
+        """Return the nominal stress P, Pa, for e = ln l, and its derivative by e."""
         s, slope = self.narrow(e)
         l, t2 = math.exp(e), math.exp(2.0 * s)
         P = self.mu * (math.expm1(2.0 * e) - math.expm1(2.0 * s)) / l
         return P, self.mu * (l + t2 / l * (1.0 - 2.0 * slope))
 
     def strains(self, P: float) -> tuple[float, float, float]:
-        """Return l - 1 and t - 1 at a stress, Pa, and the derivative of l, 1/Pa. Raises NotApplicable."""
+        """Return the strains l - 1 and t - 1 at a nominal stress P, Pa, and the derivative of l by P, 1/Pa.
+
+        Raises NotApplicable.
+        """
         if not self.large:
             nu = self.poisson if self.free == 2 else self.poisson / (1.0 - self.poisson)
             return P / self.modulus, -nu * P / self.modulus, 1.0 / self.modulus
@@ -88,7 +92,10 @@ class BlockMaterial:
         return math.expm1(e), math.expm1(self.narrow(e)[0]), math.exp(e) / self.pull(e)[1]
 
     def under(self, traction: float, pressure: float) -> float:
-        """Return P, Pa, for a dead traction on its end and a pressure on the deformed end. Raises NotApplicable."""
+        """Return the nominal stress P, Pa, under a dead traction on the end and a pressure on the deformed end.
+
+        Raises NotApplicable.
+        """
         if not self.large or not pressure:
             return traction - pressure
 
@@ -101,7 +108,10 @@ class BlockMaterial:
         return self.pull(find_root(off, math.asinh((traction - pressure) / self.modulus)))[0]
 
     def stresses(self, P: float) -> tuple[float, float]:
-        """Return the stress along the axis and across constrained directions, Cauchy, Pa (nominal for Hooke's)."""
+        """Return the Cauchy stresses along the axis and in constrained lateral directions, Pa.
+
+        For Hooke's law they are nominal.
+        """
         if not self.large:
             return P, self.poisson * P
         l, t, _ = self.strains(P)
@@ -110,7 +120,10 @@ class BlockMaterial:
 
 
 def find_root(f: Any, x: float) -> float:
-    """Return a root of a function with derivative, by Newton's method from x. Raises NotApplicable if none is found."""
+    """Return a root of a function f, which returns its value and derivative, by Newton's method from x.
+
+    Raises NotApplicable if no root is found.
+    """
     for _ in range(STEPS):
         try:
             value, slope = f(x)
@@ -126,7 +139,7 @@ def find_root(f: Any, x: float) -> float:
 
 @dataclass(frozen=True)
 class Block:
-    """One block of a stack: from `low` to `high` along the axis, m."""
+    """One block of a stack, from the coordinate `low` to `high` along the axis, m."""
 
     low: float
     high: float
@@ -135,13 +148,13 @@ class Block:
 
     @property
     def length(self) -> float:
-        """Length, m."""
+        """Length of the block, m."""
         return self.high - self.low
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint between a block and the next: a `gap` that may close, m, or `glued`, with constant distance."""
+    """Joint between a block and the next one: a `gap`, m, that may close, or a glued joint that keeps its distance."""
 
     gap: float = 0.0
     glued: bool = False
@@ -149,7 +162,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Stack:
-    """Blocks of one section in their order along x, y or z (`way`), and their end conditions. SI units."""
+    """Blocks of one cross-section in their order along x, y or z (`way`), and their end conditions. SI units."""
 
     blocks: tuple[Block, ...]
     joints: tuple[Joint, ...]
@@ -170,7 +183,7 @@ class Stack:
 
     @property
     def grown(self) -> float:
-        """Change of its length with all gaps closed, m, if both ends are moved."""
+        """Change of the stack's length with all gaps closed, m, if both ends are moved."""
         low, high = self.ends
         assert low is not None
         assert high is not None
@@ -178,11 +191,11 @@ class Stack:
 
     @property
     def touching(self) -> bool:
-        """True if some of its blocks are not glued."""
+        """True if the stack has joints that are not glued."""
         return any(not joint.glued for joint in self.joints)
 
     def stress(self) -> float:
-        """Axial nominal stress, uniform, Pa. Raises NotApplicable."""
+        """Axial nominal stress, Pa, uniform in the stack. Raises NotApplicable."""
         if None in self.ends:
             return self.blocks[0 if self.ends[0] is None else -1].solid.under(self.traction, self.pressure)
         if self.touching and self.grown >= -JUST * (self.blocks[-1].high - self.blocks[0].low):
@@ -198,14 +211,14 @@ class Stack:
 
 @dataclass(frozen=True)
 class DeformedStack:
-    """Deformation of a stack at a stress, Pa."""
+    """Deformed stack of blocks under a uniform axial nominal stress, Pa."""
 
     stack: Stack
     stress: float
 
     @property
     def left(self) -> float:
-        """Remaining gap, m, if one only is open and all others are closed."""
+        """Remaining gap, m, with all gaps but one closed; 0 if there is contact everywhere."""
         return max(self.stack.grown, 0.0) if self.stack.touching and None not in self.stack.ends else 0.0
 
     @property
@@ -220,7 +233,7 @@ class DeformedStack:
 
     @cached_property
     def strains(self) -> tuple[tuple[float, float], ...]:
-        """Strain of each block, along and across the axis: relative change of its lengths."""
+        """Axial and lateral strain of each block, as relative changes of its lengths."""
         return tuple(block.solid.strains(self.stress)[:2] for block in self.stack.blocks)
 
     @cached_property
@@ -240,7 +253,7 @@ class DeformedStack:
         return tuple(low + shift for shift in found)
 
     def section(self, number: int) -> list[tuple[float, float]]:
-        """Return the lowest and highest deformed coordinates of a block, m, in the directions across."""
+        """Return the lowest and highest deformed coordinates of a block, m, in the two lateral directions."""
         stack, block, t = self.stack, self.stack.blocks[number], 1.0 + self.strains[number][1]
         return [
             (block.root[c] + t * (stack.low[c] - block.root[c]), block.root[c] + t * (stack.high[c] - block.root[c]))
@@ -248,7 +261,10 @@ class DeformedStack:
         ]
 
     def _common(self, number: int) -> tuple[float, float]:
-        """Return the common deformed area of the joint above a block, m^2, and its fraction of the larger side."""
+        """Return the deformed area in which two blocks overlap, m^2, and that area over the larger block's face.
+
+        `number` is the number of the block below the joint.
+        """
         one, other = self.section(number), self.section(number + 1)
         both = [(max(a, c), min(b, d)) for (a, b), (c, d) in zip(one, other, strict=True)]
         rest = [(self.stack.low[c], self.stack.high[c]) for c in self.stack.across]
@@ -259,7 +275,7 @@ class DeformedStack:
         return self.stack.area * areas[2] / areas[3], areas[2] / max(areas[:2])
 
     def touched(self, number: int) -> float:
-        """Return the contact area above a block, m^2: undeformed for Hooke's solids, 0 if a gap remains."""
+        """Return the contact area of a block with the next one, m^2: undeformed for Hooke's law, 0 if a gap remains."""
         if not self.push:
             return 0.0
         large = all(block.solid.large for block in self.stack.blocks[number : number + 2])
@@ -267,13 +283,13 @@ class DeformedStack:
 
     @property
     def area(self) -> float:
-        """Least area of its contacts, m^2."""
+        """Smallest contact area of all joints, m^2."""
         open_joints = [i for i, joint in enumerate(self.stack.joints) if not joint.glued]
         return min((self.touched(i) for i in open_joints), default=0.0)
 
     @property
     def off(self) -> dict[str, float]:
-        """Relative errors of the force: strain of Hooke's solids, and overhanging edges."""
+        """Relative errors of the force: the strain of blocks with Hooke's law, and overhanging edges."""
         known = zip(self.stack.blocks, self.strains, strict=True)
         small = max((abs(along) for block, (along, _) in known if not block.solid.large), default=0.0)
         over = max((1.0 - self._common(i)[1] for i, joint in enumerate(self.stack.joints) if not joint.glued),
@@ -281,7 +297,7 @@ class DeformedStack:
         return {"strain": small} | ({"overhang": over} if over > 1e-12 else {})
 
     def blocks_at(self, X: Array) -> Any:
-        """Return the number of the block (n,) at each of the points X (n, 3), or nearest to it."""
+        """Return the number (n,) of the block that contains each of the points X (n, 3), or is nearest to it."""
         middles = [0.5 * (a.high + b.low) for a, b in pairwise(self.stack.blocks)]
         return np.searchsorted(np.array(middles), X[:, self.stack.way])
 
@@ -298,7 +314,7 @@ class DeformedStack:
         return found
 
     def fields(self, X: Array) -> tuple[Array, Array]:
-        """Return the displacement gradient at points X (n, 3), and the Cauchy stress, Pa, each (n, 3, 3)."""
+        """Return the displacement gradient and the Cauchy stress, Pa, at points X (n, 3), m, each (n, 3, 3)."""
         stack, which = self.stack, self.blocks_at(X)
         H, sigma = np.zeros((len(stack.blocks), 3, 3)), np.zeros((len(stack.blocks), 3, 3))
         for i, (block, (along, across)) in enumerate(zip(stack.blocks, self.strains, strict=True)):
@@ -311,7 +327,7 @@ class DeformedStack:
 
     @property
     def estimated_error(self) -> float:
-        """Rounding of a displacement, m."""
+        """Rounding error of a displacement, m."""
         return 1e-13 * max(map(abs, (*self.shifts, *(b.length * e for b, (e, _) in zip(
             self.stack.blocks, self.strains, strict=True)))))  # fmt: skip
 
@@ -331,8 +347,8 @@ class PatchTest(Reference):
     normal, the other moved along it, or with a `traction`, `remote_stress` or `pressure` on all of it; sides free or on
     planes of symmetry. Without lateral contraction (`poisson = 0`) ends may be `fixed`. Glued blocks, and those with
     friction, must contract alike. It can be compared with metrics of displacement, force and stress. Two properties of
-    models are not included: a barrier leaves a gap of less than its distance, so that they press harder, and glue opens
-    by stress over stiffness.
+    models are not included: a barrier leaves a gap of less than its distance, so the blocks are compressed more, and a
+    tied joint opens by stress over stiffness.
     Source: Taylor and Papadopoulos 1991, On a patch test for contact problems in two dimensions.
     """
 
@@ -346,5 +362,5 @@ class PatchTest(Reference):
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"
 
     def solve(self, stack: Stack) -> DeformedStack:
-        """Return the solution. Raises NotApplicable if a law has no solution at this strain."""
+        """Return the deformed stack. Raises NotApplicable if a material law has no solution at this strain."""
         return DeformedStack(stack, stack.stress())

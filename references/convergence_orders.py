@@ -1,7 +1,7 @@
-"""Observed orders of convergence, extrapolated limits and their uncertainty, for families of (h, value).
+"""Observed orders of convergence, extrapolated limits and their uncertainty, for families of pairs (h, value).
 
-A family is one quantity on several meshes or with several steps, coarse to fine, by any ratios; h is a representative
-cell size or step. No result is NaN: a missing number has a reason.
+A family is one quantity on several meshes or with several time steps, from coarse to fine, with any ratios. h is a
+representative cell size or step. No result is NaN: for every missing number there is a reason.
 
 Sources: Richardson 1911; Roache 1994 (grid convergence index); Celik, Ghia, Roache, Freitas, Coleman and Raad 2008, J.
 Fluids Eng. 130:078001 (three grids, any ratios; as in ASME V&V 20-2009); Eca and Hoekstra 2014, J. Comput. Phys.
@@ -40,11 +40,16 @@ ROUNDING = 64 * 2.0**-52  # relative: differences of values below it are roundin
 class ConvergenceEstimate:
     """Limit of a refinement family and its uncertainty.
 
-    `value` is the extrapolated limit and `gci` the half width about the *finest* value within which the limit is
-    expected (with three grids and more in about 95 % of regular families), both in the unit of the values; `relative`
-    is `gci` as a fraction of the finest value. `ratio` is GCI_coarse / (r^p GCI_fine) of the finest three, one in the
-    asymptotic range; with only three grids it is one by construction, except for the change of the value itself.
-    `scatter` is the standard deviation of a least-squares fit. If `order` is None, `reason` explains why.
+    `value` is the extrapolated limit. `gci` is the grid convergence index: the half width about the *finest* value
+    within
+    which the limit is expected (with three grids and more in about 95 % of regular families). Both are in the unit of
+    the
+    values; `relative` is `gci` as a fraction of the finest value. `ratio` is GCI_coarse / (r^p GCI_fine) of the finest
+    three values; it is one in the asymptotic range. With only three grids it is one by construction, except for the
+    change
+    of the value itself. `scatter` is the standard deviation of a least-squares fit. If `order` is None, `reason`
+    explains
+    why.
     """
 
     state: State
@@ -60,20 +65,20 @@ class ConvergenceEstimate:
     doubt: str | None = None  # why they cannot
 
     def to_json(self) -> dict[str, Any]:
-        """Return all known entries, without those that are None."""
+        """Return the entries that are not None, by name."""
         return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 @dataclass(frozen=True)
 class ErrorOrder:
-    """Order of errors against a known truth: between the last two, and by least squares over all."""
+    """Order of convergence of errors against a known truth: from the last two errors, and by least squares over all."""
 
     last: float | None = None
     fitted: float | None = None
     reason: str | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """Return all known entries, without those that are None."""
+        """Return the entries that are not None, by name."""
         return {name: value for name, value in asdict(self).items() if value is not None}
 
 
@@ -83,12 +88,15 @@ class ErrorOrder:
 def estimate_convergence(
     family: Sequence[Pair], formal: float | None = None, *, floor: float | None = None
 ) -> ConvergenceEstimate:
-    """Return order, limit and grid convergence index of a family, coarse to fine.
+    """Return order, limit and grid convergence index of a family, from coarse to fine.
 
-    `formal` is the theoretical order, if known: two members need it; with more, an observed order outside of BAND puts
-    the asymptotic range in doubt, and the index is then that of Oberkampf and Roy (2010, section 8.8): a factor of 3
-    with the observed order, no more than the formal and no less than 0.5. Differences below `floor` (by default a few
-    roundings of the largest value) are ignored.
+    `formal` is the theoretical order, if known; a family of two values needs it. With more values, an observed order
+    outside
+    of BAND puts the asymptotic range in doubt, and the index is then that of Oberkampf and Roy (2010, section 8.8): a
+    factor
+    of 3 with the observed order, limited to the range from 0.5 to the formal order. Differences below `floor` (by
+    default a
+    few roundings of the largest value) are ignored.
     """
     unusable = _unusable(family)
     if unusable is not None:
@@ -106,10 +114,12 @@ def estimate_convergence(
 
 
 def observed_order(family: Sequence[Pair]) -> float | None:
-    """Return p of three members by |ln |e32 / e21| + q(p)| = p ln r21, q(p) = ln((r21^p - s) / (r32^p - s)).
+    """Return the observed order p of a family of three values, None if there is none.
 
-    r21 = h2 / h1, e21 = value2 - value1, 1 the finest; s is the sign of e32 / e21. None if no p in (0, LARGEST]
-    satisfies it. Source: Celik et al. 2008, equation (3).
+    It solves |ln |e32 / e21| + q(p)| = p ln r21 with q(p) = ln((r21^p - s) / (r32^p - s)), r21 = h2 / h1 and e21 =
+    value2 -
+    value1, where 1 is the finest; s is the sign of e32 / e21. None if no p in (0, LARGEST] satisfies the equation.
+    Source: Celik et al. 2008, equation (3).
     """
     (h3, f3), (h2, f2), (h1, f1) = family
     coarse, fine = f3 - f2, f2 - f1
@@ -125,12 +135,12 @@ def observed_order(family: Sequence[Pair]) -> float | None:
 
 
 def _ratio(r: float, p: float, sign: float) -> float:
-    """Return ln(r^p - s), without cancellation if r^p is near one."""
+    """Return ln(r^p - s), s being `sign`, without cancellation if r^p is near one."""
     return math.log(math.expm1(p * math.log(r)) if sign > 0 else r**p + 1.0)
 
 
 def _root(f: Callable[[float], float], low: float, high: float) -> float | None:
-    """Return the root of a decreasing function between two bounds by bisection, None if there is none."""
+    """Return the root of a decreasing function between `low` and `high` by bisection, None if there is none."""
     if f(low) < 0 or f(high) > 0:
         return None
     while high - low > 1e-13 * high:
@@ -156,7 +166,7 @@ def _floor(family: Sequence[Pair], floor: float | None) -> float:
 
 
 def _two(family: Sequence[Pair], formal: float | None, floor: float) -> ConvergenceEstimate:
-    """Return the estimate from two members and the formal order."""
+    """Return the estimate from a family of two values and the formal order."""
     (h2, f2), (h1, f1) = family
     if formal is None:
         return ConvergenceEstimate("too_few", "two meshes give no order, and none is known")
@@ -167,7 +177,7 @@ def _two(family: Sequence[Pair], formal: float | None, floor: float) -> Converge
 
 
 def _three(family: Sequence[Pair], floor: float) -> ConvergenceEstimate:
-    """Return the estimate from the finest three members by the formula of Celik et al."""
+    """Return the estimate from the finest three values of a family, by the formulas of Celik et al."""
     (h3, f3), (h2, f2), (h1, f1) = family
     coarse, fine = f3 - f2, f2 - f1
     if abs(coarse) <= floor or abs(fine) <= floor:
@@ -189,7 +199,10 @@ def _three(family: Sequence[Pair], floor: float) -> ConvergenceEstimate:
 
 
 def _asymptotic_ratio(family: Sequence[Pair], p: float) -> float | None:
-    """Return GCI_coarse / (r^p GCI_fine) of three members, by their relative changes; one in the asymptotic range."""
+    """Return GCI_coarse / (r^p GCI_fine) of three values, from their relative changes.
+
+    The ratio is one in the asymptotic range.
+    """
     (h3, f3), (h2, f2), (h1, f1) = family
     coarse = (f3 - f2) * f1 / math.expm1(p * math.log(h3 / h2))
     fine = (f2 - f1) * f2 / math.expm1(p * math.log(h2 / h1))
@@ -199,18 +212,21 @@ def _asymptotic_ratio(family: Sequence[Pair], p: float) -> float | None:
 def _result(
     state: State, p: float, finest: float, away: float, safety: float, scatter: float = 0.0
 ) -> ConvergenceEstimate:
-    """Return the estimate; `away` is the distance of the limit from the finest value."""
+    """Return the estimate from the order p and the finest value.
+
+    `away` is the distance of the limit from the finest value, `safety` the safety factor of the index.
+    """
     limit, gci = finest + away, safety * abs(away) + scatter
     return ConvergenceEstimate(state, None, p, limit, gci, _part(gci, finest), _part(away, limit))
 
 
 def _with_doubt(found: ConvergenceEstimate, doubt: str | None) -> ConvergenceEstimate:
-    """Return the estimate with a doubt, or without any."""
+    """Return the estimate with a reason to doubt the asymptotic range, or with None if there is no doubt."""
     return replace(found, doubt=doubt, asymptotic=doubt is None)
 
 
 def _part(a: float, b: float) -> float | None:
-    """Return |a / b|, or None if that is no number."""
+    """Return |a / b|, or None if it is not finite."""
     part = abs(a / b) if b else math.inf
     return part if math.isfinite(part) else None
 
@@ -218,7 +234,7 @@ def _part(a: float, b: float) -> float | None:
 def _check_asymptotic_range(
     found: ConvergenceEstimate, family: Sequence[Pair], formal: float | None
 ) -> ConvergenceEstimate:
-    """Return the estimate with the objections against the asymptotic range."""
+    """Return the estimate with a reason to doubt the asymptotic range, if there is one."""
     if found.order is None or found.doubt is not None:
         return found
     if formal is not None and not BAND[0] * formal <= found.order <= BAND[1] * formal:
@@ -230,7 +246,10 @@ def _check_asymptotic_range(
 
 
 def _with_cautious_index(found: ConvergenceEstimate, family: Sequence[Pair], formal: float) -> ConvergenceEstimate:
-    """Return the estimate with an index independent of an order unknown to theory; its limit stays as observed."""
+    """Return the estimate with a larger index, for an observed order that contradicts the formal one.
+
+    The extrapolated limit is not changed.
+    """
     (h2, f2), (h1, f1) = family[-2:]
     p = min(max(found.order or SLOWEST, SLOWEST), formal)
     away = abs(f1 - f2) / math.expm1(p * math.log(h2 / h1))
@@ -239,10 +258,11 @@ def _with_cautious_index(found: ConvergenceEstimate, family: Sequence[Pair], for
 
 
 def find_dissimilarity(counts: Sequence[Sequence[int]]) -> str | None:
-    """Return why meshes are not similar, if they are not: numbers of cells along each direction, coarse to fine.
+    """Return the reason why meshes are not similar, None if they are.
 
-    Cell numbers are integers. Richardson's extrapolation requires all of them to change by one ratio (Roache 1998,
-    section 5.9); here the finest three, within SIMILAR. The ratio may differ from the requested one.
+    `counts` are the numbers of cells of each mesh along each direction, from coarse to fine. Richardson's extrapolation
+    requires all numbers to change by one ratio (Roache 1998, section 5.9). Cell numbers are integers, so the ratio may
+    differ from the requested one. The finest three meshes are compared, within SIMILAR.
     """
     for coarse, fine in pairwise(counts[-3:]):
         ratios = [b / a for a, b in zip(coarse, fine, strict=True)]
@@ -257,10 +277,12 @@ def find_dissimilarity(counts: Sequence[Sequence[int]]) -> str | None:
 
 
 def _fit(family: Sequence[Pair], finest: ConvergenceEstimate) -> ConvergenceEstimate:
-    """Fit value = limit + a h^p to more than three members, equally weighted, with Eca and Hoekstra's uncertainty.
+    """Return the estimate from a fit of value = limit + a h^p to more than three values, equally weighted.
 
-    U = Fs |value_1 - limit| + scatter + |value_1 - fit_1|, Fs = 1.25, or 3 if the fit scatters by more than the mean
-    difference of the values. Source: Eca and Hoekstra 2014, equations (7) to (14).
+    The uncertainty is U = Fs |value_1 - limit| + scatter + |value_1 - fit_1|, where 1 is the finest. Fs is 1.25, or 3
+    if
+    the fit scatters by more than the mean difference of the values.
+    Source: Eca and Hoekstra 2014, equations (7) to (14).
     """
     p = _minimize(lambda q: _linear(family, q)[2], 0.05, 2 * LARGEST / 5)
     limit, slope, square = _linear(family, p)
@@ -278,7 +300,7 @@ def _fit(family: Sequence[Pair], finest: ConvergenceEstimate) -> ConvergenceEsti
 
 
 def _linear(family: Sequence[Pair], p: float) -> tuple[float, float, float]:
-    """Return limit, a and the sum of squares of value = limit + a h^p, by linear least squares."""
+    """Return limit, a and the sum of squared residuals of a least squares fit of value = limit + a h^p."""
     t = [(h / family[0][0]) ** p for h, _ in family]
     t_mean, f_mean = sum(t) / len(t), sum(f for _, f in family) / len(t)
     across = sum((x - t_mean) * (f - f_mean) for x, (_, f) in zip(t, family, strict=True))
@@ -289,7 +311,10 @@ def _linear(family: Sequence[Pair], p: float) -> tuple[float, float, float]:
 
 
 def _minimize(f: Callable[[float], float], low: float, high: float) -> float:
-    """Return the minimiser of a function: the best of a row of points, then golden sections around it."""
+    """Return the minimiser of a function between `low` and `high`.
+
+    The best of a row of points is refined by golden section search.
+    """
     points = [low * math.pow(high / low, i / 60) for i in range(61)]
     best = min(range(61), key=lambda i: f(points[i]))
     a, b = points[max(best - 1, 0)], points[min(best + 1, 60)]
@@ -304,7 +329,10 @@ def _minimize(f: Callable[[float], float], low: float, high: float) -> float:
 
 
 def order_of_errors(errors: Sequence[Pair], floor: float = 0.0) -> ErrorOrder:
-    """Return slopes of log error over log h, coarse to fine; errors up to `floor` are rounding and end the series."""
+    """Return the slopes of log error over log h, from coarse to fine.
+
+    Errors up to `floor` are rounding errors and end the series.
+    """
     unusable = _unusable(errors)
     if unusable is not None:
         return ErrorOrder(reason=unusable)

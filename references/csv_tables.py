@@ -1,9 +1,9 @@
-"""Tables of numbers in CSV files: named columns, with line, column and remedy of each defect.
+"""Tables of numbers in CSV files, by named columns; errors give line, column and remedy.
 
-Lines before the header are titles and are not read; the header is the first line that names all requested columns.
-Columns are separated by commas, semicolons or tabs. A first row of units under them, `(s),(N)`, without numbers is read
-as such, and reported. Everything else must be a number: nothing is skipped, guessed or filled in. It uses no numpy,
-since tables are read when a scene is checked.
+The header is the first line that names all requested columns; lines before it are titles and are not read. Columns are
+separated by commas, semicolons or tabs. A row of units below the header, `(s),(N)`, without numbers, is recognised and
+reported. Every other field must be a number: no field is skipped, guessed or filled in. The module does not import
+numpy, since tables are read when a scene is checked.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ Row = tuple[int, list[str]]  # the number of its line, and its fields
 
 @dataclass(frozen=True)
 class Columns:
-    """Requested columns of a table: numbers by name, and the line of each row."""
+    """Requested columns of a table: their numbers by name, and the line number of each row."""
 
     name: str  # of the file
     numbers: dict[str, tuple[float, ...]]
@@ -46,7 +46,7 @@ class Columns:
 
 
 def read_columns(file: Path, asked: Sequence[str]) -> Columns:
-    """Return the named columns of a file. Raises Unreadable with the place."""
+    """Return the requested columns of a file. Raises Unreadable with line and column of the error."""
     text = _text(file)
     separator, header, rows = _find_table(file.name, text, list(dict.fromkeys(asked)))
     places = {name: _place(file.name, header, name) for name in asked}
@@ -65,7 +65,7 @@ def read_columns(file: Path, asked: Sequence[str]) -> Columns:
 
 
 def read_header(file: Path) -> tuple[str, ...]:
-    """Return the likely names of a file's columns. Raises Unreadable if there are none."""
+    """Return the likely column names of a file. Raises Unreadable if there are none."""
     text = "".join(_text(file).splitlines(keepends=True)[:BEFORE])
     likely = max((_header(_rows(file.name, text, separator)) for separator in SEPARATORS), key=len)
     if likely and all(map(COMMA.fullmatch, likely)):
@@ -89,7 +89,7 @@ def _text(file: Path) -> str:
 
 
 def _find_table(name: str, text: str, asked: list[str]) -> tuple[str, list[str], list[Row]]:
-    """Return the separator, the header and the rows below it."""
+    """Return the separator of a table, its header and the rows below the header."""
     likely: list[str] = []
     for separator in SEPARATORS:
         rows = _rows(name, text, separator, BEFORE)
@@ -104,7 +104,7 @@ def _find_table(name: str, text: str, asked: list[str]) -> tuple[str, list[str],
 
 
 def _rows(name: str, text: str, separator: str, most: int | None = None) -> list[Row]:
-    """Return the non-empty rows, of all lines or of the first `most`."""
+    """Return the non-empty rows of a text: all, or the first `most`."""
     import csv
 
     reader = csv.reader(text.splitlines(keepends=True), delimiter=separator)
@@ -122,7 +122,7 @@ def _rows(name: str, text: str, separator: str, most: int | None = None) -> list
 
 
 def _header(rows: list[Row]) -> list[str]:
-    """Return the likely header: the last line of several words above the first row of several numbers."""
+    """Return the likely header: the last row of several words above the first row of several numbers."""
     known: list[str] = []
     for _, fields in rows:
         filled = [field for field in fields if field]
@@ -133,7 +133,7 @@ def _header(rows: list[Row]) -> list[str]:
 
 
 def _has_units(asked: list[str], row: list[str]) -> bool:
-    """Return whether a row has units: under the requested columns, or under others if these are empty."""
+    """Return whether a row contains units: below the requested columns or, if these are empty, below other columns."""
     fields = next((known for known in (asked, row) if any(f not in NO_UNIT for f in known)), [])
     given = [field for field in fields if field not in NO_UNIT]
     return bool(given) and all(UNIT.fullmatch(f) and f.strip("()[] ").lower() not in MISSING for f in given)
@@ -153,16 +153,16 @@ def _field(row: Row, i: int) -> str:
 
 
 def _check_field_count(name: str, row: Row, header: list[str], separator: str) -> None:
-    """Raise Unreadable for a row with more fields than its header, as decimal commas produce."""
+    """Raise Unreadable for a row with more fields than the header, which decimal commas cause."""
     line, fields = row
     if any(fields[len(header) :]):
-        count = f"line {line} has {len(fields)} fields, its header {len(header)}"
+        count = f"line {line} has {len(fields)} fields, but its header has {len(header)}"
         comma = "; use a decimal point" if separator == "," else ""
         raise Unreadable(name, count, f"give each row as many fields as the header{comma}")
 
 
 def _number(name: str, row: Row, column: str, i: int) -> float:
-    """Return a field as a number. Raises Unreadable."""
+    """Return field i of a row as a number. Raises Unreadable."""
     line, text = row[0], _field(row, i)
     at = f"line {line}, column `{column}`"
     if not text:

@@ -1,4 +1,4 @@
-"""Surface of a body in voxel data, by marching cubes and volume-preserving smoothing."""
+"""Surface of a body in voxel data, by the marching cubes algorithm and volume-preserving smoothing."""
 
 from __future__ import annotations
 
@@ -29,9 +29,12 @@ class CtVolume(Reference):
 
     Formats: NumPy (.npy, .npz) with `spacing`; NRRD; NIfTI; DICOM, by the folder of a series or one file of it. Size,
     position and directions of voxels are taken from the file; NRRD and NIfTI are in the frame of their own header,
-    DICOM in that of the patient. The body is the region above `iso`; the level halfway between background and body is
-    unbiased for flat faces. `smoothing` is the number of number of steps of Taubin's smoothing filter, which preserves
-    the volume. `x` and `z` are the file's directions of the scene's axes, y follows.
+    DICOM in
+    that of the patient. The body is the region above `iso`; the level halfway between background and body is unbiased
+    for
+    flat faces. `smoothing` is the number of steps of Taubin's smoothing filter, which preserves the volume. `x` and `z`
+    are
+    the file's directions of the scene's axes, y follows.
 
     `uncertainty` is the largest distance of any point of the surface from the truth: smaller differences are not
     significant. A `virtual_scan` with the same voxels measures the error of the imaging chain itself. Needs the extra
@@ -71,9 +74,10 @@ class CtVolume(Reference):
 def extract_isosurface(
     volume: VoxelVolume, iso: float, smoothing: int, keep: str, name: str
 ) -> tuple[Array, Ints, tuple[str, ...]]:
-    """Return the closed surface (points in m, triangles outward) of the region above `iso`, with notes on it.
+    """Return the closed surface of the region above `iso`: points, m, triangles outward, and notes about it.
 
-    Source: Lewiner, Lopes, Vieira and Tavares 2003, J. Graphics Tools 8:1. Raises Unreadable.
+    Raises Unreadable.
+    Source: Lewiner, Lopes, Vieira and Tavares 2003, J. Graphics Tools 8:1.
     """
     measure = import_package("skimage.measure", name)
     low, high = float(volume.values.min()), float(volume.values.max())
@@ -89,7 +93,10 @@ def extract_isosurface(
 
 
 def _crop(volume: VoxelVolume, iso: float, low: float) -> tuple[Array, Array, bool]:
-    """Return values around the body with a layer of background, index of their corner, and whether the body is cut."""
+    """Return the values around the body with a layer of background, and whether the grid cuts the body.
+
+    The second result is the index of their corner in the volume.
+    """
     above = volume.values > iso
     spans = [np.flatnonzero(above.any(axis=tuple({0, 1, 2} - {axis}))) for axis in range(3)]
     first, last = (np.array([int(s[end]) for s in spans]) for end in (0, -1))

@@ -1,12 +1,12 @@
 """Public data sets, downloaded when a scene names one: `data:silicone-beam/truthCylinder-Deformed.obj`.
 
-A data set is searched in the folder $SOFTMARK_DATA, under its own name; then in the cache,
-$XDG_CACHE_HOME/softmark/data or ~/.cache/softmark/data; then it is downloaded into the cache. Each file is compared
-with its checksum here, so that a reference is the same file for everybody. No data set is part of the project: their
-licences stay with them.
+A data set is searched in the folder $SOFTMARK_DATA, under its own name, and then in the cache,
+$XDG_CACHE_HOME/softmark/data or ~/.cache/softmark/data. If it is in neither, it is downloaded into the cache. Each file
+is compared with the checksum in `TABLE`, so that a reference is the same file for everybody. Data sets are not part of
+the project and keep their own licences.
 
-To add one, write its line in `TABLE`: an address that cannot change (a commit, not a branch), the SHA-256 and the size
-of the file, its licence, and its authors.
+To add a data set, write a line in `TABLE`: an address that cannot change (a commit, not a branch), the SHA-256 and the
+size of the file, its licence, and its authors.
 """
 
 from __future__ import annotations
@@ -30,12 +30,15 @@ Progress = Callable[[int, int], None]  # bytes so far, bytes in all
 
 
 class Unavailable(Unreadable):
-    """A data set is missing and cannot be downloaded. `reason` is the cause, `remedy` what to do offline."""
+    """Error when a data set is missing and cannot be downloaded.
+
+    `reason` is the cause, `remedy` the instruction how to provide the file offline.
+    """
 
 
 @dataclass(frozen=True)
 class DataSet:
-    """A published file."""
+    """A published file: addresses, checksum, size, licence and authors."""
 
     name: str
     what: str
@@ -149,9 +152,9 @@ TABLE: dict[str, DataSet] = {
 
 
 def find_file(path: str, beside: Path | None = None, progress: Progress | None = None) -> Path:
-    """Return the file of a path in a scene: a data set, or a file relative to the folder `beside`.
+    """Return the local file for a path in a scene: a data set, or a file relative to the folder `beside`.
 
-    Raises Unavailable if it is missing.
+    Raises Unavailable if a data set is missing.
     """
     if path.startswith(PREFIX):
         return locate_data_set(path.removeprefix(PREFIX), progress)
@@ -179,12 +182,12 @@ def _entry(name: str) -> DataSet:
 
 
 def source_of(citation: str, path: str, file: str) -> str:
-    """Return who measured a scene's data: from the scene, from the data set, or else the file's name."""
+    """Return the authors of measured data: from the scene (`citation`), from the data set, or else the file's name."""
     return citation or authors_of(path) or f"the file {file}"
 
 
 def authors_of(path: str) -> str:
-    """Return who measured the data set of a path, or an empty text."""
+    """Return the authors of the data set at a path, "" for other paths."""
     entry = TABLE.get(path.removeprefix(PREFIX)) if path.startswith(PREFIX) else None
     return entry.citation if entry else ""
 
@@ -199,7 +202,7 @@ def _close(name: str) -> str:
 
 
 def _file_from_environment(entry: DataSet) -> Path | None:
-    """Return the file in $SOFTMARK_DATA."""
+    """Return the data set's file in $SOFTMARK_DATA, None if there is none."""
     folder = os.environ.get("SOFTMARK_DATA")
     if not folder:
         return None
@@ -224,7 +227,7 @@ def _cached_file(entry: DataSet) -> Path | None:
 
 
 def _place(entry: DataSet) -> Path | None:
-    """Return where the cache keeps a file; None without a cache and a home folder."""
+    """Return the path of a data set's file in the cache; None without a cache folder and a home folder."""
     try:
         root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     except RuntimeError:  # no home directory
@@ -233,7 +236,7 @@ def _place(entry: DataSet) -> Path | None:
 
 
 def _fetch(entry: DataSet, progress: Progress | None) -> Path:
-    """Return the file, downloaded completely into the cache or not at all."""
+    """Return the data set's file after downloading it into the cache, completely or not at all."""
     import tempfile
 
     file = _place(entry)
@@ -256,7 +259,10 @@ def _fetch(entry: DataSet, progress: Progress | None) -> Path:
 
 
 def _download(entry: DataSet, out: Any, progress: Progress | None) -> None:
-    """Write the file from the first address that has it. Raises Unavailable with the error of each."""
+    """Write the data set from the first of its addresses that works to `out`.
+
+    Raises Unavailable with the error of each address.
+    """
     failures = []
     for url in entry.urls:
         out.seek(0)
@@ -270,7 +276,7 @@ def _download(entry: DataSet, out: Any, progress: Progress | None) -> None:
 
 
 def _copy(url: str, entry: DataSet, out: Any, progress: Progress | None) -> str | None:
-    """Copy one address to a file; return the error, or None."""
+    """Copy the data at one address to `out`; return an error message, or None."""
     import hashlib
     import http.client
     import urllib.request

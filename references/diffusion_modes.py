@@ -1,4 +1,4 @@
-"""Modal solution of diffusion problems: a steady part that follows the amplitude, and decaying terms."""
+"""Modal solution of diffusion problems: a steady part that follows the amplitude, and decaying modes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ AT_ONCE = 1e-12  # relative to the time: closer jumps count as now
 
 
 def decayed_amplitude(driven: Amplitude, rates: Array, t: float) -> Array:
-    """Return int exp(-rate (t - s)) dc(s) up to time t for rates (n,), 1/s: (n,); jumps at t included."""
+    """Return int exp(-rate (t - s)) dc(s) up to time t, s, for decay rates (n,), 1/s, shape (n,).
+
+    c is the amplitude `driven`; jumps at t are included.
+    """
     found = np.zeros(len(rates))
     for at, size in driven.jumps:
         if at <= t:
@@ -39,25 +42,34 @@ def decayed_amplitude(driven: Amplitude, rates: Array, t: float) -> Array:
 
 
 def time_since_jump(driven: Amplitude, t: float) -> float:
-    """Return the time since the last jump before t, s; 0 for a jump at t; infinite without jumps."""
+    """Return the time between t and the last jump of the amplitude before it, s.
+
+    It is 0 for a jump at t, and infinite without jumps.
+    """
     ages = [t - at for at, size in driven.jumps if size and at <= t]
     return min((0.0 if age <= AT_ONCE * t else age for age in ages), default=math.inf)
 
 
 def slope(driven: Amplitude, t: float) -> float:
-    """Return the slope of the amplitude just before t, 1/s, without jumps."""
+    """Return the slope of the amplitude just before time t, 1/s, without jumps."""
     return sum((s.a * cmath.exp(1j * s.w * (t - s.begin))).real for s in driven.swings if s.begin < t <= s.end)
 
 
 def time_since_event(driven: Amplitude, t: float, kinks: bool) -> float:
-    """Return the time since the last jump before t, s, or the last kink, if `kinks`; 0 for a jump at t."""
+    """Return the time between t and the last jump of the amplitude before it, s; 0 for a jump at t.
+
+    With `kinks`, changes of its slope count as well.
+    """
     age = time_since_jump(driven, t)
     breaks = [at for swing in driven.swings for at in (swing.begin, swing.end)] if kinks else []
     return min([age, *(t - at for at in breaks if t - at > AT_ONCE * t)])
 
 
 def count_needed_modes(driven: Amplitude, t: float, scale: float, kinks: bool = False) -> int:
-    """Return how many modes, with rates near (pi n)^2 / scale (s), suffice at time t; with `kinks` also after these."""
+    """Return the number of modes that suffices at time t, s, after the last jump of the amplitude.
+
+    With `kinks`, changes of slope count like jumps. Mode n decays at a rate of about (pi n)^2 / scale; `scale` is in s.
+    """
     age = time_since_event(driven, t, kinks)
     if age == 0.0:
         return MOST
@@ -65,7 +77,7 @@ def count_needed_modes(driven: Amplitude, t: float, scale: float, kinks: bool = 
 
 
 def require_convergence(driven: Amplitude, t: float, scale: float, moved: bool = False) -> None:
-    """Raise NotSolved if modes do not converge: too soon after a jump, or for the force at a jump."""
+    """Raise NotSolved if the sum over modes does not converge: too soon after a jump, or for the force at a jump."""
     age = time_since_event(driven, t, moved)
     if age == 0.0 and moved:
         raise NotSolved(
@@ -79,11 +91,15 @@ def require_convergence(driven: Amplitude, t: float, scale: float, moved: bool =
 
 @dataclass(frozen=True)
 class ModalResponse:
-    """Response of (k,) quantities to an amplitude: lasting c(t) + sum over n of shares left_n(t), and the jump
-    response.
+    """Response of k quantities to an amplitude c(t), as a sum over modes.
 
-    Modes beyond the last are zero except at a jump at t: with them the response is `at_once`. If shares do not decay,
-    these modes follow a slope without delay: `moments` are the sums of all shares over their rates, s.
+    The response is lasting (k,) times c(t), plus the sum over modes n of shares (k, n) times the decayed amplitude.
+    Modes
+    beyond the last are zero except at a jump at time t: with them the response to the jump is `at_once` (k,). If the
+    shares
+    do not fall with n, these modes follow a slope of c without delay: `moments` (k,) are the sums of all shares over
+    their
+    rates, s.
     """
 
     lasting: Array  # (k,)
@@ -101,7 +117,7 @@ class ModalResponse:
         return found + now * rest if now else found
 
     def missed(self, driven: Amplitude, rates: Array, t: float) -> float:
-        """Return a bound of the modes beyond the last: their shares fall at least as fast as 1/n."""
+        """Return a bound of the contribution of modes beyond the last, whose shares fall at least as fast as 1/n."""
         before = Amplitude([(at, size) for at, size in driven.jumps if abs(t - at) > AT_ONCE * t], driven.swings)
         last = np.abs(self.shares[:, -20:]).max(initial=0.0)
         own = decayed_amplitude(before, rates[-1:], t)[0] - (

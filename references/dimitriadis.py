@@ -21,7 +21,10 @@ FARTHEST = 1.0  # sqrt(R d) over the thickness, up to which it was shown
 
 @dataclass(frozen=True)
 class Series(ForceTheory):
-    """F = 16/9 E sqrt(R) d^(3/2) (1 + c1 x + ... + c4 x^4) of x = sqrt(R d) / h and nu = 0.5. SI units."""
+    """Force F = 16/9 E sqrt(R) d^(3/2) (1 + c1 x + ... + c4 x^4) with x = sqrt(R d) / h, for nu = 0.5. SI units.
+
+    R is the radius of the sphere, d the depth and h the thickness of the layer.
+    """
 
     @property
     def x(self) -> float:
@@ -30,7 +33,7 @@ class Series(ForceTheory):
 
     @property
     def push(self) -> float:
-        """Force into the body, N."""
+        """Force into the layer, N."""
         own = self.pressed
         if not own.touches:
             return 0.0
@@ -39,17 +42,17 @@ class Series(ForceTheory):
 
     @property
     def area(self) -> float:
-        """Not available: the series gives no contact radius."""
+        """NaN, since the series gives no contact radius."""
         return math.nan
 
     @property
     def largest_pressure(self) -> float:
-        """Not available: the series gives no pressure."""
+        """NaN, since the series gives no pressure."""
         return math.nan
 
     @property
     def off(self) -> dict[str, float]:
-        """Relative errors of the force: `series` against the integral equation, `depth` for a large depth."""
+        """Relative errors of the force: `series` compared with the integral equation, `depth` for a large depth."""
         own = self.pressed
         if not own.touches:
             return {"series": 0.0, "depth": 0.0}
@@ -57,7 +60,7 @@ class Series(ForceTheory):
 
     @property
     def estimated_error(self) -> float:
-        """Error of the depth for the given force, m."""
+        """Error of the indentation depth for the given force, m."""
         return abs(self.off["series"]) * abs(self.pressed.depth) / self.pressed.tip.grows
 
 
@@ -87,7 +90,7 @@ class Dimitriadis(Reference):
     )
 
     def must_hold(self, pressed: Indentation) -> None:
-        """Raise NotApplicable if an assumption is violated."""
+        """Raise NotApplicable if the case violates an assumption of the series."""
         pressed.must_slip_freely()
         pressed.must_be_shallow()
         if pressed.kind != "sphere":
@@ -103,10 +106,10 @@ class Dimitriadis(Reference):
         pressed.must_be_wide()
 
     def solve(self, pressed: Indentation) -> Series:
-        """Return the solution. Raises NotApplicable if an assumption is violated."""
+        """Return the solution. Raises NotApplicable if the case violates an assumption."""
         self.must_hold(pressed)
         return self.solved(pressed)
 
     def solved(self, pressed: Indentation) -> Series:
-        """Return the series without checks."""
+        """Return the solution without a check of the assumptions."""
         return Series(pressed.half_space)

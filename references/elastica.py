@@ -1,4 +1,4 @@
-"""Large-deflection Bernoulli-Euler beam: the theory of the silicone beam's figure 3 and table 1."""
+"""Large-deflection Bernoulli-Euler beam, the theory in figure 3 and table 1 of Marchal et al. (2008)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Elastica(Reference):
     sin(phi) along gravity; points off it rotate with their cross-section.
 
     It assumes a straight uniform beam, clamped at one end and horizontal there, linear in its curvature, without
-    stretch or shear: the error of that is of order (depth / length)^2, several per cent for a thick beam. It holds for
+    stretch or shear, which causes an error of order (depth / length)^2, several per cent for a thick beam. It holds for
     every load parameter k = w L^3 / (EI); solved for k up to 1e5.
     Source: Marchal, Allard, Duriez and Cotin 2008, ISBMS, LNCS 5104:176, equation (3).
     """
@@ -45,24 +45,24 @@ class Elastica(Reference):
     )
 
     def solve(self, cantilever: Cantilever) -> CentreLine:
-        """Return the bent centre line. Raises NotSolved if 1e-10 relative is not reached."""
+        """Return the deformed centre line. Raises NotSolved if a relative accuracy of 1e-10 is not reached."""
         return solve_rod(Inextensible(cantilever.load_parameter), cantilever)
 
 
 @dataclass(frozen=True)
 class Inextensible:
-    """An inextensible rod that only bends, scaled by its length; k = w L^3 / (EI)."""
+    """Inextensible rod that only bends, scaled by its length; load parameter k = w L^3 / (EI)."""
 
     k: float
 
     def bending(self, s: Array, phi: Array) -> Array:
-        """Return g = k (1 - s) cos(phi). Source: Marchal et al. 2008, equation (3)."""
+        """Return the scaled bending load g = k (1 - s) cos(phi) (n,). Source: Marchal et al. 2008, equation (3)."""
         return self.k * (1 - s) * np.cos(phi)
 
     def bending_slope(self, s: Array, phi: Array) -> Array:
-        """Return dg/dphi = -k (1 - s) sin(phi)."""
+        """Return the derivative dg/dphi = -k (1 - s) sin(phi) (n,)."""
         return -self.k * (1 - s) * np.sin(phi)
 
     def strain(self, s: Array, phi: Array) -> tuple[Array, Array]:
-        """Return x' - 1 = cos(phi) - 1, without cancellation, and y' = sin(phi)."""
+        """Return x' - 1 = cos(phi) - 1, computed without cancellation, and y' = sin(phi)."""
         return -2 * np.sin(phi / 2) ** 2, np.sin(phi)

@@ -1,19 +1,20 @@
 """Slope of a bent rod, by Chebyshev collocation of its integral equation.
 
-In the scale of the length, s in [0, 1], a clamped rod under dead weight obeys
+Lengths are scaled by the length of the rod, so s is in [0, 1]. A clamped rod under dead weight obeys
 
     phi'' = -g(s, phi),   phi(0) = 0,   phi'(1) = 0,
 
-which is phi(s) = integral of min(s, t) g(t, phi(t)) dt: the second integral is taken before the equation is
-collocated, so the matrix stays as well conditioned as the rod itself, and rounding costs a few ulps where
+which is equivalent to phi(s) = integral of min(s, t) g(t, phi(t)) dt. This second integral is collocated instead of the
+differential equation. The matrix then stays as well conditioned as the rod itself, and rounding costs a few ulps, where
 second derivatives would cost n^4 of them (Greengard 1991, SIAM J. Numer. Anal. 28:1071).
 
-Newton starts from phi = pi/2, a rod that hangs. Where g is concave in phi on [0, pi/2] and zero at pi/2,
-every tangent lies above g, so every iterate lies above the solution and below the last: Newton converges for
-any load and needs no continuation. Where g falls with phi, the energy is convex and [0, pi/2] holds no second
-solution; a rod that curls back may have others, which a beam loaded from straight does not reach.
+Newton's method starts from phi = pi/2, a rod that hangs down. Where g is concave in phi on [0, pi/2] and zero at pi/2,
+every tangent lies above g, so every iterate lies above the solution and below the previous iterate. Newton's method
+then converges for any load without continuation. Where g falls with phi, the energy is convex and [0, pi/2] contains no
+second solution. A rod that curls back may have other solutions, which a beam loaded from its straight shape does not
+reach.
 
-To add a rod, write a class with the members of `Rod`.
+To add a rod, write a class with the members of `PlanarRod`.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ SMALLEST = 1e-300  # rad: a first iterate may round to zero under a load of noth
 
 
 class NotSolved(Exception):
-    """The accuracy was not reached. `history` holds the relative changes in their order."""
+    """Error when the accuracy was not reached; `history` holds the relative changes in their order."""
 
     def __init__(self, message: str, history: tuple[float, ...]) -> None:
         super().__init__(message)
@@ -50,21 +51,21 @@ class NotSolved(Exception):
 
 
 class PlanarRod(Protocol):
-    """A planar rod scaled by its length: s in [0, 1], phi (n,) from the axis towards gravity, rad."""
+    """Interface of a planar rod scaled by its length: s in [0, 1], phi (n,) the angle from axis to gravity, rad."""
 
     def bending(self, s: Array, phi: Array) -> Array:
-        """Return g = -phi'', the moment per length of the weight beyond s."""
+        """Return g = -phi'' (n,), the scaled moment per length of the weight beyond s."""
 
     def bending_slope(self, s: Array, phi: Array) -> Array:
-        """Return dg/dphi."""
+        """Return the derivative dg/dphi (n,)."""
 
     def strain(self, s: Array, phi: Array) -> tuple[Array, Array]:
-        """Return x' - 1 and y': the rates of the displacements along the axis and along gravity."""
+        """Return x' - 1 and y' (n,), the derivatives of the displacements along the axis and along gravity."""
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Chebyshev points of [0, 1] and operators on values at them."""
+    """Chebyshev points on [0, 1] and linear operators on values at these points."""
 
     s: Array  # (n,)
     coefficients: Array  # (n, n): values to Chebyshev coefficients
@@ -73,7 +74,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class RodShape:
-    """A solution on one grid: Chebyshev coefficients over [0, 1], scaled by the length."""
+    """Solution on one grid: Chebyshev coefficients over [0, 1] of rotation and displacements, scaled by the length."""
 
     phi: Array  # (n + 2,)
     curvature: Array  # (n + 1,), phi'
@@ -81,17 +82,18 @@ class RodShape:
     transverse: Array  # (n + 1,)
 
     def at(self, s: Array) -> Array:
-        """Return rotation and both displacements at the stations s (m,): (3, m)."""
+        """Return the rotation and both displacements, shape (3, m), at positions s (m,) in [0, 1]."""
         z = 2 * s - 1
         return np.stack([_value(z, c) for c in (self.phi, self.axial, self.transverse)])
 
 
 def solve_rod(rod: PlanarRod, cantilever: Cantilever) -> CentreLine:
-    """Return the centre line of `cantilever` by the equations of `rod`.
+    """Return the deformed centre line of `cantilever` by the equations of `rod`.
 
-    The resolution doubles until rotation and displacements change by less than ACCURACY, relative. The estimated error
-    is that last change plus rounding: the change is the error of the coarser solution, and the finer is returned.
-    Raises NotSolved.
+    The resolution doubles until rotation and displacements change by less than ACCURACY, relative. The finer solution
+    is
+    returned. Its estimated error is that last change, which is the error of the coarser solution, plus rounding. Raises
+    NotSolved.
     """
     shape = _shape(rod, RESOLUTIONS[0])
     changes: list[float] = []
@@ -133,7 +135,7 @@ def _newton(rod: PlanarRod, grid: Grid) -> Array:
 
 
 def _between_axis_and_gravity(shape: RodShape, changes: list[float]) -> None:
-    """Check that the slope is in the range of uniqueness, 0 to pi/2; a coarse grid may overshoot it."""
+    """Raise NotSolved unless the slope is in the range of uniqueness, 0 to pi/2, which a coarse grid may overshoot."""
     phi = _value(np.linspace(-1, 1, 401), shape.phi)
     if phi.min() < -ACCURACY or phi.max() > np.pi / 2 + ACCURACY:
         raise NotSolved("the rotation exceeds the angle between the axis and gravity", tuple(changes))
@@ -149,12 +151,12 @@ def _grid(n: int) -> Grid:
 
 
 def _moment(g: Array) -> Array:
-    """Return the integral of the series g from s to 1."""
+    """Return the Chebyshev series of the integral of the series g from s to 1."""
     return -np.asarray(np.polynomial.chebyshev.chebint(g, lbnd=1, scl=0.5), dtype=float)
 
 
 def _from_root(rate: Array) -> Array:
-    """Return the integral of the series `rate` from 0 to s."""
+    """Return the Chebyshev series of the integral of the series `rate` from 0 to s."""
     return np.asarray(np.polynomial.chebyshev.chebint(rate, lbnd=-1, scl=0.5), dtype=float)
 
 
@@ -163,7 +165,7 @@ def _value(z: Array, series: Array) -> Array:
 
 
 def _change(coarse: RodShape, fine: RodShape) -> tuple[float, float]:
-    """Return the largest difference between two shapes, and the largest value, scaled by the length."""
+    """Return the largest difference between two shapes, and the largest value, both scaled by the length."""
     s = (1 - np.cos(np.linspace(0, np.pi, 401))) / 2  # denser at the ends, where a stiff load bends the rod
     values = fine.at(s)
     return float(np.abs(coarse.at(s) - values).max()), float(np.abs(values).max())

@@ -1,4 +1,4 @@
-"""Frames under small loads: the stiffness method, with the flexibility of members integrated along them."""
+"""Frames of beams under small loads: the stiffness method, with the flexibility of members by integration."""
 
 from __future__ import annotations
 
@@ -28,9 +28,13 @@ LOOSE = 1e-13  # relative to the largest stiffness: smaller stiffness counts as 
 
 @dataclass(frozen=True)
 class FrameMember:
-    """A straight member from one node to another, `axes` as rows: along it, and those of its section.
+    """Straight member of a frame from one node to another.
 
-    `stiffness` at stations (n,) is EA, GA2, GA3, GJ, EI2, EI3 (n, 6), `load` the distributed load in space (n, 3), N/m.
+    The rows of `axes` are the unit vectors along the member and along the two axes of its section. `stiffness` returns
+    EA,
+    GA2, GA3, GJ, EI2, EI3 (n, 6) at distances along the member (n,), m; `load` returns the distributed load there in
+    space
+    (n, 3), N/m.
     """
 
     nodes: tuple[int, int]
@@ -41,14 +45,15 @@ class FrameMember:
 
     @cached_property
     def frame(self) -> Array:
-        """Axes (3, 3), as rows."""
+        """Unit vectors of the member's axes as rows (3, 3)."""
         return np.array(self.axes)
 
     def moved(self, s: Array, force: Array) -> Array:
-        """Return displacements and rotations at stations s (n,) under `force` (6, k) at the end: (n, 6, k).
+        """Return displacements and rotations (n, 6, k) at distances s (n,), m, under `force` (6, k) at the end.
 
-        They are in its own axes, for a cantilever clamped at its start: u = int (gamma + kappa x (s - t)) dt, theta =
-        int kappa dt.
+        The member is a cantilever clamped at its start: u = int (gamma + kappa x (s - t)) dt, theta = int kappa dt.
+        Results are
+        in the axes of the member.
         """
         t, w = _rule(PLACES)
         places, weights = s[:, None] * t, s[:, None] * w  # (n, g)
@@ -56,8 +61,11 @@ class FrameMember:
         n = np.broadcast_to(force[:3], (*places.shape, *force[:3].shape))
         return self._integrated(s, places, weights, n, force[3:] + arm @ n)
 
-    def sagged(self, s: Array) -> Array:
-        """Return displacements and rotations at stations s under its load only (n, 6)."""
+    def motions_under_own_load(self, s: Array) -> Array:
+        """Return displacements and rotations (n, 6) at distances s (n,), m, under the distributed load only.
+
+        The member is a cantilever clamped at its start.
+        """
         t, w = _rule(PLACES)
         places, weights = s[:, None] * t, s[:, None] * w
         beyond, also = _rule(FEW)
@@ -78,19 +86,19 @@ class FrameMember:
 
     @cached_property
     def flexibility(self) -> Array:
-        """Flexibility of its end (6, 6), with the start clamped."""
+        """Flexibility matrix (6, 6) of the member's end, with its start clamped."""
         found: Array = self.moved(np.array([self.length]), np.eye(6))[0]
         return found
 
     @cached_property
     def sag(self) -> Array:
-        """Displacement and rotation of its end under its load only (6,), with the start clamped."""
-        found: Array = self.sagged(np.array([self.length]))[0]
+        """Displacement and rotation (6,) of the member's end under its distributed load, with its start clamped."""
+        found: Array = self.motions_under_own_load(np.array([self.length]))[0]
         return found
 
     @cached_property
     def carried(self) -> Array:
-        """Resultant of its load about its start (6,), in its own axes."""
+        """Resultant force and moment (6,) of the distributed load about the start, in the member's axes."""
         t, w = _rule(FEW)
         q = self.load(self.length * t) @ self.frame.T
         moments = np.einsum("f,fij,fj->i", self.length * w, _along(self.length * t), q)
@@ -99,60 +107,64 @@ class FrameMember:
 
     @cached_property
     def shift(self) -> Array:
-        """Rigid motion of its end by a motion of its start (6, 6)."""
+        """Matrix (6, 6) from a motion of the member's start to the rigid motion of its end."""
         found = np.eye(6)
         found[:3, 3:] = -_along(np.array([self.length]))[0]
         return found
 
     @cached_property
     def turned(self) -> Array:
-        """Rotation from space to its own axes, for displacements and rotations (6, 6)."""
+        """Matrix (6, 6) from displacements and rotations in space to those in the axes of the member."""
         found: Array = np.asarray(np.kron(np.eye(2), self.frame), dtype=np.float64)
         return found
 
     @cached_property
-    def both(self) -> Array:
-        """Deformation of its end relative to its start, from both nodes' motions in space (6, 12)."""
+    def relative_motion_matrix(self) -> Array:
+        """Matrix (6, 12) from the motions of both nodes in space to the motion of the end relative to the start."""
         found: Array = np.concatenate([-self.shift @ self.turned, self.turned], axis=1)
         return found
 
     @cached_property
     def resists(self) -> Array:
-        """Forces and moments on both nodes in space from the deformation of its end (12, 6)."""
-        found: Array = self.both.T @ np.linalg.inv(self.flexibility)
+        """Matrix (12, 6) from the motion of the end relative to the start to nodal forces and moments in space."""
+        found: Array = self.relative_motion_matrix.T @ np.linalg.inv(self.flexibility)
         return found
 
     @cached_property
     def matrix(self) -> Array:
-        """Stiffness over both nodes in space (12, 12)."""
-        found: Array = self.resists @ self.both
+        """Stiffness matrix (12, 12) of the member for the motions of both nodes in space."""
+        found: Array = self.resists @ self.relative_motion_matrix
         return found
 
     @cached_property
     def pushes(self) -> Array:
-        """Nodal load vector (12,)."""
+        """Equivalent nodal loads (12,) of the distributed load."""
         begin = np.concatenate([self.turned.T @ self.carried, np.zeros(6)])
         found: Array = self.resists @ self.sag + begin
         return found
 
     def turns(self, first: Array, force: Array) -> Array:
-        """Return rotations at positions along it (n, 3), rad, in its own axes, from start motion and end force."""
+        """Return rotations (n, 3), rad, at positions along the member, in its axes.
+
+        `first` is the motion of its start, and `force` the force and moment on its end.
+        """
         s = self.length * _rule(FEW)[0]
         s = np.concatenate([[0.0], s, [self.length]])
-        found: Array = (self.moved(s, force[:, None])[..., 0] + self.sagged(s))[:, 3:] + first[3:]
+        found: Array = (self.moved(s, force[:, None])[..., 0] + self.motions_under_own_load(s))[:, 3:] + first[3:]
         return found
 
-    def lengthened(self, turns: Array) -> float:
-        """Return the second-order lengthening of its axis by rotations `turns`, m."""
+    def compute_lengthening(self, turns: Array) -> float:
+        """Return the second-order lengthening of the member's axis, m, due to `turns`, rotations along the member."""
         w = _rule(FEW)[1]
         found: Array = 0.5 * self.length * w @ (turns[1:-1, 1:] ** 2).sum(axis=1)
         return float(found)
 
     def second(self, force: Array, loaded: bool = True) -> Array:
-        """Return the geometric stiffness of internal forces and moments, over both nodes in space (12, 12).
+        """Return the geometric stiffness (12, 12) of internal forces and moments, for the motions of both nodes in
+        space.
 
-        For sections rotated by exp(theta), theta = (phi, -w', v'), with Hermite bending: N (v'^2 + w'^2) / 2 + (V2 w' -
-        V3 v') phi / 2 - M . (theta x theta') / 2.
+        For sections rotated by exp(theta), theta = (phi, -w', v'), with Hermite bending, it is the second derivative of
+        N (v'^2 + w'^2) / 2 + (V2 w' - V3 v') phi / 2 - M . (theta x theta') / 2.
         """
         t, weights = _rule(FEW)
         found, L = np.zeros((12, 12)), self.length
@@ -169,7 +181,10 @@ class FrameMember:
         return np.asarray(to.T @ found @ to, dtype=np.float64)
 
     def _inside(self, place: float, force: Array, loaded: bool) -> Array:
-        """Return internal forces and moments (6,) at a fraction of its length, in its own axes."""
+        """Return internal forces and moments (6,) at a fraction `place` of the member's length, in its axes.
+
+        `force` is the force and moment on the end.
+        """
         rest = (1.0 - place) * self.length
         n = np.concatenate([force[:3], force[3:] + rest * np.cross([1.0, 0.0, 0.0], force[:3])])
         if not loaded:
@@ -183,7 +198,7 @@ class FrameMember:
 
 
 def _hermite(t: float, L: float) -> Array:
-    """Return v', w', phi, v'', w'' and phi' at a fraction t, from displacements and rotations of both ends (6, 12)."""
+    """Return the matrix (6, 12) from motions of both ends to v', w', phi, v'', w'' and phi' at the fraction t."""
     steep = np.array(
         [6.0 * t * (t - 1.0) / L, 1.0 - 4.0 * t + 3.0 * t * t, 6.0 * t * (1.0 - t) / L, 3.0 * t * t - 2.0 * t]
     )
@@ -198,7 +213,7 @@ def _hermite(t: float, L: float) -> Array:
 
 @cache
 def _rule(count: int) -> tuple[Array, Array]:
-    """Return points and weights of the Gauss rule from 0 to 1."""
+    """Return points and weights of the Gauss rule with `count` points on [0, 1]."""
     x, w = np.polynomial.legendre.leggauss(count)
     places: Array = 0.5 * (1.0 + x)
     weights: Array = 0.5 * w
@@ -206,7 +221,7 @@ def _rule(count: int) -> tuple[Array, Array]:
 
 
 def _along(d: Array) -> Array:
-    """Return the matrices of d e1 x (..., 3, 3)."""
+    """Return the matrices (..., 3, 3) of the cross product d e1 x, for distances d along the member."""
     found: Array = np.zeros((*d.shape, 3, 3))
     found[..., 1, 2], found[..., 2, 1] = -d, d
     return found
@@ -214,10 +229,11 @@ def _along(d: Array) -> Array:
 
 @dataclass(frozen=True)
 class Frame:
-    """Nodes (n, 3), m, with forces and moments on them (n, 6), members between them, and supports.
+    """Frame: nodes X (n, 3), m, forces and moments on them (n, 6), members between them, and supports.
 
-    `held` are rows (c, 6 n) over displacements and rotations in space that are `imposed` (c,), m or rad. `nearest`
-    returns the member of each point.
+    `held` (c, 6 n) are the rows of the support conditions on displacements and rotations in space, and `imposed` (c,)
+    their
+    values, m or rad. `nearest` returns the member of each point.
     """
 
     X: Array
@@ -228,7 +244,7 @@ class Frame:
     nearest: Callable[[Array], Array]
 
     def balanced(self) -> FrameSolution:
-        """Return the equilibrium. Raises NotApplicable if it is a mechanism, or its loads are not small."""
+        """Return the frame in equilibrium. Raises NotApplicable if it is a mechanism, or its loads are not small."""
         P, d = self.forces.ravel().copy(), self._imposed()
         for member, at in self._places():
             P[at] += member.pushes
@@ -241,19 +257,23 @@ class Frame:
         return answer
 
     def pulled(self, lengthened: list[float]) -> list[Array]:
-        """Return the end forces and moments (6,) of each member if the members are lengthened by `lengthened`, m."""
+        """Return the end force and moment (6,) of each member if members lengthen by `lengthened`, m."""
         P, none = np.zeros(6 * len(self.X)), np.zeros(6 * len(self.X))
         strains = [np.array([extra, *[0.0] * 5]) for extra in lengthened]
         for (member, at), strain in zip(self._places(), strains, strict=True):
-            P[at] -= member.both.T @ np.linalg.solve(member.flexibility, strain)
+            P[at] -= member.relative_motion_matrix.T @ np.linalg.solve(member.flexibility, strain)
         d = self._balanced(P, none)
         return [
-            np.linalg.solve(member.flexibility, member.both @ d[at] + strain)
+            np.linalg.solve(member.flexibility, member.relative_motion_matrix @ d[at] + strain)
             for (member, at), strain in zip(self._places(), strains, strict=True)
         ]
 
     def share(self, forces: list[Array], loaded: bool = True) -> float:
-        """Return the largest fraction of a buckling load, of either sign, of forces and moments at the ends (6,)."""
+        """Return the largest ratio of internal forces to buckling loads, for end forces and moments (6,) of each
+        member.
+
+        Forces of either sign are considered.
+        """
         S = np.zeros_like(self._stiffness)
         for (member, at), force in zip(self._places(), forces, strict=True):
             S[np.ix_(at, at)] += member.second(force, loaded)
@@ -262,12 +282,12 @@ class Frame:
         return float(np.abs(np.linalg.eigvalsh(0.5 * (eased + eased.T))).max(initial=0.0))
 
     def _places(self) -> list[tuple[FrameMember, Any]]:
-        """Return the members with the unknowns of their nodes (12,)."""
+        """Return the members, each with the indices of its nodes' unknowns (12,)."""
         return [(m, np.concatenate([6 * n + np.arange(6) for n in m.nodes])) for m in self.members]
 
     @cached_property
     def _scale(self) -> Array:
-        """Return the scale (6 n,) between displacements or rotations and unknowns of one size."""
+        """Return the factors (6 n,) that give displacements and rotations comparable magnitudes."""
         extent = float(np.linalg.norm(np.ptp(self.X, axis=0)))
         return np.tile([1.0, 1.0, 1.0, *[1.0 / extent] * 3], len(self.X))
 
@@ -278,7 +298,7 @@ class Frame:
 
     @cached_property
     def _stiffness(self) -> Array:
-        """Return K (6 n, 6 n)."""
+        """Return the stiffness matrix K (6 n, 6 n)."""
         K = np.zeros((6 * len(self.X), 6 * len(self.X)))
         for member, at in self._places():
             K[np.ix_(at, at)] += member.matrix
@@ -286,12 +306,15 @@ class Frame:
 
     @cached_property
     def _held(self) -> tuple[Array, Array, Array, int]:
-        """Return the singular vectors and values of the support rows, and their rank."""
+        """Return the singular vectors and values of the support conditions, and their rank."""
         U, s, Vt = np.linalg.svd(self.held * self._scale)
         return U, s, Vt, int(np.sum(s > 1e-12 * s.max(initial=0.0)))
 
     def _imposed(self) -> Array:
-        """Return the displacements imposed by supports, in scaled unknowns. Raises NotApplicable if they conflict."""
+        """Return displacements that satisfy the support conditions, in scaled unknowns.
+
+        Raises NotApplicable if the conditions conflict.
+        """
         U, s, Vt, rank = self._held
         y: Array = Vt[:rank].T @ ((U.T @ self.imposed)[:rank] / s[:rank])
         apart = np.abs(self.held * self._scale @ y - self.imposed).max(initial=0.0)
@@ -301,8 +324,9 @@ class Frame:
 
     @cached_property
     def _free(self) -> tuple[Array, Array]:
-        """Return a basis of the free motions, as columns, and the Cholesky factor of their stiffness. Raises
-        NotApplicable.
+        """Return a basis of the free motions, as columns, and the Cholesky factor of their stiffness.
+
+        Raises NotApplicable if the supports allow rigid motions.
         """
         Z = self._held[2][self._held[3] :].T
         free = Z.T @ (self._stiffness * self._scales) @ Z
@@ -313,7 +337,10 @@ class Frame:
         return Z, root
 
     def _balanced(self, P: Array, y: Array) -> Array:
-        """Return d with K d = P in all free motions, starting from the imposed ones. Raises NotApplicable."""
+        """Return displacements d with K d = P in all free motions, added to the imposed displacements y.
+
+        Raises NotApplicable.
+        """
         Z, root = self._free
         own = self._stiffness * self._scales
         y = y + Z @ np.linalg.solve(root.T, np.linalg.solve(root, Z.T @ (self._scale * P - own @ y)))
@@ -323,14 +350,14 @@ class Frame:
 
 @dataclass(frozen=True)
 class FrameSolution:
-    """Displacements and rotations of the nodes of a frame (n, 6), m and rad."""
+    """Frame in equilibrium: displacements and rotations d of its nodes (n, 6), m and rad."""
 
     frame: Frame
     d: Array
 
     @cached_property
     def ends(self) -> list[tuple[Array, Array]]:
-        """Start motion, and end forces and moments (6,), in the axes of each member."""
+        """Motion of the start, and force and moment on the end (6,), of each member in its axes."""
         return [self._end(member) for member in self.frame.members]
 
     def _end(self, member: FrameMember) -> tuple[Array, Array]:
@@ -339,27 +366,29 @@ class FrameSolution:
 
     @cached_property
     def turns(self) -> list[Array]:
-        """Rotations at positions along each member (n, 3), rad, in its own axes."""
+        """Rotations (n, 3), rad, at positions along each member, in its axes."""
         return [member.turns(*end) for member, end in zip(self.frame.members, self.ends, strict=True)]
 
     @cached_property
     def strayed(self) -> float:
-        """Measure of nonlinearity: the largest rotation, and internal forces relative to buckling."""
-        return float(max((np.abs(turns).max() for turns in self.turns), default=0.0)) + self.buckled
+        """Measure of nonlinearity: the largest rotation, rad, plus the ratio of internal forces to buckling loads."""
+        return float(max((np.abs(turns).max() for turns in self.turns), default=0.0)) + self.buckling_ratio
 
     @cached_property
-    def buckled(self) -> float:
-        """Largest fraction of a buckling load, of its forces and of the tension that held ends cause in bending.
+    def buckling_ratio(self) -> float:
+        """Largest ratio of internal forces to buckling loads.
 
-        These are the eigenvalues of the work of second order against the stiffness, of either sign.
+        It includes the tension that fixed ends cause when members bend. The ratios are the eigenvalues of the
+        second-order work
+        relative to the stiffness, of either sign.
         """
         members = zip(self.frame.members, self.turns, strict=True)
-        pulled = self.frame.pulled([member.lengthened(turns) for member, turns in members])
+        pulled = self.frame.pulled([member.compute_lengthening(turns) for member, turns in members])
         return self.frame.share([force for _, force in self.ends]) + self.frame.share(pulled, loaded=False)
 
     @cached_property
     def estimated_error(self) -> float:
-        """Error of the displacement of any point, m: second-order terms and rounding."""
+        """Error of the displacement of any point, m, due to second-order terms and rounding."""
         return float((self.strayed + ROUNDING) * np.linalg.norm(self.d[:, :3], axis=1).max())
 
     def displacement(self, X: Array) -> Array:
@@ -372,7 +401,7 @@ class FrameSolution:
             local = (points[here] - self.frame.X[member.nodes[0]]) @ member.frame.T
             s = np.clip(local[:, 0], 0.0, member.length)
             first, force = self.ends[number]
-            moved = member.moved(s, force[:, None])[..., 0] + member.sagged(s)
+            moved = member.moved(s, force[:, None])[..., 0] + member.motions_under_own_load(s)
             moved[:, :3] += first[:3] + np.cross(first[3:], np.outer(s, [1.0, 0.0, 0.0]))
             moved[:, 3:] += first[3:]
             local[:, 0] -= s
@@ -402,5 +431,5 @@ class FrameTheory(Reference):
     error_meaning: ClassVar[str] = "error of the displacement of any point, m: terms of second order in the load"
 
     def solve(self, make: Callable[[], Frame]) -> FrameSolution:
-        """Return the solution of the frame that `make` builds. Raises NotApplicable."""
+        """Return the solution of the frame that the function `make` builds. Raises NotApplicable."""
         return make().balanced()

@@ -1,4 +1,4 @@
-"""A sphere in a matrix under remote tension."""
+"""Theory of a spherical inclusion or cavity in a matrix under remote tension."""
 
 from __future__ import annotations
 
@@ -38,5 +38,5 @@ class Goodier(Reference):
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"
 
     def solve(self, core: RoundCore) -> RoundCore:
-        """Return the body itself, which has the closed form."""
+        """Return the body itself, whose class contains the closed-form solution."""
         return core

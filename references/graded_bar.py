@@ -1,4 +1,4 @@
-"""A straight bar whose stiffness varies along it, under axial load, by numerical integration."""
+"""Straight bar whose stiffness varies along its axis, under axial load, by numerical integration."""
 
 from __future__ import annotations
 
@@ -31,11 +31,12 @@ ROUNDING = 64.0 * 2.0**-52
 
 @dataclass(frozen=True)
 class PulledBar:
-    """A bar of constant section, one end held, whose constants vary only along it. SI units.
+    """Bar of constant section, held at one end, whose material constants vary only along its axis. SI units.
 
-    Its force N(s) = F + g A int_s^L rho dt is in equilibrium at every section, and without lateral contraction each
+    The axial force N(s) = F + g A int_s^L rho dt is in equilibrium at every section. Without lateral contraction each
     section keeps its shape, so that u(s) = int_0^s N / (E A) dt is the exact solution of small strain in three
-    dimensions. Raises NotApplicable if the bar is not of that kind.
+    dimensions.
+    Raises NotApplicable if the bar is not of that kind.
     """
 
     length: float  # m
@@ -63,7 +64,7 @@ class PulledBar:
             )
 
     def strain(self, s: Array) -> Array:
-        """Return N / (E A) at distances s (n,) from the held end."""
+        """Return the axial strain N / (E A) (n,) at distances s (n,), m, from the held end."""
         flat = np.ravel(s)
         E = self.young(flat)
         if not (np.isfinite(E).all() and (E > 0.0).all()):
@@ -73,13 +74,13 @@ class PulledBar:
         return found
 
     def _above(self, s: Array) -> Array:
-        """Return int_s^L rho dt (n,), kg/m^2."""
+        """Return the mass per area beyond s, int_s^L rho dt (n,), kg/m^2."""
         whole = _integral(self.density, self.length, np.array([self.length]))
         found: Array = whole - _integral(self.density, self.length, s)
         return found
 
     def stretched(self) -> StretchedBar:
-        """Return the solution. Raises NotApplicable if its integral cannot be computed."""
+        """Return the solution. Raises NotApplicable if its integrals cannot be computed."""
         from scipy import integrate  # adaptive, and no code of the panels: it checks them
 
         whole = float(_integral(self.strain, self.length, np.array([self.length]))[0])
@@ -96,7 +97,7 @@ class PulledBar:
 
 @dataclass(frozen=True)
 class StretchedBar:
-    """Displacements of a bar under axial load."""
+    """Solution of a bar under axial load: its displacements."""
 
     bar: PulledBar
     estimated_error: float  # m
@@ -110,7 +111,7 @@ class StretchedBar:
 
 
 def _integral(f: Along, length: float, s: Array) -> Array:
-    """Return int_0^s f dt (n,) by Gauss's rule: whole panels, and part of the last one."""
+    """Return int_0^s f dt (n,) by Gauss's rule, over whole panels and a part of the last panel."""
     t, w = np.polynomial.legendre.leggauss(POINTS)
     t, w = 0.5 * (1.0 + t), 0.5 * w
     step = length / PANELS

@@ -1,12 +1,14 @@
 """Frictionless indentation of a half-space by a rigid body of revolution, with the solution at every point.
 
-By Green's and Collins's complex potential (Barber 2010, Elasticity, ch. 30): with zeta = z + i t, z into the body,
+The solution uses Green's and Collins's complex potential (Barber 2010, Elasticity, ch. 30). With zeta = z + i t, z the
+depth in the body, d the indentation depth and a the contact radius,
 
     dphi/dz = Re int_0^a g(t) / sqrt(r^2 + zeta^2) dt,    g(t) = -(E*/pi) (d - c t^n),    E* = E / (1 - nu^2),
     2 G u_z = -2 (1 - nu) dphi/dz + z d2phi/dz2,    2 G u_r = (1 - 2 nu) dphi/dr + z d2phi/drdz,
     p = d2phi/dz2 where z = 0,
 
-where c t^n is t^2/R for a sphere, t pi/(2 tan(angle)) for a cone and 0 for a flat punch: integrals that are elementary.
+where c t^n is t^2/R for a sphere, t pi/(2 tan(angle)) for a cone and 0 for a flat punch. These integrals are
+elementary.
 """
 
 from __future__ import annotations
@@ -36,7 +38,10 @@ ROUNDING = 1e-13  # relative, of a displacement
 
 @dataclass(frozen=True)
 class Tip:
-    """The tip of a rigid body of revolution: d is c t^n at the edge of contact. `edge` is the radius of a punch, m."""
+    """Tip of a rigid body of revolution, described by c and n: the indentation depth is c t^n for a contact radius t.
+
+    `edge` is the radius of a flat punch, m.
+    """
 
     power: int  # n
     rate: float  # c, m^(1-n)
@@ -47,13 +52,16 @@ class Tip:
 
     @classmethod
     def sphere(cls, radius: float) -> Tip:
-        """Return the tip of a sphere with a radius in m, approximated by a paraboloid."""
+        """Return the tip of a sphere of this radius, m, approximated by a paraboloid."""
         _check_positive("radius", radius)
         return cls(2, 1.0 / radius, span=radius)
 
     @classmethod
     def cone(cls, angle: float, blunt: float = 0.0) -> Tip:
-        """Return the tip of a cone with the angle between axis and side, rad, and the height cut off by rounding, m."""
+        """Return the tip of a cone with this angle between axis and side, rad.
+
+        `blunt` is the height of the tip that is lost by rounding, m.
+        """
         if not 0.0 < angle < 0.5 * math.pi:
             raise NotApplicable(
                 f"the half-angle of the cone is {math.degrees(angle):g} degrees", "it is between 0 and 90"
@@ -62,12 +70,12 @@ class Tip:
 
     @classmethod
     def punch(cls, radius: float, rim: float = 0.0) -> Tip:
-        """Return a flat end with a radius, m, and the rounding radius of its edge, m."""
+        """Return the flat end of a punch of this radius, m; `rim` is the rounding radius of its edge, m."""
         _check_positive("radius", radius)
         return cls(0, 0.0, radius, rim=rim)
 
     def off(self, depth: float) -> dict[str, float]:
-        """Return relative errors of the force for a depth that is not small, and for rounded edges."""
+        """Return relative errors of the force due to a depth that is not small, and due to rounded edges, by name."""
         found = {"depth": depth / self.span} if math.isfinite(self.span) else {}
         if self.rim and self.edge:
             found["rim"] = self.rim / self.edge
@@ -79,7 +87,7 @@ class Tip:
         return 1.0 if self.edge is not None else 1.0 + 1.0 / self.power
 
     def at(self, t: Array) -> Array:
-        """Return c t^n, m."""
+        """Return the depth c t^n, m, at contact radii t, m."""
         return self.rate * t**self.power
 
     def radius(self, depth: float) -> float:
@@ -94,9 +102,9 @@ def _check_positive(name: str, value: float) -> None:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """Limits of the indented body around the contact, m, and its support.
+    """Distances from the contact to the ends of the indented body, m, and the support of its far face.
 
-    `bonded` if the far face is fixed, else it slides without friction.
+    `bonded` is true if the far face is fixed; otherwise it slides without friction.
     """
 
     thickness: float = math.inf
@@ -106,7 +114,7 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class HalfSpace:
-    """A half-space indented by a tip to a depth. SI units. Raises NotApplicable for invalid values."""
+    """Half-space indented by a tip to a given depth. SI units. Raises NotApplicable for invalid values."""
 
     tip: Tip
     depth: float  # m, that the tip has moved since it touched
@@ -130,12 +138,12 @@ class HalfSpace:
 
     @property
     def gap(self) -> float:
-        """Remaining gap, m."""
+        """Remaining gap, m; 0 in contact."""
         return max(-self.depth, 0.0)
 
     @property
     def modulus(self) -> float:
-        """Contact modulus E* = E / (1 - nu^2), Pa: the other body is rigid."""
+        """Contact modulus E* = E / (1 - nu^2), Pa, for contact with a rigid body."""
         return self.young / (1.0 - self.poisson**2)
 
     @property
@@ -158,18 +166,18 @@ class HalfSpace:
 
     @property
     def largest_pressure(self) -> float:
-        """Largest pressure, Pa: at the centre for a sphere; unbounded under a cone's tip and at a punch's edge."""
+        """Largest contact pressure, Pa: at the centre for a sphere, infinite for a cone or a punch."""
         if not self.touches:
             return 0.0
         return 2.0 * self.modulus * self.tip.rate * self.radius / math.pi if self.tip.power == 2 else math.inf
 
     @property
     def energy(self) -> float:
-        """Stored energy, J: int F dd."""
+        """Stored energy, J: the integral of the force over the depth."""
         return self.push * self.depth / (1.0 + self.tip.grows)
 
     def pressure(self, r: Array) -> Array:
-        """Return the pressure, Pa, at distances from the axis (n,), m."""
+        """Return the contact pressure (n,), Pa, at distances r from the axis (n,), m."""
         x = np.abs(np.asarray(r, dtype=float)) / (self.radius or 1.0)
         inside = (x < 1.0) & self.touches
         y = np.where(inside, x, 0.0)
@@ -197,7 +205,7 @@ class HalfSpace:
         return found
 
     def moved(self, r: Array, z: Array) -> tuple[Array, Array]:
-        """Return displacements (n,) away from the axis and into the body, m, at radius r and depth z (n,), m."""
+        """Return displacements (n,), m, away from the axis and into the body, at radius r and depth z (n,), m."""
         a, nu, G = self.radius, self.poisson, 0.5 * self.young / (1.0 + self.poisson)
         share, power = self.modulus / math.pi, self.tip.power
         near, r = r < ON_AXIS * a, np.maximum(r, ON_AXIS * a)
@@ -212,26 +220,26 @@ class HalfSpace:
 
     @property
     def estimated_error(self) -> float:
-        """Error, m: the half-space's displacement where the real body ends, at least rounding."""
+        """Error of a displacement, m: that of the half-space where the real body ends, at least rounding."""
         if not self.touches:
             return 0.0
-        return max(ROUNDING * abs(self.depth), self._beneath, self._beside)
+        return max(ROUNDING * abs(self.depth), self._far_face_displacement, self._beside)
 
     @property
-    def _beneath(self) -> float:
-        """Displacement of a half-space at the depth of the far face, m."""
+    def _far_face_displacement(self) -> float:
+        """Displacement of the half-space at the depth of the real body's far face, m."""
         h = self.around.thickness
         return 0.0 if math.isinf(h) else float(self.moved(np.zeros(1), np.array([h]))[1][0])
 
     @property
     def _beside(self) -> float:
-        """Displacement of a half-space at the nearest side of its surface, m."""
+        """Displacement of the half-space's surface at the distance of the real body's nearest side, m."""
         w = self.around.width
         return 0.0 if math.isinf(w) else float(self.moved(np.array([w]), np.zeros(1))[1][0])
 
     @cached_property
     def layer(self) -> Layer:
-        """Return this contact with a layer on its far face."""
+        """Return the same indentation of a layer that ends at the far face of the real body."""
         from softmark.references.layer_integral_equation import Layer
 
         around = self.around
@@ -239,10 +247,13 @@ class HalfSpace:
 
     @cached_property
     def off(self) -> dict[str, float]:
-        """Relative errors of the force by effects that the theory omits.
+        """Relative errors of the force due to effects that the theory omits, by name.
 
-        `depth`: a depth not small compared with the radius of a sphere; `rim` and `tip`: rounded edges. `thickness`: by
-        the integral equation of a layer. `sides`: by the displacement of a layer there, an order of magnitude.
+        `depth` is the effect of a depth that is not small compared with the radius of a sphere, `rim` and `tip` that of
+        rounded
+        edges. `thickness` is computed by the integral equation of a layer. `sides` is estimated from the displacement
+        of a
+        layer at the sides and gives the order of magnitude.
         """
         if not self.touches:
             return {"thickness": 0.0, "sides": 0.0}
@@ -255,10 +266,7 @@ class HalfSpace:
 
 @dataclass(frozen=True)
 class ForceTheory:
-    """Base of other theories of an indented half-space: they share its contact point and give no displacements.
-
-    SI units.
-    """
+    """Base class of other theories of indentation, which give forces and pressures but no displacements. SI units."""
 
     pressed: HalfSpace
 
@@ -269,14 +277,17 @@ class ForceTheory:
 
     @property
     def gap(self) -> float:
-        """Remaining gap, m."""
+        """Remaining gap, m; 0 in contact."""
         return self.pressed.gap
 
     displacement = None
 
 
 def potential(n: int, a: float, r: Array, z: Array) -> tuple[Array, Array, Array, Array]:
-    """Return dphi/dr, dphi/dz, d2phi/drdz and d2phi/dz2 (k,) for g = t^n up to a, n <= 2, at r > 0, z >= 0 (k,), m."""
+    """Return dphi/dr, dphi/dz, d2phi/drdz and d2phi/dz2 (k,) of the potential for g(t) = t^n, n <= 2.
+
+    g is zero beyond the contact radius a. The derivatives are evaluated at radii r > 0 and depths z >= 0 (k,), m.
+    """
     first, last = z + 0j, z + 1j * a
     sums = _integrals(n + 1, a, r, z)
 
@@ -298,13 +309,13 @@ def potential(n: int, a: float, r: Array, z: Array) -> tuple[Array, Array, Array
 
 
 def _root(r: Array, zeta: Complex) -> Complex:
-    """Return sqrt(r^2 + zeta^2), on the branch that is r at zeta = 0; never 0."""
+    """Return sqrt(r^2 + zeta^2) on the branch that equals r at zeta = 0; it is never 0."""
     found = np.sqrt(r**2 + zeta**2 + 0j)
     return np.where(np.abs(found) < 1e-12 * r, 1e-12 * r, found)
 
 
 def _integrals(most: int, a: float, r: Array, z: Array) -> list[Complex]:
-    """Return int_0^a t^n / sqrt(r^2 + (z + i t)^2) dt for n = 0 to most (k,), binomial sums of elementary integrals."""
+    """Return int_0^a t^n / sqrt(r^2 + (z + i t)^2) dt (k,) for n = 0 to `most`, as sums of elementary integrals."""
     ends = []
     for zeta in (z + 0j, z + 1j * a):
         s = _root(r, zeta)

@@ -1,4 +1,4 @@
-"""Hertz contact: frictionless indentation by a rigid sphere."""
+"""Hertz contact: frictionless indentation of a body by a rigid sphere."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Hertz(Reference):
     error_meaning: ClassVar[str] = "displacement of the half-space at the borders of the body, m, and rounding"
 
     def must_hold(self, pressed: Indentation) -> None:
-        """Raise NotApplicable if an assumption is violated, judged before solving."""
+        """Raise NotApplicable if the case violates an assumption of the theory; checked before solving."""
         pressed.must_slip_freely()
         pressed.must_be_shallow()
         if pressed.kind != "sphere":
@@ -47,6 +47,6 @@ class Hertz(Reference):
         pressed.must_be_half_space()
 
     def solve(self, pressed: Indentation) -> HalfSpace:
-        """Return the solution. Raises NotApplicable if an assumption is violated."""
+        """Return the solution. Raises NotApplicable if the case violates an assumption."""
         self.must_hold(pressed)
         return pressed.half_space

@@ -38,7 +38,7 @@ class HertzLine(Reference):
     error_meaning: ClassVar[str] = "rounding of the indentation depth at the given force, m"
 
     def must_hold(self, pressed: Indentation) -> None:
-        """Raise NotApplicable if an assumption is violated, judged before solving."""
+        """Raise NotApplicable if the case violates an assumption of the theory; checked before solving."""
         pressed.must_slip_freely()
         pressed.must_be_shallow()
         if pressed.kind != "cylinder":
@@ -50,7 +50,7 @@ class HertzLine(Reference):
         pressed.must_be_wide()
 
     def solve(self, pressed: Indentation) -> LineContact:
-        """Return the solution. Raises NotApplicable if an assumption is violated."""
+        """Return the solution. Raises NotApplicable if the case violates an assumption."""
         from softmark.references.line_contact import solve_line_contact
 
         self.must_hold(pressed)

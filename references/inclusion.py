@@ -1,15 +1,15 @@
-"""A round inclusion or hole in a round body under uniform remote stress: a closed form for any size.
+"""Round inclusion or hole (the core) in a round body under uniform remote stress: a closed form for any size.
 
-The tractions at the border of radius b are those of a uniform stress T, T n. With b infinite these are the sphere of
-Goodier (1933) and Eshelby (1957) and the hole of Kirsch (1898). With b finite the same functions of the radius satisfy
-two more conditions, so that a body of finite size has an exact solution as well, and the effect of its size is a
-number. In `n` dimensions, 2 or 3, with m = tr T / n and S = T - m I, q = x.S x and r in units of the core's radius:
+The tractions T n at the border of the body, of radius b, are those of a uniform stress T. With b infinite the solutions
+are the sphere of Goodier (1933) and Eshelby (1957) and the hole of Kirsch (1898). With b finite the same functions of
+the radius satisfy two more conditions, so that a body of finite size also has an exact solution, and the effect of its
+size is known. In n dimensions, 2 or 3, with m = tr T / n, S = T - m I, q = x.S x, and r in units of the core's radius:
 
     u = P x / (n lam + 2 mu) + C x / r^n   of the mean m,       u = F(r) S x + G(r) q x   of the deviator S,
     F = sum c f r^p, G = sum c g r^(p - 2)   over p in 2, 0, -n, -n - 2, of which a core has the first two
 
 with (f, g) from Navier's equation (1 - 2 nu) lap u + grad div u = 0 for each p (`_modes`). The coefficients c make
-displacements and tractions continuous at the core and the latter T n at the border.
+displacements and tractions continuous at the core, and the tractions equal to T n at the border of the body.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ Mode = tuple[int, float, float, float]  # p, f, g and lam (p f + (p + n) g) / mu
 
 @dataclass(frozen=True)
 class Hookean:
-    """A linear elastic solid; for plane stress its in-plane Poisson's ratio, nu / (1 + nu), is given."""
+    """Linear elastic solid; in plane stress `poisson` is the effective in-plane ratio, nu / (1 + nu)."""
 
     shear_modulus: float  # Pa
     poisson: float  # 1
@@ -51,12 +51,12 @@ class Hookean:
             raise NotApplicable(f"a Poisson's ratio of {self.poisson:g}", "it lies between -1 and 0.5")
 
     def softness(self, n: int) -> float:
-        """Return 1 / (n lam + 2 mu), 1/Pa: 0 for an incompressible solid."""
+        """Return 1 / (n lam + 2 mu), 1/Pa, in n dimensions: 0 for an incompressible solid."""
         return (1.0 - 2.0 * self.poisson) / (2.0 * self.shear_modulus * (1.0 + (n - 2) * self.poisson))
 
 
 def _modes(n: int, nu: float) -> tuple[Mode, Mode, Mode, Mode]:
-    """Return the modes for p = 2, 0, -n and -n - 2: two that are finite at the centre and two that vanish far away."""
+    """Return the modes for p = 2, 0, -n and -n - 2: two that are finite at the centre, and two that vanish far away."""
     k = 1.0 - 2.0 * nu
     grown = (2.0 * k + 2.0 + n, -k * (2.0 + n) - 2.0)
     return (
@@ -69,7 +69,7 @@ def _modes(n: int, nu: float) -> tuple[Mode, Mode, Mode, Mode]:
 
 @dataclass(frozen=True)
 class RoundCore:
-    """A sphere (n = 3) or a slice across a cylinder (n = 2) with a core or a hole, linear elastic. SI units.
+    """Linear elastic sphere (n = 3) or slice of a cylinder (n = 2) with a round core or hole. SI units.
 
     Raises NotApplicable for inconsistent values.
     """
@@ -99,7 +99,7 @@ class RoundCore:
 
     @cached_property
     def _even(self) -> tuple[float, float, float]:
-        """P of the core and of the matrix, Pa, and C of the matrix."""
+        """Coefficients of the mean stress: P of the core and of the matrix, Pa, and C of the matrix."""
         stiff = 2.0 * (self.n - 1) * self.matrix.shear_modulus
         soft = self.matrix.softness(self.n)
         if self.core is None:
@@ -112,7 +112,10 @@ class RoundCore:
 
     @cached_property
     def _uneven(self) -> tuple[tuple[tuple[float, Mode], ...], tuple[tuple[float, Mode], ...], float]:
-        """Coefficients c, 1/Pa, with the modes of the core and of the matrix, and the amplification of rounding."""
+        """Coefficients c of the deviator, 1/Pa, with their modes, for the core and for the matrix.
+
+        The third item is the amplification of rounding errors.
+        """
         n, end = self.n, self.outer / self.inner
         mine = [] if self.core is None else list(_modes(n, self.core.poisson)[:2])
         theirs = _modes(n, self.matrix.poisson)
@@ -147,7 +150,7 @@ class RoundCore:
         return found
 
     def fields(self, X: Array) -> tuple[Array, Array]:
-        """Return du/dX and stress, Pa, at points X (n, 3): each (n, 3, 3).
+        """Return the displacement gradient and the stress, Pa, at points X (n, 3), m, each (n, 3, 3).
 
         At the border of the core they are those of the side with the larger stress.
         """
@@ -157,31 +160,32 @@ class RoundCore:
         return H, sigma
 
     def gradient(self, X: Array) -> Array:
-        """Return du/dX at points X."""
+        """Return the displacement gradient (n, 3, 3) at points X (n, 3), m."""
         return self.fields(X)[0]
 
     def stress_at(self, X: Array) -> Array:
-        """Return the stress at points X, Pa."""
+        """Return the stress (n, 3, 3), Pa, at points X (n, 3), m."""
         return self.fields(X)[1]
 
     def on_border(self, X: Array) -> NDArray[np.bool_]:
-        """Return which of points X (n, 3) lie between two materials (n,)."""
+        """Return whether each of the points X (n, 3), m, lies on the border of the core (n,)."""
         near: NDArray[np.bool_] = np.abs(np.linalg.norm(self._own(X), axis=1) - 1.0) <= ALONG
         return near if self.core is not None else np.zeros_like(near)
 
     @property
     def estimated_error(self) -> float:
-        """Rounding of a displacement, m."""
+        """Rounding error of a displacement, m."""
         ends = [self.inner, self.outer if math.isfinite(self.outer) else self.inner]
         far = np.concatenate([r * np.eye(3)[: self.n] for r in ends]) + np.array(self.centre)
         return ROUNDING * self._uneven[2] * float(np.abs(self.displacement(far)).max())
 
     @cached_property
     def size_matters(self) -> float:
-        """Relative difference of the stress at the border of the core from that in an unbounded body.
+        """Relative effect of the body's finite size on the stress at the border of the core.
 
-        It is the largest norm of the difference on both sides of the border, over directions between the axes, relative
-        to the remote stress.
+        It is the largest norm of the difference from an unbounded body, on both sides of the border and over directions
+        between
+        the axes, relative to the remote stress.
         """
         if not math.isfinite(self.outer) or not any(self.stress):
             return 0.0
@@ -193,7 +197,7 @@ class RoundCore:
 
     @cached_property
     def largest_gradient(self) -> float:
-        """Largest norm of du/dX at the border of the core, on both sides, and at that of the body."""
+        """Largest norm of the displacement gradient at the borders of core (on both sides) and body."""
         ends = [self._fields(self._away, inside)[0] for inside in self._beside]
         if math.isfinite(self.outer):
             ends.append(self._fields(self.outer / self.inner * self._away, False)[0])
@@ -201,25 +205,28 @@ class RoundCore:
 
     @property
     def _beside(self) -> tuple[bool, ...]:
-        """Sides of the core's border, as whether each is inside: both, or for a hole only the outside."""
+        """Sides of the core's border, each as whether it is inside: both sides, or for a hole only the outer one."""
         return (False,) if self.core is None else (False, True)
 
     @property
     def _away(self) -> Array:
-        """Unit vectors in directions between the axes (k, 3)."""
+        """Unit vectors (k, 3) in directions between the axes."""
         t = np.linspace(0.0, 0.5 * math.pi, 13)
         turn, tilt = (a.ravel() for a in np.meshgrid(t, t if self.n == 3 else t[:1]))
         return np.stack([np.cos(turn) * np.cos(tilt), np.sin(turn) * np.cos(tilt), np.sin(tilt)], axis=1)
 
     def _own(self, X: Array) -> Array:
-        """Return coordinates in units of the core's radius, from the centre, (n, 3); for a slice without z."""
+        """Return coordinates (n, 3) from the centre in units of the core's radius; for a slice z is 0."""
         x: Array = (as_points(X) - np.array(self.centre)) / self.inner
         if self.n == 2:
             x[:, 2] = 0.0
         return x
 
     def _sides(self, X: Array) -> Iterator[tuple[NDArray[np.bool_], Array, bool]]:
-        """Yield which points X (n, 3) lie in the matrix, and in the core (n,), with their scaled coordinates (k, 3)."""
+        """Yield matrix and core, each with a mask (n,) of its points and their scaled coordinates (k, 3).
+
+        The last item is whether it is the core.
+        """
         x, on = self._own(X), self.on_border(X)
         within = (np.linalg.norm(x, axis=1) < 1.0) & (self.core is not None)
         if on.any():
@@ -232,18 +239,18 @@ class RoundCore:
 
     @property
     def _axes(self) -> Array:
-        """Ones for the axes of the problem, else zeros (3,)."""
+        """One for each axis of the problem, zero for the others (3,)."""
         return np.array([1.0, 1.0, float(self.n == 3)])
 
     def _layer(self, inside: bool) -> tuple[Hookean, float, float, tuple[tuple[float, Mode], ...]]:
-        """Return the solid, P and C of the mean, and c with the modes of the deviator."""
+        """Return the solid of core or matrix, its P and C of the mean stress, and its c with modes of the deviator."""
         core, matrix, beyond = self._even
         if inside and self.core is not None:
             return self.core, core, 0.0, self._uneven[0]
         return self.matrix, matrix, beyond, self._uneven[1]
 
     def _moved(self, x: Array, inside: bool) -> Array:
-        """Return displacements (k, 3) in units of the core's radius."""
+        """Return displacements (k, 3) at scaled points x (k, 3), in units of the core's radius."""
         solid, P, C, modes = self._layer(inside)
         S, r = self._deviator, np.linalg.norm(x, axis=1)
         q = (x**2 @ S)[:, None]
@@ -258,7 +265,7 @@ class RoundCore:
         return found
 
     def _fields(self, x: Array, inside: bool) -> tuple[Array, Array]:
-        """Return du/dX and stress (k, 3, 3), Pa, at points (k, 3) in units of the core's radius."""
+        """Return the displacement gradient and the stress, Pa, (k, 3, 3) each, at scaled points x (k, 3)."""
         solid, P, C, modes = self._layer(inside)
         mu, r, eye = solid.shear_modulus, np.linalg.norm(x, axis=1), np.diag(self._axes)
         H = np.broadcast_to(P * solid.softness(self.n) * eye, (len(x), 3, 3)).copy()
@@ -284,7 +291,7 @@ class RoundCore:
         return H, sigma
 
     def _across(self, H: Array, sigma: Array, solid: Hookean) -> None:
-        """Set strain and stress normal to a slice: no strain in plane strain, no stress in plane stress."""
+        """Set the components of H and sigma normal to a slice, as plane strain or plane stress requires."""
         both = sigma[:, 0, 0] + sigma[:, 1, 1]
         if self.thin is None:
             sigma[:, 2, 2] = solid.poisson * both
@@ -293,19 +300,22 @@ class RoundCore:
 
     @property
     def _deviator(self) -> Array:
-        """Deviator of the remote stress, its diagonal (3,), Pa."""
+        """Diagonal of the remote stress deviator (3,), Pa."""
         found: Array = (np.array(self.stress) - self._mean) * self._axes
         return found
 
 
 def _power(r: Array, p: int) -> Array:
-    """Return r^p; 1 for p = 0, also at the centre."""
+    """Return r^p; for p = 0 it is 1, also at the centre."""
     found: Array = r**p if p else np.ones_like(r)
     return found
 
 
 def _mode_at_radius(mode: Mode, solid: Hookean | None, r: float) -> Array:
-    """Return effect of c = 1 at a radius: displacement along S n and (n.S n) n, and tractions along both, Pa (4,)."""
+    """Return displacement and traction of a mode with c = 1 at a radius r (4,).
+
+    They are the displacements along S n and (n.S n) n, and the tractions along both, Pa.
+    """
     assert solid is not None
     p, f, g, grown = mode
     mu = solid.shear_modulus

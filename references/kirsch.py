@@ -1,4 +1,4 @@
-"""A plate with a circular hole under remote tension."""
+"""Theory of a plate with a circular hole under remote tension."""
 
 from __future__ import annotations
 
@@ -37,5 +37,5 @@ class Kirsch(Reference):
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"
 
     def solve(self, core: RoundCore) -> RoundCore:
-        """Return the body itself, which has the closed form."""
+        """Return the body itself, whose class contains the closed-form solution."""
         return core

@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LayerContact(ForceTheory):
-    """Solution for an indented layer. SI units."""
+    """Solution of the indentation of a layer. SI units."""
 
     @property
     def layer(self) -> Layer:
-        """Layer at the same depth."""
+        """Layer indented to the same depth, whose integral equation is solved."""
         return self.pressed.layer
 
     @property
     def push(self) -> float:
-        """Force into the body, N."""
+        """Force into the layer, N."""
         return self.layer.push
 
     @property
@@ -45,17 +45,17 @@ class LayerContact(ForceTheory):
         return self.layer.largest_pressure
 
     def pressure(self, r: Array) -> Array:
-        """Return the pressure, Pa, at distances from the axis (n,), m."""
+        """Return the contact pressure (n,), Pa, at distances r from the axis (n,), m."""
         return self.layer.pressure(r)
 
     @property
     def off(self) -> dict[str, float]:
-        """Relative errors of the force: `depth` and `sides` as for a half-space."""
+        """Relative errors of the force: `depth` and `sides`, defined as in `HalfSpace.off`."""
         return {name: own for name, own in self.pressed.off.items() if name != "thickness"}
 
     @property
     def estimated_error(self) -> float:
-        """Error of the depth for the given force, m: rounding."""
+        """Rounding error of the indentation depth for the given force, m."""
         return 1e-10 * abs(self.layer.depth)
 
 
@@ -84,7 +84,7 @@ class PressedLayer(Reference):
     error_meaning: ClassVar[str] = "rounding of the indentation depth at the given force, m"
 
     def must_hold(self, pressed: Indentation) -> None:
-        """Raise NotApplicable if an assumption is violated, judged before solving."""
+        """Raise NotApplicable if the case violates an assumption of the theory; checked before solving."""
         pressed.must_slip_freely()
         pressed.must_be_shallow()
         if pressed.kind == "cylinder":
@@ -92,6 +92,6 @@ class PressedLayer(Reference):
         pressed.must_be_wide()
 
     def solve(self, pressed: Indentation) -> LayerContact:
-        """Return the solution. Raises NotApplicable if an assumption is violated."""
+        """Return the solution. Raises NotApplicable if the case violates an assumption."""
         self.must_hold(pressed)
         return LayerContact(pressed.half_space)

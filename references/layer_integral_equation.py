@@ -1,18 +1,17 @@
-"""Integral equation of a layer on a rigid base, indented by a rigid body of revolution without friction in small
-strain.
+"""Integral equation of a layer on a rigid base, indented by a rigid body of revolution without friction.
 
-The surface displacement of a layer under a pressure p, by Hankel's transform, with w = k h,
+Strain is small. The surface displacement of a layer under a pressure p, by Hankel's transform, with w = k h, is
 
     u(k) = (2/E*) L(w) p(k) / k;   bonded L = (2 c sinh 2w - 4w) / (2 c cosh 2w + 1 + c^2 + 4w^2), c = 3 - 4 nu,
-                                   sliding L = (cosh 2w - 1) / (sinh 2w + 2w);         a half-space: L = 1,
+                                   sliding L = (cosh 2w - 1) / (sinh 2w + 2w);         a half-space: L = 1.
 
-leads to Fredholm's equation of the second kind for the shape of the tip (Lebedev and Ufliand 1958, PMM 22:442; Hayes et
-al. 1972, J Biomech 5:541), with the tip's c t^n of `half_space_indentation`,
+This leads to Fredholm's equation of the second kind for the shape of the tip (Lebedev and Ufliand 1958, PMM 22:442;
+Hayes et al. 1972, J Biomech 5:541), with the tip's c t^n of `half_space_indentation`,
 
     y(t) - (1/pi) int_0^a y(s) (K(t + s) + K(t - s)) ds = (E*/pi) (d - c t^n),
     K(x) = int_0^oo (1 - L) cos(w x/h) dw / h,
 
-where y(a) = 0 unless the tip has an edge; the force is 2 pi int y dt.
+where y(a) = 0 unless the tip has an edge. The force is 2 pi int y dt.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ CLOSEST = 1e-13  # relative, of the radius of contact
 
 
 def base_stiffening(w: Array, poisson: float, bonded: bool) -> Array:
-    """Return 1 - L (n,) for w > 0 (n,): the reduction of a half-space's displacement by the base."""
+    """Return 1 - L (n,) for w > 0 (n,): the relative reduction of a half-space's surface displacement by the base."""
     if not bonded:
         sliding: Array = 1.0 - (np.cosh(2.0 * w) - 1.0) / (np.sinh(2.0 * w) + 2.0 * w)
         return sliding
@@ -52,7 +51,10 @@ def base_stiffening(w: Array, poisson: float, bonded: bool) -> Array:
 
 @dataclass(frozen=True)
 class Layer:
-    """A layer indented by a tip to a depth. SI units. Raises NotApplicable if it is too thin for the contact radius."""
+    """Layer indented by a tip to a given depth. SI units.
+
+    Raises NotApplicable if the layer is too thin for the contact radius.
+    """
 
     tip: Tip
     depth: float  # m, that the tip has moved since it touched
@@ -73,14 +75,15 @@ class Layer:
 
     @cached_property
     def _base(self) -> tuple[Array, Array]:
-        """Points w (m,) and 1 - L times the weights of a quadrature over w (m,)."""
+        """Quadrature points w (m,), and their weights times 1 - L (m,)."""
         x, weights = np.polynomial.legendre.leggauss(120)
         w = 0.5 * FARTHEST * (x + 1.0)
         return w, 0.5 * FARTHEST * weights * base_stiffening(w, self.poisson, self.bonded)
 
     def _solved(self, a: float) -> tuple[Array, Array]:
-        """Return y at the quadrature points, and last at a, for a depth of 1 m and for -c t^n (n + 1,) each, Pa and Pa
-        m.
+        """Return two solutions y (n + 1,), at the quadrature points and last at the contact radius a.
+
+        The first is for a depth of 1 m, Pa, the second for -c t^n, Pa m.
         """
         x, weights = self._rule
         t = a * np.append(x, 1.0)
@@ -95,7 +98,7 @@ class Layer:
 
     @cached_property
     def radius(self) -> float:
-        """Contact radius, m: y vanishes at its edge. Raises NotApplicable."""
+        """Contact radius a, m, at which y(a) = 0. Raises NotApplicable."""
         if self.depth <= 0.0:
             return 0.0
         if self.tip.edge is not None:
@@ -122,7 +125,7 @@ class Layer:
 
     @property
     def push(self) -> float:
-        """Force into the body, N."""
+        """Force into the layer, N."""
         if self.depth <= 0.0:
             return 0.0
         return float(2.0 * math.pi * self.radius * self._rule[1] @ self._y[:-1])
@@ -134,13 +137,16 @@ class Layer:
 
     @property
     def largest_pressure(self) -> float:
-        """Largest pressure, Pa, at the centre for a sphere; unbounded for other tips."""
+        """Largest contact pressure, Pa: at the centre for a sphere, infinite for other tips."""
         if self.depth <= 0.0:
             return 0.0
         return float(self.pressure(np.zeros(1))[0]) if self.tip.power == 2 else math.inf
 
     def pressure(self, r: Array) -> Array:
-        """Return pressure, Pa, at distances r (n,), m: y(a) / sqrt(a^2 - r^2) - int_r^a y'(t) / sqrt(t^2 - r^2) dt."""
+        """Return the contact pressure (n,), Pa, at distances r from the axis (n,), m.
+
+        It is y(a) / sqrt(a^2 - r^2) - int_r^a y'(t) / sqrt(t^2 - r^2) dt.
+        """
         r, a = np.abs(np.asarray(r, dtype=float)), self.radius
         if a == 0.0:
             return np.zeros_like(r)
@@ -163,9 +169,9 @@ class Layer:
         return np.where(inside, found + self.modulus / math.pi * own, 0.0)
 
     def beside(self, r: float) -> float:
-        """Return the downward displacement of its surface, m, at a distance from the axis far from the contact, m.
+        """Return the downward displacement of the surface, m, at a distance r from the axis, m, far from the contact.
 
-        P / (pi E*) (1 / r - int_0^oo (1 - L) J0(w r/h) dw / h), for the force as a point load.
+        It is P / (pi E*) (1 / r - int_0^oo (1 - L) J0(w r/h) dw / h), with the force P as a point load.
         """
         from scipy.special import j0
 

@@ -1,6 +1,6 @@
-"""Modules that are imported at their first use, so that reading a vocabulary does not import numpy.
+"""Modules that are imported at their first use, so that reading the vocabulary does not import numpy.
 
-The solvers have the same few lines: a reference shares no code with the solvers that it checks.
+The solvers have their own copy of this class, because a reference shares no code with the solvers that it checks.
 """
 
 from __future__ import annotations

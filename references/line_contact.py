@@ -1,12 +1,12 @@
 """Frictionless line contact of a rigid cylinder with a strip in plane strain: half-width, pressure and depth.
 
-Hertz: a = sqrt(4 P R / (pi E*)), p = 2 P / (pi a) sqrt(1 - x^2/a^2), for the force P per length. The depth depends on
-the thickness of the strip: with L(w) of `layer_integral_equation`,
+Hertz: a = sqrt(4 P R / (pi E*)), p = 2 P / (pi a) sqrt(1 - x^2/a^2), for the force P per length. The depth d depends on
+the thickness of the strip. With L(w) of `layer_integral_equation`,
 
     (2 / (pi E*)) int p(s) G((x - s)/h) ds = d - x^2 / (2 R),   G(y) = int_0^oo L(w) cos(w y) / w dw
                                                                      = ln(1 + 1/y^2) / 2 + a smooth function,
 
-with p = sqrt(1 - (x/a)^2) times a polynomial, at Chebyshev points.
+where p is sqrt(1 - (x/a)^2) times a polynomial, collocated at Chebyshev points.
 """
 
 from __future__ import annotations
@@ -34,13 +34,19 @@ POINTS = 48  # quadrature points for the smooth part
 
 
 def half_width(force: float, radius: float, modulus: float) -> float:
-    """Return the half-width a, m, for a force per length, N/m."""
+    """Return Hertz's half-width of contact a, m.
+
+    The force is per length, N/m; the modulus is the contact modulus, Pa.
+    """
     return math.sqrt(4.0 * force * radius / (math.pi * modulus))
 
 
 @dataclass(frozen=True)
 class Strip:
-    """A strip, bonded to its base or sliding on it, indented by a cylinder to a depth. SI units, forces per length."""
+    """Strip in plane strain, indented by a cylinder to a given depth. SI units, forces per length.
+
+    The strip is bonded to its base or slides on it.
+    """
 
     radius: float  # m, of the cylinder
     depth: float  # m
@@ -56,14 +62,17 @@ class Strip:
 
     @cached_property
     def _base(self) -> tuple[Array, Array]:
-        """Points w (m,) and (exp(-w) - (1 - L)) / w times the weights of a quadrature over w (m,)."""
+        """Quadrature points w (m,), and their weights times (exp(-w) - (1 - L)) / w (m,)."""
         x, weights = np.polynomial.legendre.leggauss(160)
         last = 1.5 * FARTHEST  # of exp(-w)
         w = 0.5 * last * (x + 1.0)
         return w, 0.5 * last * weights * (np.exp(-w) - base_stiffening(w, self.poisson, self.bonded)) / w
 
     def _solved(self, a: float) -> tuple[float, Array]:
-        """Return the depth, m, and coefficients of U_0, U_2, ... (n,), Pa, for a half-width."""
+        """Return the depth, m, and the coefficients (n,), Pa, of U_0, U_2, ... in the pressure.
+
+        a is the half-width of contact, m.
+        """
         n = TERMS
         x = np.cos(math.pi * (np.arange(n + 1) + 0.5) / (2 * (n + 1)))
         theta = math.pi * (np.arange(POINTS) + 0.5) / POINTS
@@ -88,7 +97,7 @@ class Strip:
 
     @cached_property
     def half(self) -> float:
-        """Half-width of contact, m. Raises NotApplicable if it is wide compared with the thickness."""
+        """Half-width of contact, m. Raises NotApplicable if it is too large compared with the thickness."""
         if self.depth <= 0.0:
             return 0.0
         low, high = 0.0, min(2.5 * math.sqrt(2.0 * self.radius * self.depth), THINNEST * self.thickness)
@@ -109,7 +118,7 @@ class Strip:
         return float(0.5 * math.pi * self.half * self._shares[0]) if self.depth > 0.0 else 0.0
 
     def pressure(self, x: Array) -> Array:
-        """Return the pressure, Pa, at distances from the centre (n,), m."""
+        """Return the contact pressure (n,), Pa, at distances x from the centre (n,), m."""
         t = np.asarray(x, dtype=float) / (self.half or 1.0)
         inside = (np.abs(t) < 1.0) & (self.depth > 0.0)
         turn = np.arccos(np.where(inside, t, 0.0))
@@ -119,7 +128,7 @@ class Strip:
 
 @dataclass(frozen=True)
 class LineContact:
-    """A cylinder on a body in plane strain. SI units; forces and areas are those of the slice."""
+    """Line contact of a cylinder with a body in plane strain. SI units; forces and areas are those of the slice."""
 
     strip: Strip
     slice: float  # m
@@ -128,7 +137,7 @@ class LineContact:
 
     @property
     def gap(self) -> float:
-        """Remaining gap, m."""
+        """Remaining gap, m; 0 in contact."""
         return max(-self.strip.depth, 0.0)
 
     @property
@@ -138,7 +147,7 @@ class LineContact:
 
     @property
     def radius(self) -> float:
-        """Hertz's half-width of contact for the force, m."""
+        """Hertz's half-width of contact for this force, m."""
         return half_width(self.strip.force, self.strip.radius, self.strip.modulus)
 
     @property
@@ -148,18 +157,21 @@ class LineContact:
 
     @property
     def largest_pressure(self) -> float:
-        """Largest pressure, Pa: 2 P / (pi a)."""
+        """Largest contact pressure 2 P / (pi a), Pa."""
         return 2.0 * self.strip.force / (math.pi * self.radius) if self.radius else 0.0
 
     def pressure(self, x: Array) -> Array:
-        """Return the pressure, Pa, at distances from the centre (n,), m."""
+        """Return the contact pressure (n,), Pa, at distances x from the centre (n,), m."""
         t = np.minimum(np.abs(np.asarray(x, dtype=float)) / (self.radius or 1.0), 1.0)
         found: Array = self.largest_pressure * np.sqrt(1.0 - t**2)
         return found
 
     @property
     def off(self) -> dict[str, float]:
-        """Relative errors: `pressure` against the equation of the strip, the force by `depth` and `sides`."""
+        """Relative errors of the pressure and of the force, by name.
+
+        `pressure` is compared with the integral equation of the strip; `depth` and `sides` are errors of the force.
+        """
         if self.strip.depth <= 0.0:
             return {"depth": 0.0, "pressure": 0.0, "sides": 0.0}
         at_middle = float(self.strip.pressure(np.zeros(1))[0])
@@ -173,12 +185,12 @@ class LineContact:
 
     @property
     def estimated_error(self) -> float:
-        """Error of the depth for the given force, m: rounding."""
+        """Rounding error of the indentation depth for the given force, m."""
         return 1e-10 * abs(self.strip.depth)
 
 
 def solve_line_contact(pressed: Indentation) -> LineContact:
-    """Return the contact of a cylinder along z with a slice. Raises NotApplicable."""
+    """Return the solution for a cylinder along z that indents a slice in plane strain. Raises NotApplicable."""
     p = pressed
     assert p.slice is not None
     if math.isinf(p.around.thickness):

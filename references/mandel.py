@@ -36,6 +36,6 @@ class Mandel(Reference):
     error_meaning: ClassVar[str] = "omitted modes and rounding of the displacement, m"
 
     def solve(self, slab: CompressedPorousBody) -> CompressedPorousBody:
-        """Return the slab itself, which has the modal sums. Raises NotSolved just after a jump."""
+        """Return the slab itself, whose class contains the sums over modes. Raises NotSolved just after a jump."""
         require_convergence(slab.driven, slab.now, slab.time)
         return slab

@@ -1,4 +1,4 @@
-"""Measured curves with uncertainty: force against travel, displacement against time."""
+"""Measured curves with uncertainty, such as force against displacement or displacement against time."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ NAMED = 3  # files that a source lists
 
 @dataclass(frozen=True)
 class CurveFromFile(Reference):
-    """A curve in a table, one column against another, with its uncertainty."""
+    """Curve from a table, one column against another, with its uncertainty."""
 
     path: Annotated[tuple[str, ...], "files", "path of the table, or a list of tables of repeated experiments"]
     x: Annotated[str, "name of the column on the horizontal axis, such as `travel` or `t`"]
@@ -52,26 +52,26 @@ class CurveFromFile(Reference):
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Files that it is read from."""
+        """Files from which the curve is read."""
         return self.path
 
     @property
     def repeats(self) -> int:
-        """Number of experiments that it is the mean of."""
+        """Number of experiments whose mean is the curve."""
         return len(self.path) * len(self.y)
 
     @property
     def beside_y(self) -> tuple[str, ...]:
-        """Names of the columns with the uncertainty of y."""
+        """Names of the table columns that give the uncertainty of y."""
         return (self.deviation,) if self.deviation else ()
 
     @property
     def span(self) -> tuple[float, float]:
-        """Return the lowest and highest x, SI. Raises Unreadable."""
+        """Lowest and highest x of the curve, SI. Raises Unreadable."""
         return _common(self.read()[0])
 
     def unfit(self) -> tuple[str, str] | None:
-        """Return why the table is no curve, and the remedy; None if it is one."""
+        """Return the reason why the table does not contain a curve, and the remedy; None if it does."""
         try:
             self.read()
         except Unreadable as error:
@@ -80,7 +80,7 @@ class CurveFromFile(Reference):
         return None
 
     def read(self, beside: Path | None = None) -> tuple[list[Repeat], tuple[str, ...]]:
-        """Return every repeat in SI, and notes on the reading. Raises Unreadable."""
+        """Return every experiment (repeat) in SI, and notes about the reading. Raises Unreadable."""
         found: list[Repeat] = []
         notes: list[str] = []
         asked = [self.x, *self.y, *self.beside_y]
@@ -100,7 +100,7 @@ class CurveFromFile(Reference):
         return found, tuple(dict.fromkeys(notes))
 
     def load(self, beside: Path | None = None) -> MeasuredCurve:
-        """Return the curve in SI, with its uncertainty. Raises Unreadable."""
+        """Return the curve, the mean of all repeats, in SI, with its uncertainty. Raises Unreadable."""
         repeats, notes = self.read(beside)
         x = _joint(repeats)
         values, own = (np.array([np.interp(x, one.sorted[0], one.sorted[i]) for one in repeats]) for i in (1, 2))
@@ -115,14 +115,14 @@ class CurveFromFile(Reference):
         return MeasuredCurve(x, y, u, source, len(repeats), float(spread.max()), notes, loops)
 
     def _stated(self, y: Array) -> Array:
-        """Return the uncertainty that holds for every value."""
+        """Return the uncertainty of the values y (n,) from the scene's field `uncertainty`, SI."""
         if self.uncertainty is None:
             return np.zeros_like(y)
         share = self.uncertainty.dimension != self.y_unit.dimension
         return self.uncertainty.value * np.abs(y) if share else np.full_like(y, self.uncertainty.value)
 
     def _uncertain(self, table: Columns, name: str) -> list[float]:
-        """Return the table's uncertainties of the values of column `name`, SI. Raises Unreadable."""
+        """Return the uncertainties in the table for the values of column `name`, SI. Raises Unreadable."""
         if not self.deviation:
             return [0.0] * len(table.lines)
         own = table.numbers[self.deviation]
@@ -133,7 +133,7 @@ class CurveFromFile(Reference):
         return [abs(self.y_unit.value) * v for v in own]
 
     def _repeat(self, table: Columns, name: str) -> tuple[Repeat, str]:
-        """Return one experiment on the requested branch, and the omitted rows. Raises Unreadable."""
+        """Return one experiment on the requested branch, and a note on the omitted rows. Raises Unreadable."""
         x = [self.x_unit.value * v + _value(self.x_origin) for v in table.numbers[self.x]]
         y = [self.y_unit.value * v + _value(self.y_origin) for v in table.numbers[name]]
         u = self._uncertain(table, name)
@@ -185,11 +185,14 @@ class Loop:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The least and the largest x that both branches have."""
+        """Smallest and largest x that both branches cover."""
         return max(self.there[0][0], self.back[0][0]), min(self.there[-1][0], self.back[-1][0])
 
     def within(self, stated: Callable[[Array], Array]) -> Loop:
-        """Return the loop with an additional uncertainty, a function of values (n,), added in quadrature."""
+        """Return the loop with an additional uncertainty, added in quadrature.
+
+        `stated` computes the uncertainty from values (n,).
+        """
         ways = []
         for way in (self.there, self.back):
             more = stated(np.array([y for _, y, _ in way]))
@@ -197,7 +200,10 @@ class Loop:
         return Loop(ways[0], ways[1])
 
     def lost(self, low: float, high: float) -> tuple[float, float] | None:
-        """Return 1 - work of unloading / work of loading between two x, and its uncertainty; None without work."""
+        """Return the lost fraction of work between two x, and its uncertainty; None if loading takes no work.
+
+        The fraction is 1 - work of unloading / work of loading.
+        """
         there, back = (_area(way, low, high, 1) for way in (self.there, self.back))
         if not math.isfinite(there) or there == 0.0:
             return None
@@ -207,9 +213,9 @@ class Loop:
 
 @dataclass(frozen=True)
 class Repeat:
-    """One experiment: rows of x, y and the uncertainty of y, SI, with monotonic x.
+    """One of several repeated experiments: rows of x, y and the uncertainty of y, SI, with monotonic x.
 
-    `loop` has both branches of a curve that turns.
+    `loop` has both branches of a curve that turns back.
     """
 
     rows: tuple[tuple[float, float, float], ...]
@@ -217,19 +223,19 @@ class Repeat:
 
     @cached_property
     def sorted(self) -> tuple[tuple[float, ...], ...]:
-        """x, y and uncertainty, by increasing x."""
+        """Columns x, y and uncertainty, by increasing x."""
         return tuple(zip(*sorted(self.rows), strict=True))
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The least and the largest x."""
+        """Smallest and largest x."""
         x = self.sorted[0]
         return x[0], x[-1]
 
 
 @dataclass(frozen=True)
 class MeasuredCurve:
-    """A piecewise linear curve with its uncertainty, SI, by increasing x."""
+    """Piecewise linear measured curve with its uncertainty, SI, by increasing x."""
 
     x: Array  # (n,)
     y: Array  # (n,)
@@ -243,17 +249,18 @@ class MeasuredCurve:
 
     @property
     def lost(self) -> float | None:
-        """Fraction of the work of loading that unloading did not return, on the common range."""
+        """Fraction of the work of loading that unloading does not return, on the range that all repeats cover."""
         ends = [loop.ends for loop in self.loops]
         found = self.lost_between(max(a for a, _ in ends), min(b for _, b in ends)) if ends else None
         return None if found is None else found[0]
 
     def lost_between(self, low: float, high: float) -> tuple[float, float] | None:
-        """Return the fraction of lost work between two x, the mean of all repeats, and its uncertainty.
+        """Return the lost fraction of work between two x, the mean of all repeats, and its uncertainty.
 
-        The uncertainty is the effect of values that are off by their uncertainty, upward on one branch and downward on
-        the other, plus in quadrature the standard deviation between repeats. None if a loop does not cover this range,
-        or takes no work.
+        The uncertainty is the effect of errors of the values, upward on one branch and downward on the other, combined
+        in
+        quadrature with the standard deviation between repeats. None if a loop does not cover this range, or takes no
+        work.
         """
         if not self.loops or not low < high or any(low < a or high > b for a, b in (one.ends for one in self.loops)):
             return None
@@ -272,7 +279,10 @@ class MeasuredCurve:
 
 
 def _common(repeats: list[Repeat]) -> tuple[float, float]:
-    """Return the range that all repeats have; empty if the first is not below the second."""
+    """Return the lower and upper end of the range of x that all repeats cover.
+
+    The range is empty if the lower end is not below the upper one.
+    """
     return max(one.ends[0] for one in repeats), min(one.ends[1] for one in repeats)
 
 
@@ -281,7 +291,7 @@ def _value(amount: Any) -> float:
 
 
 def _require_monotone(name: str, column: str, rows: list[Any], lines: list[int], told: tuple[float, ...]) -> None:
-    """Raise Unreadable unless there are two rows and x increases, or decreases, from each to the next."""
+    """Raise Unreadable unless there are two rows and x increases, or decreases, from each row to the next."""
     if len(rows) < 2:
         raise Unreadable(name, "a curve needs at least two rows", "add rows, or choose the other `branch`")
     if _is_monotone(rows):
@@ -305,7 +315,7 @@ def _is_monotone(rows: list[Any]) -> bool:
 
 
 def _area(rows: list[Row], low: float, high: float, column: int) -> float:
-    """Return area under linear segments between rows, of column 1 (y) or 2 (its uncertainty), from `low` to `high`."""
+    """Return the area below the piecewise linear column 1 (y) or 2 (its uncertainty), for x from `low` to `high`."""
     area = 0.0
     for one, other in pairwise(rows):
         (a, p), (b, q) = (one[0], one[column]), (other[0], other[column])
@@ -317,7 +327,7 @@ def _area(rows: list[Row], low: float, high: float, column: int) -> float:
 
 
 def _joint(repeats: list[Repeat]) -> Array:
-    """Return every x at which one of several curves bends, on the common range."""
+    """Return every x of the rows of all repeats, sorted, within the range that all repeats cover."""
     low, high = _common(repeats)
     every = np.unique(np.concatenate([np.asarray(one.sorted[0]) for one in repeats]))
     return every[(every >= low) & (every <= high)]

@@ -1,4 +1,4 @@
-"""Measurements after reading: a surface or tracked points, in metres and in the scene's frame.
+"""Measurements after reading: a surface or tracked points, in metres and in the scene's coordinate system.
 
     Unreadable       error of a measurement that cannot be read, with a remedy
     Frame            axes, unit and origin of a file in the scene
@@ -6,7 +6,7 @@
     MeasuredSurface  triangles over points
     MeasuredPoints   points that were tracked from one state to another
 
-Every measurement has an uncertainty: smaller differences are not significant.
+Every measurement has an uncertainty; differences below it are not significant.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ SQUARE = 1e-6
 
 
 class Unreadable(Exception):
-    """A measurement cannot be used: `name` is its file, `reason` the cause, `remedy` what to do."""
+    """Error when a measurement cannot be used: `name` is its file, `reason` the cause, `remedy` an instruction."""
 
     def __init__(self, name: str, reason: str, remedy: str) -> None:
         super().__init__(f"{name}: {reason}; {remedy}")
@@ -56,9 +56,11 @@ def require_uncompressed(file: Path) -> None:
 
 @dataclass(frozen=True)
 class Frame:
-    """The scene's frame in a file: x_scene = unit A x_file + origin, with A a rotation.
+    """Coordinate system of a file in the scene: x_scene = unit A x_file + origin, with A a rotation.
 
-    `x` and `z` are directions of the file; the scene's y axis is z cross x, so no frame mirrors a body.
+    `x` and `z` are the directions of the scene's axes in the file; the scene's y axis is z cross x, so no frame mirrors
+    a
+    body.
     """
 
     unit: float  # m
@@ -67,8 +69,9 @@ class Frame:
     origin: Vector = (0.0, 0.0, 0.0)  # m, where the origin of the file lies in the scene
 
     def rotation(self, name: str) -> Array:
-        """Return A (3, 3), whose rows are the scene's axes in the file. Raises Unreadable unless x and z are
-        perpendicular.
+        """Return the rotation A (3, 3), whose rows are the scene's axes in the file.
+
+        Raises Unreadable unless x and z are perpendicular.
         """
         along = sum(a * b for a, b in zip(self.x, self.z, strict=True))
         if abs(along) > SQUARE:
@@ -82,17 +85,17 @@ class Frame:
         return np.array([x, y, np.cross(x, y)])
 
     def points(self, P: Array, name: str) -> Array:
-        """Return points (n, 3) of the file, in its units, as points of the scene, m."""
+        """Return points P (n, 3) of the file, in its units, as points of the scene, m."""
         return np.asarray(self.unit * P @ self.rotation(name).T + np.asarray(self.origin))
 
     def vectors(self, V: Array, name: str) -> Array:
-        """Return displacements (n, 3) of the file, in its units, as displacements in the scene, m."""
+        """Return displacements V (n, 3) of the file, in its units, as displacements in the scene, m."""
         return self.unit * V @ self.rotation(name).T
 
 
 @dataclass(frozen=True)
 class Residual:
-    """Distances left after a registration, m."""
+    """Statistics of the distances left after a registration, m."""
 
     mean: float
     rms: float
@@ -101,20 +104,20 @@ class Residual:
 
     @classmethod
     def of(cls, distances: Array) -> Residual:
-        """Return the residual of distances (n,), m, n >= 1."""
+        """Return the statistics of distances (n,), m, n >= 1."""
         d = np.abs(distances)
         return cls(float(d.mean()), float(np.sqrt((d * d).mean())), float(d.max()), len(d))
 
     @property
     def words(self) -> str:
-        """Description: `residual mean 0.12 mm, rms 0.15 mm, max 0.60 mm over 300 points`."""
+        """Description as text: `residual mean 0.12 mm, rms 0.15 mm, max 0.60 mm over 300 points`."""
         mean, rms, most = (f"{1e3 * v:.3g} mm" for v in (self.mean, self.rms, self.max))
         return f"residual mean {mean}, rms {rms}, max {most} over {self.points} points"
 
 
 @dataclass(frozen=True)
 class MeasuredSurface:
-    """A measured surface in the scene's frame, triangles counter-clockwise from outside."""
+    """Measured surface in the scene's coordinates; its triangles are counter-clockwise seen from outside."""
 
     points: Array  # (n, 3), m
     triangles: Ints  # (t, 3)
@@ -131,7 +134,7 @@ class MeasuredSurface:
 
 @dataclass(frozen=True)
 class MeasuredPoints:
-    """Tracked points: undeformed positions and displacements."""
+    """Tracked points: undeformed positions X and displacements u, (n, 3) each, m."""
 
     X: Array  # (n, 3), m
     u: Array  # (n, 3), m
@@ -153,7 +156,7 @@ class MeasuredPoints:
         return self.X + self.u
 
     def displacement(self, X: Array) -> Array:
-        """Return displacements (k, 3), m, of some of the points, given by their undeformed positions (k, 3), m."""
+        """Return the displacements (k, 3), m, of tracked points given by their undeformed positions X (k, 3), m."""
         nearest = [int(((self.X - x) ** 2).sum(axis=1).argmin()) for x in X]
         return self.u[nearest]
 

@@ -1,4 +1,4 @@
-"""Measured surfaces in files, read through trimesh and meshio."""
+"""Measured surfaces in files, read with trimesh and meshio."""
 
 from __future__ import annotations
 
@@ -91,10 +91,11 @@ class SurfaceScan(Reference):
         target: Triangulated | None = None,
         beside: Path | None = None,
     ) -> MeasuredSurface:
-        """Return the surface in the scene's frame, registered as the scene requests.
+        """Return the surface in the scene's coordinates, registered as the scene requests.
 
-        `held` is the fixed face of the undeformed body, for `clamp`; `target` the computed surface, for `icp`. Raises
-        Unreadable.
+        `held` is the fixed face of the undeformed body, for `clamp`; `target` is the computed surface, for `icp`. File
+        names
+        are relative to the folder `beside`. Raises Unreadable.
         """
         points, triangles = read_surface(find_file(self.path, beside))
         frame = Frame(self.unit, self.x, self.z, self.origin)
@@ -121,7 +122,10 @@ class SurfaceScan(Reference):
                        notes=(*measured.notes, note))  # fmt: skip
 
     def _clamped(self, measured: MeasuredSurface, held: Triangulated) -> Registration:
-        """Return the motion of the measured face onto the held one; the face is identified again after it."""
+        """Return the rigid motion of the measured face onto the fixed face `held` of the body.
+
+        After the motion the measured face is identified again.
+        """
         near = self.near or 0.1 * float(np.ptp(held[0][np.unique(held[1])], axis=0).max())
         placed, triangles = measured.points, measured.triangles
         first = face_to_face(placed, self._face(placed, triangles, held, near), *held)
@@ -130,7 +134,7 @@ class SurfaceScan(Reference):
         return replace(second, motion=first.motion.then(second.motion))
 
     def _face(self, points: Array, triangles: Ints, held: Triangulated, near: float) -> Ints:
-        """Return the triangles (m, 3) near the held face with its orientation. Raises Unreadable."""
+        """Return the triangles (m, 3) near the fixed face `held` that have its orientation. Raises Unreadable."""
         outward, area = area_vectors(*held).sum(axis=0), float(areas(*held).sum())
         if np.linalg.norm(outward) < FLAT * area:
             raise Unreadable(self.path, "`register = clamp` needs a flat held face, and this one is not flat",
@@ -154,9 +158,11 @@ def _words(found: Registration, measured: MeasuredSurface) -> str:
 
 
 def clean_surface(name: str, points: Array, triangles: Ints, keep: str = "all") -> tuple[Array, Ints, tuple[str, ...]]:
-    """Return a surface without duplicates and, if requested, small parts, triangles outward; and notes of the changes.
+    """Return a surface without duplicate points, with triangles outward, and notes about the changes.
 
-    Raises Unreadable if nothing is left or a coordinate is not finite.
+    If `keep` requests it, small parts are removed as well. Raises Unreadable if no triangle is left or a coordinate is
+    not
+    finite.
     """
     _check_coordinates(name, points)
     points, triangles, merged = _merge_points(points, triangles)
@@ -175,7 +181,7 @@ def clean_surface(name: str, points: Array, triangles: Ints, keep: str = "all") 
 
 
 def _check_coordinates(name: str, points: Array) -> None:
-    """Refuse coordinates that are not finite or too large to compute distances. Raises Unreadable."""
+    """Raise Unreadable for coordinates that are not finite, or too large to compute distances."""
     bad = ~(np.abs(points) < ABSURD).all(axis=1)
     if bad.any():
         first = int(np.argmax(bad))
@@ -187,7 +193,10 @@ def _check_coordinates(name: str, points: Array) -> None:
 
 
 def _merge_points(points: Array, triangles: Ints) -> tuple[Array, Ints, int]:
-    """Merge coincident points; drop triangles that have no area left."""
+    """Return the surface with coincident points merged, and the number of merged points.
+
+    Triangles without area are dropped.
+    """
     points, triangles = drop_unused_points(points, triangles)
     single, number = np.unique(points, axis=0, return_inverse=True)
     triangles = number.ravel()[triangles].astype(np.int64)
@@ -224,7 +233,7 @@ def read_surface(file: Path) -> tuple[Array, Ints]:
 
 
 def _require_complete(file: Path) -> None:
-    """Refuse an empty file, and a binary STL that is shorter than its header says. Raises Unreadable."""
+    """Raise Unreadable for an empty file, and for a binary STL that is shorter than its header says."""
     try:
         size = file.stat().st_size
         with open_regular(file) as data:
@@ -277,7 +286,7 @@ _TRIANGLES = {
 
 
 def _meshio(file: Path) -> Any:
-    """Return the file read by meshio in one of the formats of its name. Raises Unreadable."""
+    """Return the mesh that meshio reads from a file, in one of the formats of its suffix. Raises Unreadable."""
     try:
         with limited_resources(file):
             elsewhere = find_hazard(file)

@@ -1,8 +1,9 @@
 """Saturated porous slab or cylinder between two rigid frictionless plates, sides open (Mandel; Armstrong).
 
-Both have a uniform axial strain e(t), and a lateral displacement u(r) in n = 1 or 2 dimensions. With incompressible
-constituents the volume strain t = e + r^(1-n) (r^(n-1) u)' diffuses, t_t = k HA r^(1-n) (r^(n-1) t')', lateral
-equilibrium makes the fluid pressure HA (t - t(a)), and on the open side, with g = G / HA and means <> over the section,
+Both have a uniform axial strain e(t), and a lateral displacement u(r) in n = 1 or 2 dimensions. Fluid and solid are
+incompressible. The volume strain t = e + r^(1-n) (r^(n-1) u)' then diffuses, t_t = k HA r^(1-n) (r^(n-1) t')', and
+lateral equilibrium makes the fluid pressure HA (t - t(a)). On the open side, with g = G / HA and <> the mean over the
+section,
 
     slab: t(a) = 2 g e, mean stress 2 G (2 e - <t>);   cylinder: t(a) = g (e + <t>), mean stress G (3 e - <t>).
 
@@ -10,6 +11,8 @@ In Laplace's domain t is A C(q r/a), C = cosh or I0, q^2 = s a^2 / (k HA), and t
 
     moved:   slab cos x = 0,                cylinder J0(x) = 2 g J1(x)/x        (Armstrong, Lai and Mow 1984)
     pressed: slab cos x = g sin(x)/x,       cylinder 3 J0(x) = 8 g J1(x)/x      (Mandel 1953)
+
+for plates with a prescribed displacement (moved) or a prescribed force (pressed).
 """
 
 from __future__ import annotations
@@ -37,9 +40,10 @@ HALVINGS = 60
 
 @dataclass(frozen=True)
 class CompressedPorousBody:
-    """A slab (`dimension` 1) or a cylinder (2) between plates, by its half-width or radius, its side open. SI units.
+    """Porous slab (`dimension` 1) or cylinder (2) between plates, with an open side, in small strain. SI units.
 
-    Its plates approach by the amplitude `driven` (`amount` in m), or are loaded (`force`, in N). Small strain.
+    The plates approach by the amplitude `driven` times `amount`, m, or they are loaded by it if `force` is true, N. The
+    size of the body is its half-width or radius.
     """
 
     dimension: int
@@ -59,28 +63,28 @@ class CompressedPorousBody:
 
     @property
     def g(self) -> float:
-        """Modulus ratio G / HA, below 3/4."""
+        """Ratio g = G / HA of shear modulus and confined modulus, below 3/4."""
         return self.shear / self.modulus
 
     @property
     def time(self) -> float:
-        """Diffusion time across it, s."""
+        """Diffusion time across the body, s."""
         return self.half**2 / (self.modulus * self.permeability)
 
     @property
     def _drive(self) -> float:
-        """Axial strain, or mean axial stress over the shear modulus."""
+        """Prescribed axial strain, or prescribed mean axial stress over the shear modulus."""
         return self.amount / (self.area * self.shear) if self.force else self.amount / self.length
 
     @cached_property
     def roots(self) -> Array:
-        """Roots x (n,) of its modes."""
+        """Roots x (n,) of the modes."""
         count = count_needed_modes(self.driven, self.now, self.time)
         return find_mode_roots(self.dimension, self.g, self.force, count)
 
     @cached_property
     def _weights(self) -> Array:
-        """Denominators of the modes' shares (n,): -x^2 D'(s) at the pole."""
+        """Denominators (n,) of the residues at the poles: -x^2 D'(s)."""
         x, g = self.roots, self.g
         if self.dimension == 1:
             if not self.force:
@@ -97,7 +101,7 @@ class CompressedPorousBody:
         return rates
 
     def _volume(self, shape: Array, at_once: Array) -> ModalResponse:
-        """Return the response of volume strains (k,), from mode shapes (k, n) and the instantaneous response."""
+        """Return the modal response of k volume strains, from mode shapes (k, n) and instantaneous response (k,)."""
         g = self.g
         if self.dimension == 1:
             part, end = (0.5 * g, 0.5 * g / (1.0 - g)) if self.force else (2.0 * g, 2.0 * g)
@@ -106,7 +110,7 @@ class CompressedPorousBody:
         return ModalResponse(np.full(len(shape), end), part * shape / self._weights, at_once)
 
     def _axial(self) -> ModalResponse:
-        """Response of the axial strain."""
+        """Modal response of the axial strain."""
         one = np.ones(1)
         if not self.force:
             return ModalResponse(one, np.zeros((1, len(self.roots))), one)
@@ -118,11 +122,11 @@ class CompressedPorousBody:
         return ModalResponse(one * (1.0 - g) / (3.0 - 4.0 * g), share[None], one / 3.0)
 
     def _shape(self, r: Array) -> Array:
-        """Return the mode shapes at distances r (k,), m: (k, n)."""
+        """Return the mode shapes (k, n) at distances r from the axis or middle plane (k,), m."""
         return _waves(self.dimension, self.roots * (r / self.half)[:, None])[0]
 
     def _within(self, r: Array) -> Array:
-        """Return the means of the mode shapes within distances r (k,), m: (k, n)."""
+        """Return the means (k, n) of the mode shapes over the region within distances r (k,), m."""
         arguments = self.roots * (r / self.half)[:, None]
         small = arguments == 0.0
         safe = np.where(small, 1.0, arguments)
@@ -138,7 +142,7 @@ class CompressedPorousBody:
         return float(self._told(self._axial())[0])
 
     def _swelling(self, r: Array) -> Array:
-        """Return the mean volume strain within distances r (k,), m."""
+        """Return the mean volume strain (k,) of the region within distances r (k,), m."""
         return self._told(self._volume(self._within(r), np.zeros_like(r)))
 
     def _at_side(self) -> float:
@@ -148,7 +152,7 @@ class CompressedPorousBody:
         return self.g * (self.axial + float(self._swelling(np.array([self.half]))[0]))
 
     def pressure(self, X: Array) -> Array:
-        """Return the fluid pressure at points X (n, 3) (n,), Pa."""
+        """Return the fluid pressure (n,), Pa, at points X (n, 3), m."""
         r = self._across(as_points(X))[1]
         own = self._told(self._volume(self._shape(r), np.where(r < self.half, 0.0, np.nan)))
         side = self._at_side()
@@ -156,7 +160,7 @@ class CompressedPorousBody:
         return found
 
     def _across(self, points: Array) -> tuple[Array, Array]:
-        """Return the vectors of points (n, 3) from the axis, across it (n, 3), m, and their lengths (n,)."""
+        """Return the lateral vectors (n, 3), m, from axis or middle plane to points (n, 3), and their lengths (n,)."""
         off = points - np.asarray(self.root)
         if self.dimension == 1:
             n = np.asarray(self.across)
@@ -178,7 +182,7 @@ class CompressedPorousBody:
 
     @property
     def pull(self) -> float:
-        """Present force on its driven plate, N, along the axis."""
+        """Present force on the driven plate along the axis, N."""
         if self.force:
             return self.amount * self.driven.left(0.0, self.now)
         e, mean = self.axial, float(self._swelling(np.array([self.half]))[0])
@@ -192,7 +196,7 @@ class CompressedPorousBody:
 
     @property
     def estimated_error(self) -> float:
-        """Error of a displacement, m: modes beyond the last, and rounding."""
+        """Error of a displacement, m, due to modes beyond the last and to rounding."""
         swells = self._volume(self._within(np.array([self.half])), np.zeros(1))
         missed = [f.missed(self.driven, self._rates, self.now) for f in (swells, self._axial())]
         size = abs(self._drive) / (3.0 if self.force else 1.0)
@@ -202,16 +206,17 @@ class CompressedPorousBody:
 
     @property
     def strained(self) -> float:
-        """Largest final strain for the whole amplitude."""
+        """Largest strain in the final state under the whole amplitude."""
         return abs(self._drive) * float(np.abs(self._axial().lasting[0]))
 
 
 def find_mode_roots(dimension: int, g: float, force: bool, count: int) -> Array:
-    """Return the first `count` positive roots x of the poles: one in each interval between the zeros of sin x, or of
-    J1.
+    """Return the first `count` positive roots x (count,) of the poles.
 
     For a cylinder the equation is x J0(x) / J1(x) = b g / a, whose left side falls from 2 to minus infinity between two
-    zeros of J1; for a slab x cot x = g or 0, from 1. Below 2 or 1 there is one in the first interval too.
+    zeros of J1. For a slab it is x cot x = g or 0, whose left side falls from 1 between two zeros of sin x. Each
+    interval
+    contains one root. The first interval contains one if the right side is below 2 or 1.
     """
     if dimension == 1:
         ends = np.pi * np.arange(count + 1)
@@ -231,7 +236,7 @@ def find_mode_roots(dimension: int, g: float, force: bool, count: int) -> Array:
 
 
 def _zeros(count: int) -> Array:
-    """Return zeros of J1 (count,): tabulated first ones, later ones by McMahon's expansion."""
+    """Return the zeros of J1 (count,): the first ones from a table, later ones by McMahon's expansion."""
     from scipy.special import jn_zeros
 
     exact = min(count, 200)

@@ -1,7 +1,7 @@
 """Drained skeletons in confined compression: uniaxial-strain stress as a function of stretch, for each law.
 
-They are implemented independently, since a reference shares no code with the solvers that it checks. F = diag(J, 1, 1),
-P = d psi / dJ.
+The laws are implemented independently, since a reference shares no code with the solvers that it checks. F = diag(J, 1,
+1) and P = d psi / dJ.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ VOLUMES: dict[str, Callable[[Array], Array]] = {
 
 @dataclass(frozen=True)
 class Skeleton:
-    """A law by its name, with mu and lam in Pa; or rubber with a volumetric term, bulk modulus in Pa.
+    """Material law of a drained skeleton: its name and its constants mu and lam, Pa.
 
-    Raises NotApplicable for an unknown law.
+    A rubber law has a volumetric term with a bulk modulus, Pa, instead of lam. Raises NotApplicable for an unknown law.
     """
 
     law: str
@@ -66,7 +66,7 @@ class Skeleton:
                           f"supported are {', '.join(WHOLE)}, `neo_hookean_isochoric` and rubbers")  # fmt: skip
 
     def stress(self, J: Array) -> Array:
-        """Return P at stretches J (n,), Pa."""
+        """Return the nominal stress P (n,), Pa, at stretches J (n,)."""
         if self.rubber is None:
             return WHOLE[self.law]({"mu": self.mu, "lam": self.lam}, J)
         third = np.log(J) / 3.0
@@ -76,7 +76,7 @@ class Skeleton:
         return found
 
     def slope(self, J: Array) -> Array:
-        """Return dP/dJ (n,), Pa, by differences of fourth order, to ten digits."""
+        """Return the derivative dP/dJ (n,), Pa, by differences of fourth order, accurate to ten digits."""
         h = 1e-3 * J
         near = self.stress(J + h) - self.stress(J - h)
         far = self.stress(J + 2.0 * h) - self.stress(J - 2.0 * h)
@@ -84,7 +84,10 @@ class Skeleton:
         return found
 
     def stretch(self, stress: float) -> float:
-        """Return the stretch at a stress P, Pa, the first from rest. Raises NotApplicable if there is none."""
+        """Return the stretch at a nominal stress P, Pa, the first on the path from rest.
+
+        Raises NotApplicable if there is none.
+        """
         if stress == 0.0:
             return 1.0
         way = np.exp(np.linspace(0.0, np.log(LEAST if stress < 0.0 else MOST), 2001))

@@ -31,8 +31,9 @@ SOON = 0.3  # largest first panel, relative to the shortest relaxation time
 
 @dataclass(frozen=True)
 class AmplitudeSegment:
-    """A part of an amplitude between two times, s, with slope Re(a exp(i w (t - begin))), 1/s; w = 0 for a straight
-    line.
+    """Smooth part of an amplitude between two times, s, with slope Re(a exp(i w (t - begin))), 1/s.
+
+    w = 0 gives a straight line.
     """
 
     begin: float
@@ -41,7 +42,7 @@ class AmplitudeSegment:
     w: float = 0.0
 
     def left(self, rate: float, t: float) -> float:
-        """Return int exp(-rate (t - s)) dc over the part before time t."""
+        """Return int exp(-rate (t - s)) dc(s) over the part of the segment before time t, s."""
         passed = min(self.end, t) - self.begin
         if passed <= 0.0:
             return 0.0
@@ -54,18 +55,18 @@ class AmplitudeSegment:
 
 @dataclass(frozen=True)
 class Amplitude:
-    """Amplitude of a load or displacement: jumps (time s, share), and segments between them."""
+    """Amplitude c(t) of a load or displacement: jumps (time, s, and size), and smooth segments between them."""
 
     jumps: Sequence[tuple[float, float]]
     swings: Sequence[AmplitudeSegment]
 
     def left(self, rate: float, t: float) -> float:
-        """Return int exp(-rate (t - s)) dc(s) up to time t, including jumps at t; for rate = 0 the amplitude."""
+        """Return int exp(-rate (t - s)) dc(s) up to time t, s, including jumps at t; for rate = 0 it is c(t)."""
         jumped = sum(size * math.exp(-rate * (t - at)) for at, size in self.jumps if at <= t)
         return jumped + sum(swing.left(rate, t) for swing in self.swings)
 
     def breaks(self, t: float) -> list[float]:
-        """Return the times up to t at which it is not smooth, s."""
+        """Return the times up to t, s, at which the amplitude is not smooth."""
         found = {0.0, t, *(at for at, _ in self.jumps), *(at for s in self.swings for at in (s.begin, s.end))}
         for swing in self.swings:
             if swing.w:
@@ -76,10 +77,13 @@ class Amplitude:
 
 @dataclass(frozen=True)
 class RelaxingBar:
-    """A bar in uniaxial stress, one end held: E(t) = E (1 - sum g (1 - exp(-t/tau))), nu constant. SI units.
+    """Viscoelastic bar in uniaxial stress, held at one end, with constant Poisson's ratio. SI units.
 
-    Its end is moved (`force` false, `amount` in m) or pulled (in N) by the amplitude `driven`, up to the time `now`.
-    Raises NotApplicable if the bar is not of that kind.
+    Its modulus is E(t) = E (1 - sum g (1 - exp(-t/tau))). Its other end is moved (`force` false, `amount` in m) or
+    pulled
+    (`force` true, `amount` in N) by the amplitude `driven`, up to the time `now`. Raises NotApplicable if the bar is
+    not of
+    that kind.
     """
 
     length: float  # m
@@ -114,7 +118,7 @@ class RelaxingBar:
 
     @cached_property
     def _creep(self) -> tuple[Array, Array, Array]:
-        """Poles of the creep (k,), -1/s, the strain's share of each, and each branch's stress (k, k)."""
+        """Poles of the creep function (k,), -1/s, their shares in the strain (k,), and branch stresses (k, k)."""
         a, g = self._rates, np.array(self.g)
         product = np.polynomial.polynomial.polyfromroots
         N = product(-a)
@@ -129,7 +133,7 @@ class RelaxingBar:
         return r, strain, branches
 
     def strain_at(self, t: float) -> float:
-        """Return the axial strain."""
+        """Return the axial strain at time t, s."""
         if not self.force:
             return self.amount / self.length * self.driven.left(0.0, t)
         r, strain, _ = self._creep
@@ -138,7 +142,7 @@ class RelaxingBar:
         return self.amount / (self.area * self.young) * float(creep)
 
     def branches_at(self, t: float) -> Array:
-        """Return the stress of each branch (k,), Pa."""
+        """Return the stress of each branch of the Prony series (k,), Pa, at time t, s."""
         if not self.force:
             each = [g * self.driven.left(rate, t) for g, rate in zip(self.g, self._rates, strict=True)]
             return self.young * self.amount / self.length * np.array(each)
@@ -147,25 +151,26 @@ class RelaxingBar:
         return found
 
     def stress_at(self, t: float) -> float:
-        """Return the axial stress, Pa."""
+        """Return the axial stress at time t, s, Pa."""
         return self.young * (1.0 - sum(self.g)) * self.strain_at(t) + float(self.branches_at(t).sum())
 
     @property
     def pull(self) -> float:
-        """Present force of its moved end, N."""
+        """Present force on the moved end, N."""
         return self.area * self.stress_at(self.now)
 
     @property
     def stored(self) -> float:
-        """Present energy of all springs, J."""
+        """Present energy stored in the springs of all branches, J."""
         lasting = 0.5 * self.young * (1.0 - sum(self.g)) * self.strain_at(self.now) ** 2
         springs = float((self.branches_at(self.now) ** 2 / np.array(self.g)).sum()) / (2.0 * self.young)
         return self.area * self.length * (lasting + springs)
 
     @cached_property
     def dissipated(self) -> float:
-        """Dissipated energy since the start, J: int sum sigma_i^2 / (E g_i tau_i) dt, by Gauss panels refined at
-        breaks.
+        """Energy dissipated since the start, J: int sum sigma_i^2 / (E g_i tau_i) dt times the volume.
+
+        The integral is computed by Gauss panels, refined at the breaks of the amplitude.
         """
         if self.now <= 0.0:
             return 0.0
@@ -184,7 +189,7 @@ class RelaxingBar:
 
     @property
     def estimated_error(self) -> float:
-        """Rounding of a displacement, m."""
+        """Rounding error of a displacement, m."""
         return ROUNDING * abs(self.strain_at(self.now)) * self.length
 
     def displacement(self, X: Array) -> Array:
@@ -222,5 +227,5 @@ class Prony(Reference):
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equation exactly"
 
     def solve(self, bar: RelaxingBar) -> RelaxingBar:
-        """Return the bar itself, which has the closed forms."""
+        """Return the bar itself, whose class contains the closed forms."""
         return bar

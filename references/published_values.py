@@ -10,10 +10,11 @@ from softmark.references.reference_base import How, Kind, Reference
 
 
 class GivenValues(Reference):
-    """Values that a scene gives with their uncertainties: one, or one for each state of the analysis.
+    """Base class of values given in a scene with their uncertainties: one, or one for each state of the analysis.
 
-    Derived classes have `values` and `source_`, and list in `lists` the other fields that are given once or for each
-    value.
+    Derived classes have the fields `values` and `source_`. They list in `lists` the other fields that are given once or
+    for
+    each value.
     """
 
     how: ClassVar[How] = "measured"
@@ -23,11 +24,11 @@ class GivenValues(Reference):
 
     @property
     def each(self) -> tuple[KnownValue, ...]:
-        """Values, SI."""
+        """Values in SI, one for each state."""
         raise NotImplementedError
 
     def in_state(self, number: int, value: float) -> Self:
-        """Return the reference for one state of the analysis, counted from 0."""
+        """Return the reference for one state of the analysis; `number` counts states from 0."""
         count = len(self.values.values)
         if count == 1 or number >= count:  # too few are refused when a scene is checked
             return self
@@ -36,17 +37,17 @@ class GivenValues(Reference):
         return replace(self, **one)  # type: ignore[type-var]
 
     def load(self) -> KnownValue:
-        """Return the value of this state; the last of several."""
+        """Return the value of this state, or the last one without states."""
         return self.each[-1]
 
     def amounts(self, name: str) -> tuple[float, ...]:
-        """Return the amounts of the field `name` for each value, in its unit; fractions are converted."""
+        """Return the entries of the field `name` as amounts in the unit of the values; fractions are converted."""
         share = vars(self)[name].dimension != self.values.dimension
         each = zip(self.values.values, self.chosen(name), strict=True)
         return tuple(u * abs(v) if share else u for v, u in each)
 
     def chosen(self, name: str) -> tuple[float, ...]:
-        """Return the entries of the field `name` for each value; the last holds for any that follow."""
+        """Return the entries of the field `name`, one for each value; the last entry is repeated if needed."""
         own = vars(self)[name].values
         return tuple(own[min(i, len(own) - 1)] for i in range(len(self.values.values)))
 
@@ -84,16 +85,16 @@ class Values(GivenValues):
 
     @property
     def each(self) -> tuple[KnownValue, ...]:
-        """Values with their uncertainties, SI."""
+        """Values with their uncertainties in SI, one for each state."""
         known = zip(self.values.values, self.amounts("uncertainty"), strict=True)
         return tuple(KnownValue(value, own, self.source_) for value, own in known)
 
 
 @dataclass(frozen=True)
 class KnownValue:
-    """A value with its uncertainty, SI.
+    """Given value with its uncertainty, SI.
 
-    `band`, for a value on which several `codes` agree: the least and the largest of their values.
+    For a value on which several `codes` agree, `band` is the smallest and the largest of their values.
     """
 
     value: float
@@ -109,22 +110,22 @@ class KnownValue:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The least and the largest number that agree with it."""
+        """Smallest and largest number that agree with the value."""
         return self.band or (self.value - self.uncertainty, self.value + self.uncertainty)
 
     @property
     def sides(self) -> tuple[float, float]:
-        """Uncertainty below and above."""
+        """Uncertainty below and above the value."""
         if self.band is None:
             return self.uncertainty, self.uncertainty
         return self.value - self.band[0], self.band[1] - self.value
 
     def beside(self, found: float) -> float:
-        """Return the uncertainty on the side on which a number lies."""
+        """Return the uncertainty on that side of the value on which the number `found` lies."""
         return self.sides[found > self.value]
 
     def holds(self, found: float) -> bool:
-        """Return whether a number agrees with it."""
+        """Return whether the number `found` agrees with the value."""
         if self.band is None:
             return abs(found - self.value) <= self.uncertainty
         return self.band[0] <= found <= self.band[1]

@@ -14,14 +14,18 @@ About = Literal["cantilever", "torsion", "inflation", "bar", "tendons", "sphere"
 
 
 class Reference:
-    """A reference, and the way it is obtained, `how`.
+    """Base class of references; `how` names the way in which the solution is obtained.
 
-    `solved`: `solve(cantilever)` returns a CentreLine; a reference that is `about` something else returns the solution
-    of that: of a TwistedCylinder, a BlownBall, a PulledBar, a RelaxingBar, a DrivenRod, a RoundCore, a Column, a
-    PressedColumn, a CompressedPorousBody, an Indentation, a StoppedBar, a Stack or a function that makes a Frame.
-    `measured`: `load()` returns a MeasuredSurface, MeasuredPoints, a MeasuredCurve or a KnownValue. `refined`: from
-    refined models of the scene, its `methods`. `scanned`: from the shape that the model `of` computes, which
-    `load(points, triangles)` takes.
+    `solved`: `solve(cantilever)` returns a CentreLine. A reference that is `about` another case takes that case, such
+    as a
+    TwistedCylinder, BlownBall, PulledBar, RelaxingBar, DrivenRod, RoundCore, Column, PressedColumn,
+    CompressedPorousBody,
+    Indentation, StoppedBar, Stack or a function that makes a Frame, and returns its solution. `measured`: `load()`
+    returns
+    a MeasuredSurface, MeasuredPoints, a MeasuredCurve or a KnownValue. `refined`: the solution comes from refined
+    models of
+    the scene, its `methods`. `scanned`: it comes from the shape that the model `of` computes, which `load(points,
+    triangles)` takes.
     """
 
     how: ClassVar[How] = "solved"
@@ -56,20 +60,23 @@ class Reference:
 
     @property
     def file(self) -> str:
-        """File that it is read from; "" if none."""
+        """File from which the reference is read; "" if none."""
         found: str = vars(self).get("path", "")
         return found
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Files that it is read from."""
+        """Files from which the reference is read."""
         return (self.file,) if self.file else ()
 
     @property
     def own_young(self) -> float | None:
-        """Young's modulus used instead of the material's, Pa."""
+        """Young's modulus that the reference uses instead of the material's, Pa; None if it has none."""
         return vars(self).get("young")
 
     def unfit(self) -> tuple[Any, Any] | None:
-        """Return why its table cannot be used, and the remedy, before numbers are read; None if it can."""
+        """Return the reason why the reference's table cannot be used, and the remedy; None if it can.
+
+        It is found before numbers are read.
+        """
         return None

@@ -4,8 +4,8 @@
     icp            points to a surface, each to its closest point
     face_to_face   a flat face to a flat face
 
-Registration of a deformed shape to a model hides the model's error in the motion. Register only parts that do not
-deform: the glued face, or two reconstructions of one and the same state.
+Registration of a deformed shape to a model hides that part of the model's error that is a rigid motion. Register only
+parts that do not deform: the glued face, or two reconstructions of one and the same state.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class RigidMotion:
     shift: Array = field(default_factory=lambda: np.zeros(3))  # t (3,), m
 
     def __call__(self, points: Array) -> Array:
-        """Move points (n, 3), m."""
+        """Return the moved points (n, 3), m."""
         return points @ self.rotation.T + self.shift
 
     def then(self, later: RigidMotion) -> RigidMotion:
@@ -59,7 +59,7 @@ class RigidMotion:
 
 @dataclass(frozen=True)
 class Registration:
-    """A registration: motion, remaining distances and the method."""
+    """Result of a registration: the rigid motion, the remaining distances and the method."""
 
     motion: RigidMotion
     residual: Residual
@@ -83,10 +83,12 @@ def kabsch(source: Array, target: Array, weights: Array | None = None) -> Regist
 def icp(points: Array, target: SurfaceSearch, start: RigidMotion | None = None, keep: float = 1.0) -> Registration:
     """Return the motion of points (n, 3) that minimises the sum of squares of their distances to a surface.
 
-    It takes Levenberg-Marquardt steps on the distances, whose gradients are the directions from the closest points. A
-    motion that the surface does not determine, such as that of a cylinder about its axis, stays unchanged. `keep`: the
-    fraction of the points, the closest ones, that is registered; the residual is of all of them. Source: Chen and
-    Medioni 1992, Image and Vision Computing 10:145; Fitzgibbon 2003, same journal 21:1145.
+    Levenberg-Marquardt steps are applied to the distances, whose gradients are the directions from the closest points.
+    A
+    motion that the surface does not determine, such as that of a cylinder about its axis, stays unchanged. `keep` is
+    the
+    fraction of the points, the closest ones, that is registered; the residual is that of all points.
+    Source: Chen and Medioni 1992, Image and Vision Computing 10:145; Fitzgibbon 2003, same journal 21:1145.
     """
     extent = float(np.ptp(target.points, axis=0).max())
     match = _Match.of(points, start or RigidMotion(), target, keep)
@@ -130,7 +132,10 @@ class _Match:
         return cls(motion, placed, found.points, along, found.distances, kept, cost)
 
     def step(self, extent: float, damping: float) -> RigidMotion:
-        """Return the motion that makes the distances zero to first order, reduced by `damping`."""
+        """Return the motion that makes the distances zero to first order, reduced by `damping`.
+
+        `extent` is the size of the point set, m.
+        """
         x, n = self.placed[self.kept], self.directions[self.kept]
         middle = x.mean(axis=0)
         J = np.hstack([np.cross((x - middle) / extent, n), n])  # (m, 6): of a turn times extent, of a shift
@@ -142,7 +147,7 @@ class _Match:
 
 
 def rotation_matrix(omega: Array) -> Array:
-    """Return the rotation (3, 3) by |omega| rad about omega (3,). Source: Rodrigues 1840."""
+    """Return the matrix (3, 3) of a rotation by |omega| rad about omega (3,). Source: Rodrigues 1840."""
     angle = float(np.linalg.norm(omega))
     if angle == 0:
         return np.eye(3)
@@ -151,7 +156,7 @@ def rotation_matrix(omega: Array) -> Array:
 
 
 def shortest_rotation(a: Array, b: Array) -> Array:
-    """Return the smallest rotation (3, 3) of the unit vector a (3,) to b (3,), which is not -a."""
+    """Return the matrix (3, 3) of the smallest rotation of the unit vector a (3,) to b (3,), which is not -a."""
     axis, cosine = np.cross(a, b), float(a @ b)
     sine = float(np.linalg.norm(axis))
     return rotation_matrix(axis / sine * math.atan2(sine, cosine)) if sine > 0 else np.eye(3)
@@ -160,8 +165,8 @@ def shortest_rotation(a: Array, b: Array) -> Array:
 def face_to_face(points: Array, triangles: Ints, onto: Array, onto_triangles: Ints) -> Registration:
     """Return the motion of a flat face onto a flat face: mean normal to mean normal, centroid to centroid.
 
-    It does not rotate about the normal, which is undetermined for two discs. The residual is the distance of the face's
-    points from the target plane: its flatness, not the position of its rim.
+    The motion does not rotate about the normal, because this angle is undetermined for two discs. The residual is the
+    distance of the face's points from the target plane: it measures flatness, not the position of the rim.
     """
     normals = [area_vectors(p, t).sum(axis=0) for p, t in ((points, triangles), (onto, onto_triangles))]
     a, b = (n / np.linalg.norm(n) for n in normals)

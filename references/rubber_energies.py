@@ -1,7 +1,7 @@
-"""Energies of incompressible isotropic solids, for closed forms of rubber.
+"""Energies of incompressible isotropic rubber laws, for closed-form solutions.
 
-They are implemented independently: a reference shares no code with the solvers that it checks. Stretches are given by
-their logarithms e (3, n), whose sum is 0, so that small strains keep their digits.
+The laws are implemented independently: a reference shares no code with the solvers that it checks. Stretches are given
+by their logarithms e (3, n), whose sum is 0, so that small strains keep their digits.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ KNOWN = (*LAWS, "ogden")
 
 
 def require_incompressible(poisson: float) -> None:
-    """Raise NotApplicable for a Poisson's ratio other than 0.5, which closed forms of rubber require."""
+    """Raise NotApplicable unless Poisson's ratio is 0.5, as closed-form solutions of rubber require."""
     if poisson != INCOMPRESSIBLE:
         raise NotApplicable(f"a Poisson's ratio of {poisson:g} lets the volume change",
                       "the closed form holds for `poisson = 0.5`; use it with `formulation = mixed`")  # fmt: skip
@@ -71,7 +71,10 @@ def require_incompressible(poisson: float) -> None:
 
 @dataclass(frozen=True)
 class Rubber:
-    """Incompressible rubber law by its name and constants in scenes. Raises NotApplicable for an unknown law."""
+    """Incompressible rubber law, by the name and the constants that it has in scenes.
+
+    Raises NotApplicable for an unknown law.
+    """
 
     law: str
     constants: tuple[tuple[str, Any], ...]  # names and values, SI
@@ -84,7 +87,7 @@ class Rubber:
 
     @classmethod
     def neo_hookean(cls, mu: float) -> Rubber:
-        """Return the law mu/2 (I1 - 3), mu in Pa."""
+        """Return the neo-Hookean law mu/2 (I1 - 3), mu in Pa."""
         return cls("mooney_rivlin", (("c1", 0.5 * mu), ("c2", 0.0)))
 
     def energy(self, e: Array) -> Array:
@@ -97,9 +100,9 @@ class Rubber:
         return found
 
     def tensions(self, e: Array) -> Array:
-        """Return the principal stresses dW/de (3, n), Pa, up to a common pressure, at the same logarithms e (3, n).
+        """Return the principal stresses dW/de (3, n), Pa, at logarithms e (3, n) of the principal stretches.
 
-        They are 0 at rest, and NaN beyond the law's domain.
+        They are defined up to a common pressure. They are 0 at rest, and NaN beyond the domain of the law.
         """
         c = dict(self.constants)
         if self.law == "ogden":
@@ -111,5 +114,5 @@ class Rubber:
 
 
 def _invariants(e: Array) -> tuple[Array, Array]:
-    """Return I1 - 3 and I2 - 3 (n,)."""
+    """Return the invariants I1 - 3 and I2 - 3 (n,)."""
     return np.expm1(2.0 * e).sum(axis=0), np.expm1(-2.0 * e).sum(axis=0)

@@ -1,4 +1,7 @@
-"""Inflation of thick-walled sphere of incompressible rubber by an inner pressure, also beyond the pressure maximum."""
+"""Inflation of a thick-walled sphere of incompressible rubber by an inner pressure.
+
+States beyond the pressure maximum are included.
+"""
 
 from __future__ import annotations
 
@@ -28,15 +31,16 @@ ROUNDING = 16.0 * 2.0**-52  # relative, of a pressure
 
 @dataclass(frozen=True)
 class BlownBall:
-    """A thick-walled sphere of incompressible rubber. SI units.
+    """Thick-walled sphere of incompressible rubber under an inner pressure p. SI units.
 
-    Its hollow expands by the stretch l, and a point at R moves to r, r^3 = R^3 + (l^3 - 1) A^3. Equilibrium of the
-    wall, dt_r/dr = (t_theta - t_r) 2 / r, gives with s = r/R
+    The inner radius A is stretched by l, and a point at radius R moves to r, r^3 = R^3 + (l^3 - 1) A^3; B is the outer
+    radius. Equilibrium of the wall, dt_r/dr = (t_theta - t_r) 2 / r, gives with s = r/R
 
         p = int from m to l of 2 (t_theta - t_r) / (s (s^3 - 1)) ds, m^3 = 1 + (l^3 - 1) A^3/B^3,
 
-    and for W(s^-2, s, s) the stress difference is s W'(s) / 2. The state is the first with this pressure on the way
-    from rest. Raises NotApplicable if no state has it, or if the body is not of that kind.
+    and for W(s^-2, s, s) the stress difference is s W'(s) / 2. The state is the first with this pressure on the path
+    from
+    rest. Raises NotApplicable if no state has this pressure, or if the body is not of that kind.
     """
 
     inner: float  # m, A
@@ -59,7 +63,7 @@ class BlownBall:
             )
 
     def at(self, e: Array) -> Array:
-        """Return pressures (n,), Pa, at logarithms of the hollow's stretch (n,); NaN beyond the law's domain."""
+        """Return the pressures (n,), Pa, at logarithms e of the inner stretch (n,); NaN beyond the law's domain."""
         least = np.log1p(np.expm1(3.0 * e) * (self.inner / self.outer) ** 3) / 3.0
         x, w = self._rule
         half = 0.5 * (e - least)
@@ -78,7 +82,7 @@ class BlownBall:
 
     @cached_property
     def path(self) -> tuple[Array, Array]:
-        """Logarithms of the stretch, from rest outward, and pressures, Pa, up to the end of the law's domain."""
+        """Logarithms of the inner stretch, from rest outward, and pressures, Pa, up to the end of the law's domain."""
         e = np.arange(STEP, math.log(LARGEST), STEP)
         with np.errstate(all="ignore"):
             p = self.at(e)
@@ -88,7 +92,7 @@ class BlownBall:
 
     @cached_property
     def limit(self) -> tuple[float, float] | None:
-        """Stretch of the hollow and pressure, Pa, at the first maximum; None if the pressure always increases."""
+        """Inner stretch and pressure, Pa, at the first pressure maximum; None if the pressure always increases."""
         e, p = self.path
         falls = np.flatnonzero(p[1:] < p[:-1])
         if not len(falls):
@@ -104,7 +108,7 @@ class BlownBall:
 
     @cached_property
     def opened(self) -> float:
-        """Logarithm of the hollow's stretch in the first state with this pressure. Raises NotApplicable."""
+        """Logarithm of the inner stretch in the first state with this pressure. Raises NotApplicable."""
         e, p = self.path
         above = np.flatnonzero(p >= self.pressure)
         limit = self.limit
@@ -126,12 +130,12 @@ class BlownBall:
 
     @property
     def stretch(self) -> float:
-        """Stretch of the hollow."""
+        """Stretch l of the inner radius."""
         return math.exp(self.opened)
 
     @property
     def estimated_error(self) -> float:
-        """Error of the hollow's radius by rounding of the pressure, m: large near a pressure maximum."""
+        """Error of the deformed inner radius, m, due to rounding; it is large near a pressure maximum."""
         e = self.opened
         slope = (self._one(e + 1e-5) - self._one(e - 1e-5)) / 2e-5
         least = ROUNDING * self.outer * self.stretch
@@ -169,6 +173,9 @@ class Inflation(Reference):
     error_meaning: ClassVar[str] = "rounding of the displacement, m: one integral, by Gauss's rule to rounding"
 
     def solve(self, ball: BlownBall) -> BlownBall:
-        """Return the sphere itself. Raises NotApplicable immediately if no state has this pressure."""
+        """Return the sphere itself, whose class contains the solution.
+
+        Raises NotApplicable if no state has this pressure.
+        """
         ball.opened  # noqa: B018
         return ball

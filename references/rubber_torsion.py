@@ -1,4 +1,4 @@
-"""Torsion of an incompressible rubber cylinder by any angle: a closed form with torque and axial thrust."""
+"""Torsion of an incompressible rubber cylinder by any angle: a closed form with torque and axial force."""
 
 from __future__ import annotations
 
@@ -25,17 +25,21 @@ ROUNDING = 16.0 * 2.0**-52  # relative, of a displacement
 
 @dataclass(frozen=True)
 class TwistedCylinder:
-    """A solid circular cylinder of incompressible rubber, one end held, the other rotated. SI units.
+    """Solid circular cylinder of incompressible rubber, held at one end and rotated at the other. SI units.
 
-    Every section rotates by tau z about the axis, z from the held end, without any other displacement (Rivlin 1949),
-    for every law. At r it is sheared by g = tau r, with principal stretches of exp(e), 1 and exp(-e), sinh e = g/2, and
-    axes in the plane of theta and z. With the law's stresses for these, and the side free of tractions,
+    Every section rotates by tau z about the axis, with z measured from the held end, without any other displacement
+    (Rivlin
+    1949), for every law. At radius r the material is sheared by g = tau r, with principal stretches exp(e), 1 and
+    exp(-e),
+    sinh e = g/2, and principal axes in the plane of theta and z. With the stresses t of the law, and a side without
+    tractions,
 
         torque = 2 pi int r^2 t_theta_z dr, thrust = -pi int r (2 (t_zz - t_rr) - (t_theta_theta - t_rr)) dr,
 
-    and energy = 2 pi L int r W dr: for a neo-Hookean solid mu tau pi R^4 / 2, mu tau^2 pi R^4 / 4 and mu tau^2 pi R^4 L
-    / 4. The thrust is the compressive force on the ends: with free ends, the cylinder becomes longer (Poynting). Raises
-    NotApplicable if the cylinder is not of that kind.
+    and energy = 2 pi L int r W dr. For a neo-Hookean solid these are mu tau pi R^4 / 2, mu tau^2 pi R^4 / 4 and mu
+    tau^2 pi
+    R^4 L / 4. The thrust is the compressive force on the ends; with free ends the cylinder becomes longer (Poynting).
+    Raises NotApplicable if the cylinder is not of that kind.
     """
 
     length: float  # m
@@ -61,7 +65,7 @@ class TwistedCylinder:
 
     @property
     def torque(self) -> float:
-        """Torque of the rotated end about the axis, N m."""
+        """Torque on the rotated end about the axis, N m."""
         r, w, e, (along, _, across) = self._sheared
         sine = 1.0 / np.cosh(e)  # of twice the angle between theta and the axis that is stretched
         return float(2.0 * math.pi * math.copysign(1.0, self.angle) * w @ (r**2 * 0.5 * (along - across) * sine))
@@ -82,7 +86,7 @@ class TwistedCylinder:
 
     @property
     def _sheared(self) -> tuple[Array, Array, Array, Array]:
-        """Gauss radii and weights (n,), m, logarithms of the stretch e (n,), and stresses (3, n), Pa."""
+        """Gauss radii and weights (n,), m, logarithms of the principal stretch e (n,), and stresses (3, n), Pa."""
         x, w = np.polynomial.legendre.leggauss(POINTS)
         r = 0.5 * self.radius * (x + 1.0)
         e = np.arcsinh(0.5 * abs(self.twist) * r)
@@ -90,7 +94,7 @@ class TwistedCylinder:
 
     @property
     def estimated_error(self) -> float:
-        """Rounding of a displacement, m."""
+        """Rounding error of a displacement, m."""
         return ROUNDING * (self.length + self.radius)
 
     def displacement(self, X: Array) -> Array:
@@ -126,7 +130,10 @@ class Torsion(Reference):
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equation exactly"
 
     def solve(self, cylinder: TwistedCylinder) -> TwistedCylinder:
-        """Return the cylinder itself, which has the closed form. Raises NotApplicable beyond its law's domain."""
+        """Return the cylinder itself, whose class contains the solution.
+
+        Raises NotApplicable beyond the domain of its law.
+        """
         if not math.isfinite(cylinder.torque):
             raise NotApplicable("the twist exceeds the domain of the law", "reduce the angle")
         return cylinder

@@ -34,7 +34,10 @@ class RuckerWebster(Reference):
     )
 
     def solve(self, rod: DrivenRod) -> DrivenRodSolution:
-        """Return rod in equilibrium. Raises NotApplicable, and NotSolved if the load cannot be increased further."""
+        """Return the rod in equilibrium.
+
+        Raises NotApplicable, and NotSolved if the load cannot be increased further.
+        """
         from softmark.references.tendon_driven_rod import solve_driven_rod
 
         return solve_driven_rod(rod)

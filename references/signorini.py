@@ -20,10 +20,13 @@ else:
 
 @dataclass(frozen=True)
 class StoppedBar:
-    """A bar held at one end, pulled by a force and stopped by a plane at its other end. SI units.
+    """Bar held at one end, pulled by a force P, and stopped by a rigid plane at its other end. SI units.
 
-    Without the plane it lengthens by e = P L / (E A); if that exceeds the gap g it lengthens by g, and the plane
-    carries P - E A g / L. `away` is the gap with the plane in its final position; negative if it compresses the bar.
+    Without the plane the bar lengthens by e = P L / (E A). If e exceeds the gap g, the bar lengthens by g, and the
+    plane
+    carries P - E A g / L. `away` is the gap to the plane in its final position; it is negative if the plane compresses
+    the
+    bar.
     """
 
     length: float  # m
@@ -43,22 +46,22 @@ class StoppedBar:
 
     @property
     def longer(self) -> float:
-        """Lengthening, m."""
+        """Lengthening of the bar, m."""
         return min(self.load / self.stiffness, self.away)
 
     @property
     def gap(self) -> float:
-        """Remaining gap, m."""
+        """Remaining gap between bar and plane, m."""
         return self.away - self.longer
 
     @property
     def push(self) -> float:
-        """Force of the plane on its end, N."""
+        """Force of the plane on the end of the bar, N."""
         return max(self.load - self.stiffness * self.away, 0.0)
 
     @property
     def carried(self) -> float:
-        """Axial force, N."""
+        """Axial force in the bar, N."""
         return self.stiffness * self.longer
 
     @property
@@ -68,11 +71,11 @@ class StoppedBar:
 
     @property
     def largest_pressure(self) -> float:
-        """Uniform pressure, Pa."""
+        """Contact pressure, Pa, which is uniform."""
         return self.push / self.section
 
     def pressure(self, r: Array) -> Array:
-        """Return the uniform pressure, Pa, at distances from the centre (n,)."""
+        """Return the uniform contact pressure (n,), Pa, at distances r from the centre (n,), m."""
         return np.full(len(r), self.largest_pressure)
 
     @property
@@ -87,7 +90,7 @@ class StoppedBar:
 
     @property
     def off(self) -> dict[str, float]:
-        """Relative error of the force: strain that is not small."""
+        """Relative error of the force due to strain that is not small, by name."""
         return {"strain": abs(self.strain)}
 
     def displacement(self, X: Array) -> Array:
@@ -100,7 +103,7 @@ class StoppedBar:
 
     @property
     def estimated_error(self) -> float:
-        """Rounding of a displacement, m."""
+        """Rounding error of a displacement, m."""
         return 1e-13 * abs(self.longer)
 
 
@@ -129,5 +132,5 @@ class Signorini(Reference):
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equations exactly"
 
     def solve(self, bar: StoppedBar) -> StoppedBar:
-        """Return the bar itself, which has the closed form."""
+        """Return the bar itself, whose class contains the closed form."""
         return bar

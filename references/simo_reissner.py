@@ -1,4 +1,4 @@
-"""Geometrically exact planar rod with bending, stretch and shear."""
+"""Geometrically exact planar rod with bending, stretch and shear, for a cantilever under its own weight."""
 
 from __future__ import annotations
 
@@ -50,7 +50,10 @@ class SimoReissner(Reference):
     )
 
     def solve(self, cantilever: Cantilever) -> CentreLine:
-        """Return the bent centre line. Raises NotApplicable, and NotSolved if 1e-10 relative is not reached."""
+        """Return the deformed centre line.
+
+        Raises NotApplicable, and NotSolved if a relative accuracy of 1e-10 is not reached.
+        """
         weight = cantilever.weight_per_length * cantilever.length  # N
         stretch, shear = weight / cantilever.axial_stiffness, weight / cantilever.shear_stiffness
         if shear - stretch > 1:
@@ -63,25 +66,26 @@ class SimoReissner(Reference):
 
 @dataclass(frozen=True)
 class ShearDeformableRod:
-    """A rod with bending, stretch and shear, scaled by its length."""
+    """Planar rod with bending, stretch and shear, scaled by its length."""
 
     k: float  # w L^3 / (EI)
     stretch: float  # w L / (EA), the axial strain of the hanging rod at its root
     shear: float  # w L / (kappa G A), the shear strain of the straight rod at its root
 
     def bending(self, s: Array, phi: Array) -> Array:
-        """Return g = k (1 - s) x'."""
+        """Return the scaled bending load g = k (1 - s) x' (n,)."""
         return self.k * (1 - s) * np.cos(phi) * (1 + self._difference(s) * np.sin(phi))
 
     def bending_slope(self, s: Array, phi: Array) -> Array:
-        """Return dg/dphi = k (1 - s) [-sin(phi) + (stretch - shear) (1 - s) cos(2 phi)]."""
+        """Return the derivative dg/dphi = k (1 - s) [-sin(phi) + (stretch - shear) (1 - s) cos(2 phi)] (n,)."""
         return self.k * (1 - s) * (-np.sin(phi) + self._difference(s) * np.cos(2 * phi))
 
     def strain(self, s: Array, phi: Array) -> tuple[Array, Array]:
-        """Return x' - 1 and y', the rates of the displacements.
+        """Return x' - 1 and y' (n,), the derivatives of the displacements along the axis and along gravity.
 
         x' = (1 + Gamma1) cos(phi) - Gamma2 sin(phi) and y' = (1 + Gamma1) sin(phi) + Gamma2 cos(phi), Gamma1 = stretch
-        (1 - s) sin(phi), Gamma2 = shear (1 - s) cos(phi).
+        (1 - s)
+        sin(phi), Gamma2 = shear (1 - s) cos(phi).
         """
         sin, cos = np.sin(phi), np.cos(phi)
         axial = -2 * np.sin(phi / 2) ** 2 + self._difference(s) * sin * cos

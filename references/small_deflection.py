@@ -1,4 +1,4 @@
-"""Textbook cantilever of small deflection: the limit of models of small strain and small rotation."""
+"""Textbook cantilever under small deflection: the limit of models for small strain and small rotation."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class SmallDeflection(Reference):
     error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equation exactly"
 
     def solve(self, cantilever: Cantilever) -> CentreLine:
-        """Return the bent centre line, exact up to rounding."""
+        """Return the deformed centre line, exact up to rounding."""
         k, L = cantilever.load_parameter, cantilever.length
         return CentreLine(
             cantilever,
@@ -51,5 +51,5 @@ class SmallDeflection(Reference):
 
 
 def _polynomial(scale: float, coefficients: tuple[int, ...], L: float) -> np.polynomial.Polynomial:
-    """Return scale times the polynomial of x / L."""
+    """Return `scale` times the polynomial in x / L with these coefficients."""
     return np.polynomial.Polynomial(scale * np.array(coefficients), domain=[0, L], window=[0, 1])

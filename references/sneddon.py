@@ -36,13 +36,13 @@ class Sneddon(Reference):
     error_meaning: ClassVar[str] = "displacement of the half-space at the borders of the body, m, and rounding"
 
     def must_hold(self, pressed: Indentation) -> None:
-        """Raise NotApplicable if an assumption is violated."""
+        """Raise NotApplicable if the case violates an assumption of the theory."""
         pressed.must_slip_freely()
         if pressed.kind not in ("cone", "punch"):
             raise NotApplicable(f"the indenter is a {pressed.kind}", "use `hertz(...)`")
         pressed.must_be_half_space()
 
     def solve(self, pressed: Indentation) -> HalfSpace:
-        """Return the solution. Raises NotApplicable if an assumption is violated."""
+        """Return the solution. Raises NotApplicable if the case violates an assumption."""
         self.must_hold(pressed)
         return pressed.half_space

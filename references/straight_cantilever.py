@@ -1,6 +1,6 @@
-"""The straight cantilever in numbers, for which the beam references are solved.
+"""Data of a straight cantilever, to which the beam references are applied.
 
-A reference knows no scene and no mesh: the caller reduces the scene to a `Cantilever`. If that is impossible it raises
+References do not know scenes or meshes: the caller reduces the scene to a `Cantilever`. If that is impossible it raises
 `NotApplicable`, with the reason and the remedy.
 
 To add a section, write a frozen dataclass with the members of `Section`.
@@ -21,7 +21,7 @@ a direction, and far too little to bend the beam differently."""
 
 
 class NotApplicable(Exception):
-    """The reference does not apply to this case. `reason` is the cause, `remedy` what to change."""
+    """Error when a reference does not apply to a case: `reason` is the cause, `remedy` the change that would help."""
 
     def __init__(self, reason: str, remedy: str) -> None:
         super().__init__(f"{reason}; {remedy}")
@@ -30,22 +30,22 @@ class NotApplicable(Exception):
 
 
 class Section(Protocol):
-    """Cross-section of a beam, uniform along it and symmetric about the plane of bending."""
+    """Interface of a beam's cross-section, uniform along the beam and symmetric about the plane of bending."""
 
     @property
     def extents(self) -> tuple[float, float]:
-        """Extents along gravity and across, m."""
+        """Extents of the section along gravity and across, m."""
 
     @property
     def area(self) -> float:
-        """Area A, m^2."""
+        """Area of the section A, m^2."""
 
     @property
     def second_moment(self) -> float:
         """Second moment I, m^4: the integral over the section of the squared distance from the bending axis."""
 
     def shear_factor(self, poisson: float) -> float:
-        """Return kappa, 1: mean shear strain times kappa G A is the shear force."""
+        """Return the shear factor kappa: the shear force is kappa G A times the mean shear strain."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ class Rectangle:
 
 @dataclass(frozen=True)
 class Cantilever:
-    """A straight uniform beam, clamped at `root`, bent by gravity normal to its axis. SI units.
+    """Straight uniform beam, clamped at `root`, bent by gravity normal to its axis. SI units.
 
     Raises NotApplicable if the beam or its load is not of that kind.
     """
@@ -196,12 +196,12 @@ class Cantilever:
 
     @property
     def load_parameter(self) -> float:
-        """Load parameter k = w L^3 / (EI), 1, which alone determines the shape of an inextensible beam."""
+        """Dimensionless load parameter k = w L^3 / (EI); it alone determines the shape of an inextensible beam."""
         return self.weight_per_length * self.length**3 / self.bending_stiffness
 
     @property
     def down(self) -> Vector:
-        """Unit vector of gravity."""
+        """Unit vector in the direction of gravity."""
         g = math.hypot(*self.gravity)
         return (self.gravity[0] / g, self.gravity[1] / g, self.gravity[2] / g)
 

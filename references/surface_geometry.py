@@ -30,7 +30,10 @@ SLACK = 1e-12
 
 
 def area_vectors(points: Array, triangles: Ints) -> Array:
-    """Return (b - a) x (c - a) / 2 of each triangle, (t, 3), m^2: its outward normal, as long as its area."""
+    """Return the area vector (b - a) x (c - a) / 2 of each triangle, (t, 3), m^2.
+
+    It points along the outward normal, and its length is the area.
+    """
     a, b, c = (points[triangles[:, i]] for i in range(3))
     return np.asarray(np.cross(b - a, c - a) / 2)
 
@@ -46,7 +49,7 @@ def unit_normals(points: Array, triangles: Ints) -> Array:
 
 
 def vertex_normals(points: Array, triangles: Ints) -> Array:
-    """Return the outward unit normal at each point, (n, 3): adjacent normals, weighted by their angles there.
+    """Return the outward unit normal at each point, (n, 3): adjacent normals weighted by their angles at the point.
 
     Source: Baerentzen and Aanaes 2005, IEEE Transactions on Visualization and Computer Graphics 11:243.
     """
@@ -61,7 +64,10 @@ def vertex_normals(points: Array, triangles: Ints) -> Array:
 
 
 def signed_volume(points: Array, triangles: Ints) -> float:
-    """Return the volume inside a closed surface, m^3, negative if it is inverted: sum of a . (b x c) / 6."""
+    """Return the volume inside a closed surface, m^3: the sum of a . (b x c) / 6 over its triangles.
+
+    The volume is negative if the surface is inside out.
+    """
     if len(triangles) == 0:
         return 0.0
     a, b, c = (points[triangles[:, i]] - points[triangles[0, 0]] for i in range(3))
@@ -75,7 +81,7 @@ def area_centroid(points: Array, triangles: Ints) -> Array:
 
 
 def count_open_edges(triangles: Ints) -> int:
-    """Return how many edges do not belong to exactly two triangles with opposite directions."""
+    """Return the number of edges that do not belong to exactly two triangles with opposite directions."""
     if len(triangles) == 0:
         return 0
     a, b = (np.concatenate([triangles[:, (i + k) % 3] for i in range(3)]) for k in (0, 1))
@@ -86,7 +92,7 @@ def count_open_edges(triangles: Ints) -> int:
 
 
 def find_connected_parts(count: int, triangles: Ints) -> Ints:
-    """Return the connected part of the surface of each triangle, (t,): parts that share points are one."""
+    """Return for each triangle the number of its connected part, (t,); triangles that share a point are connected."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -112,7 +118,7 @@ def _units(vectors: Array) -> Array:
 
 @dataclass(frozen=True)
 class ClosestPoints:
-    """Points of a surface that are closest to query points."""
+    """Closest points on a surface for a set of query points, with distances and triangles."""
 
     points: Array  # (n, 3), m
     distances: Array  # (n,), m
@@ -121,13 +127,13 @@ class ClosestPoints:
 
 @dataclass(frozen=True)
 class SurfaceSearch:
-    """A surface prepared for many closest-point queries. It has at least one triangle."""
+    """Surface prepared for many closest-point queries. It has at least one triangle."""
 
     points: Array  # (n, 3), m
     triangles: Ints  # (t, 3)
 
     def closest(self, queries: Array) -> ClosestPoints:
-        """Return the exact closest points of queries (n, 3), m."""
+        """Return the exact closest points on the surface for the query points (n, 3), m."""
         found = ClosestPoints(np.empty_like(queries), np.empty(len(queries)), np.empty(len(queries), dtype=np.int64))
         bound = self._bound(queries)
         for chunk in self._chunks(queries, bound):
@@ -140,7 +146,7 @@ class SurfaceSearch:
         return found
 
     def _bound(self, queries: Array) -> Array:
-        """Return an upper bound of the distance (n,): to the triangle with the nearest centre."""
+        """Return the distance of each query point (n,), m, to the triangle with the nearest centre, as upper bound."""
         nearest = self._centre_tree.query(queries)[1]
         points = closest_in_triangles(queries, self.points[self.triangles[nearest]])
         distances = np.linalg.norm(points - queries, axis=1)
@@ -148,7 +154,7 @@ class SurfaceSearch:
         return np.asarray(distances * (1 + SLACK) + SLACK * scale)
 
     def _chunks(self, queries: Array, bound: Array) -> Iterator[slice]:
-        """Yield slices of the queries with about PAIRS candidates each, and at least one query."""
+        """Yield slices of the queries, each of at least one query and about PAIRS candidate triangles in total."""
         counts = sum(
             np.asarray(tree.query_ball_point(queries, bound + radius, return_length=True))
             for tree, _, radius in self._classes
@@ -158,7 +164,7 @@ class SurfaceSearch:
         return (slice(a, b) for a, b in pairwise(edges) if b > a)
 
     def _pairs(self, queries: Array, bound: Array) -> tuple[Ints, Ints]:
-        """Return every query (p,) with every triangle (p,) whose bounding ball is within its bound."""
+        """Return pairs (p,) of a query and a triangle whose bounding ball is within the query's distance bound."""
         which, triangle = [], []
         for tree, members, radius in self._classes:
             near = tree.query_ball_point(queries, bound + radius)
@@ -175,7 +181,7 @@ class SurfaceSearch:
 
     @cached_property
     def _radii(self) -> Array:
-        """Radius of the bounding ball about the centre of each triangle, (t,), m."""
+        """Radius of the bounding ball of each triangle about its centre, (t,), m."""
         apart = self.points[self.triangles] - self._centres[:, None]
         return np.asarray(np.linalg.norm(apart, axis=2).max(axis=1) * (1 + SLACK))
 
@@ -187,7 +193,7 @@ class SurfaceSearch:
 
     @cached_property
     def _classes(self) -> list[tuple[Any, Ints, float]]:
-        """Triangles grouped by size: a tree of their centres, their numbers, the largest radius.
+        """Triangles grouped by size: for each group a k-d tree of centres, the triangle numbers and the largest radius.
 
         One large triangle among small ones would otherwise widen every search.
         """
@@ -199,7 +205,7 @@ class SurfaceSearch:
 
 
 def _first_minimum(which: Ints, values: Array, count: int) -> Ints:
-    """Return the position of the first least value in each of `count` groups, (count,)."""
+    """Return the index of the first smallest value in each of `count` groups, (count,); `which` are the groups."""
     least = np.full(count, np.inf)
     np.minimum.at(least, which, values)
     candidates = np.flatnonzero(values == least[which])[::-1]
@@ -209,7 +215,7 @@ def _first_minimum(which: Ints, values: Array, count: int) -> Ints:
 
 
 def closest_in_triangles(p: Array, corners: Array) -> Array:
-    """Return the point of each triangle, corners (n, 3, 3), that is closest to p (n, 3).
+    """Return the points (n, 3) of triangles with corners (n, 3, 3) that are closest to p (n, 3).
 
     Source: Ericson 2005, Real-Time Collision Detection, section 5.1.5 (regions of Voronoi).
     """
@@ -233,7 +239,7 @@ def closest_in_triangles(p: Array, corners: Array) -> Array:
 
 
 def _safe_fraction(part: Array, whole: Array) -> Array:
-    """Return part / whole between 0 and 1, and 0 if whole is 0: a triangle without area."""
+    """Return part / whole limited to the range from 0 to 1, and 0 where whole is 0 (a triangle without area)."""
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(whole != 0, part / np.where(whole != 0, whole, 1.0), 0.0)
     return np.clip(share, 0.0, 1.0)
@@ -243,9 +249,10 @@ def _safe_fraction(part: Array, whole: Array) -> Array:
 
 
 def ray_distances(origins: Array, directions: Array, points: Array, triangles: Ints) -> Array:
-    """Return how far rays go, in lengths of their directions, until they meet a surface; inf if they do not.
+    """Return the distances (n,) along rays to their first intersection with a surface; inf without one.
 
-    A hit at the origin itself counts as zero. Source: Moeller and Trumbore 1997, J. Graphics Tools 2:21.
+    Distances are in units of the lengths of `directions`. A hit at the origin itself counts as zero.
+    Source: Moeller and Trumbore 1997, J. Graphics Tools 2:21.
     """
     a = points[triangles[:, 0]]
     ab, ac = points[triangles[:, 1]] - a, points[triangles[:, 2]] - a
@@ -272,8 +279,9 @@ def _ray_block(o: Array, d: Array, a: Array, ab: Array, ac: Array) -> Array:
 
 
 def normal_distances(origins: Array, normals: Array, points: Array, triangles: Ints) -> Array:
-    """Return the signed distance along unit normals to a surface, (n,), m: the nearer hit of both directions; inf
-    without one.
+    """Return the signed distances (n,), m, along unit normals to a surface: the nearer hit of both directions.
+
+    They are inf without an intersection.
     """
     out, back = (ray_distances(origins, sign * normals, points, triangles) for sign in (1.0, -1.0))
     return np.where(out <= back, out, -back)

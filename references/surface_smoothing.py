@@ -22,10 +22,11 @@ FACTOR = 0.5
 
 
 def taubin(points: Array, triangles: Ints, steps: int) -> Array:
-    """Return points (n, 3) after `steps` pairs of a shrinking and a growing step of the umbrella operator.
+    """Return the points (n, 3) of a surface after `steps` pairs of a shrinking and a growing smoothing step.
 
-    x <- x + lambda L x, then x <- x + mu L x, with L x the mean of the neighbours minus x and 1 / lambda + 1 / mu = k,
-    so mu = 1 / (k - 1 / lambda) < -lambda. The volume is preserved to second order.
+    The steps are x <- x + lambda L x, then x <- x + mu L x, with L x the mean of the neighbours minus x (umbrella
+    operator), and 1 / lambda + 1 / mu = k, so mu = 1 / (k - 1 / lambda) < -lambda. The volume is preserved to second
+    order.
     Source: Taubin 1995, SIGGRAPH, 351-358.
     """
     growth = 1 / (PASS_BAND - 1 / FACTOR)
@@ -37,7 +38,7 @@ def taubin(points: Array, triangles: Ints, steps: int) -> Array:
 
 
 def _neighbour_mean(count: int, triangles: Ints) -> Any:
-    """Return the sparse matrix (n, n) that averages the neighbours of each point; isolated points stay."""
+    """Return the sparse matrix (n, n) that averages the neighbours of each point; isolated points stay in place."""
     from scipy.sparse import coo_matrix, diags_array
 
     a = np.concatenate([triangles[:, i] for i in (0, 1, 2, 1, 2, 0)])

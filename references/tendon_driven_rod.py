@@ -43,9 +43,9 @@ STATES = 13  # state variables of a station: position, quaternion, force and mom
 
 @dataclass(frozen=True)
 class TendonRoute:
-    """A tendon: its ends along the axis, m, its positions there in the section, m, and its tension, N.
+    """Route of a tendon: its ends along the axis, m, its positions in the sections there, m, and its tension, N.
 
-    `winding` (rad) is its rotation about the axis between them, right-handed.
+    `winding`, rad, is its right-handed rotation about the axis from one end to the other.
     """
 
     begin: float
@@ -56,7 +56,10 @@ class TendonRoute:
     tension: float
 
     def beside(self, s: Array) -> tuple[Array, Array, Array]:
-        """Return its position in section (3, k), m, at stations s (k,), m, and two derivatives, including winding."""
+        """Return the tendon's position in the section (3, k), m, at distances s along the axis (k,), m.
+
+        The two other results are its first and second derivatives by s.
+        """
         span = self.end - self.begin
         w, line = 1j * self.winding / span, complex(*self.first)
         rate = (complex(*self.last) * np.exp(-1j * self.winding) - line) / span
@@ -70,9 +73,9 @@ class TendonRoute:
 
 @dataclass(frozen=True)
 class DrivenRod:
-    """A straight uniform rod, clamped at `root`, with tendons, weight and a dead force at its free end. SI units.
+    """Straight uniform rod, clamped at `root`, with tendons, weight and a dead force at its free end. SI units.
 
-    `frame` are unit vectors along its axis and across it, right-handed; `stiffness` EA, GA2, GA3, GJ, EI2, EI3.
+    `frame` are unit vectors along its axis and across it, right-handed. `stiffness` is EA, GA2, GA3, GJ, EI2, EI3.
     """
 
     length: float
@@ -95,7 +98,7 @@ class DrivenRod:
 
 @dataclass(frozen=True)
 class RodSection:
-    """A part of the rod between stations, scaled by its length, and the tendons along all of it."""
+    """Part of the rod along which the same tendons run; its ends are scaled by the length of the rod."""
 
     begin: float
     end: float
@@ -103,7 +106,10 @@ class RodSection:
 
 
 class RodEquations:
-    """Equations of driven rod, for a fraction `share` of loads and tensions; rod sections side by side over [0, 1]."""
+    """Differential equations of a tendon-driven rod, for a fraction `share` of its loads and tensions.
+
+    All parts of the rod (`RodSection`) are solved side by side over the coordinate z in [0, 1].
+    """
 
     def __init__(self, rod: DrivenRod, share: float) -> None:
         L, EI = rod.length, max(rod.stiffness[4:])
@@ -122,7 +128,7 @@ class RodEquations:
         ]
 
     def straight(self, z: Array) -> Array:
-        """Return the undeformed rod at positions z (k,) of every section (13 sections, k)."""
+        """Return the states of the undeformed rod at coordinates z (k,) of every part, (13 parts, k)."""
         y = np.zeros((len(self.stretches), STATES, len(z)))
         y[:, 3] = 1.0
         for own, part in zip(y, self.stretches, strict=True):
@@ -130,13 +136,13 @@ class RodEquations:
         return y.reshape(-1, len(z))
 
     def strains(self, y: Array) -> tuple[Array, Array]:
-        """Return v and u (3, k) of states y (13, k)."""
+        """Return the strains v and u (3, k) each of states y (13, k)."""
         v, u = y[7:10] / self.C[:3, None], y[10:13] / self.C[3:, None]
         v[0] += 1.0
         return v, u
 
     def rates(self, z: Array, y: Array) -> Array:
-        """Return derivatives of all sections by z, (13 sections, k)."""
+        """Return the derivatives of all states y by z, (13 parts, k)."""
         parts = []
         for own, part in zip(np.split(y, len(self.stretches)), self.stretches, strict=True):
             span = part.end - part.begin
@@ -170,7 +176,7 @@ class RodEquations:
         return np.concatenate([np.einsum("ijk,jk->ik", R, v), turning, self.C[:, None] * slopes])
 
     def carried(self, s: float, y: Array, routes: Sequence[TendonRoute]) -> Array:
-        """Return the total force and moment of rod and tendons at a station (6,), in axes of the section."""
+        """Return the total force and moment of rod and tendons (6,) at a distance s along the axis, in section axes."""
         v, u = self.strains(y[:, None])
         total = y[7:13].copy()
         for route in routes:
@@ -181,7 +187,7 @@ class RodEquations:
         return total
 
     def ends(self, first: Array, last: Array) -> Array:
-        """Return the boundary residual: clamp, continuity between sections, and free end (13 sections,)."""
+        """Return the boundary residual (13 parts,): clamp, continuity between parts, and free end."""
         a, b = np.split(first, len(self.stretches)), np.split(last, len(self.stretches))
         found = [a[0][:7] - np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])]
         for k, (here, there) in enumerate(itertools.pairwise(self.stretches)):
@@ -194,7 +200,7 @@ class RodEquations:
 
 @dataclass(frozen=True)
 class DrivenRodSolution:
-    """The rod in equilibrium: the solution of every section, and its error, m."""
+    """Tendon-driven rod in equilibrium: the solution of every part, and its error, m."""
 
     rod: DrivenRod
     stretches: tuple[RodSection, ...]
@@ -202,8 +208,9 @@ class DrivenRodSolution:
     estimated_error: float
 
     def displacement(self, X: Array) -> Array:
-        """Return displacements (n, 3), m, of points X (n, 3), m: sections are rigid. Raises NotApplicable beyond the
-        ends.
+        """Return displacements (n, 3), m, of points X (n, 3), m, of the undeformed body, with rigid cross-sections.
+
+        Raises NotApplicable for points beyond the ends.
         """
         points, frame = as_points(X), np.array(self.rod.frame)
         offset = (points - np.array(self.rod.root)) @ frame.T  # (n, 3): along, across
@@ -221,7 +228,7 @@ class DrivenRodSolution:
 
 
 def states_at(stretches: Sequence[RodSection], solution: Callable[[Array], Array], s: Array) -> Array:
-    """Return the states at stations s (k,), scaled by the length (13, k)."""
+    """Return the states (13, k) at distances s along the axis (k,), scaled by the length."""
     which = np.clip(np.searchsorted([p.end for p in stretches], s), 0, len(stretches) - 1)
     found = np.empty((STATES, len(s)))
     for k, part in enumerate(stretches):
@@ -234,7 +241,7 @@ def states_at(stretches: Sequence[RodSection], solution: Callable[[Array], Array
 def solve_driven_rod(rod: DrivenRod) -> DrivenRodSolution:
     """Return the rod under its full load, reached from zero in load steps. Raises NotSolved.
 
-    Its error is the change under halving of every collocation interval, plus rounding.
+    Its error is the change when every collocation interval is halved, plus rounding.
     """
     z = np.linspace(0.0, 1.0, NODES)
     y = RodEquations(rod, 0.0).straight(z)
@@ -266,25 +273,25 @@ def _solve(equations: RodEquations, z: Array, y: Array, tolerance: float, most: 
 
 
 def _scale_route(route: TendonRoute, length: float, force: float) -> TendonRoute:
-    """Return the tendon scaled by the length, its tension by the unit of force."""
+    """Return the tendon route scaled by the length, and its tension scaled by the unit of force."""
     first, last = ((u / length, v / length) for u, v in (route.first, route.last))
     return TendonRoute(route.begin / length, route.end / length, first, last, route.winding, force * route.tension)
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """Return a x b of (3, k)."""
+    """Return the cross products a x b (3, k)."""
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def _hat(a: Array) -> Array:
-    """Return the matrices (k, 3, 3) of a x, for a (3, k)."""
+    """Return the matrices (k, 3, 3) of the cross product a x, for vectors a (3, k)."""
     found = np.zeros((a.shape[1], 3, 3))
     found[:, 0, 1], found[:, 0, 2], found[:, 1, 2] = -a[2], a[1], -a[0]
     return found - found.swapaxes(1, 2)
 
 
 def _rotation(q: Array) -> Array:
-    """Return R (3, 3, k) of quaternions (4, k), scalar first, of any length."""
+    """Return the rotation matrices R (3, 3, k) of quaternions q (4, k), scalar first, of any length."""
     w, x, y, z = q / np.sqrt((q * q).sum(axis=0))
     return np.array([
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -294,7 +301,7 @@ def _rotation(q: Array) -> Array:
 
 
 def _quaternion_rate(q: Array, u: Array) -> Array:
-    """Return q u (4, k): twice the rate of a quaternion whose frame rotates by u about its own axes."""
+    """Return q u (4, k): twice the rate of quaternions q whose frames rotate by u about their own axes."""
     w, x, y, z = q
     return np.stack([
         -x * u[0] - y * u[1] - z * u[2], w * u[0] + y * u[2] - z * u[1],

@@ -26,7 +26,10 @@ Drains = Literal["driven", "held", "both"]  # which ends are open
 
 @dataclass(frozen=True)
 class ConfinedColumn:
-    """A porous column between a held end and a driven one, laterally confined, drained at its ends. SI units."""
+    """Base class of laterally confined porous columns between a held and a driven end. SI units.
+
+    The columns are drained at one end or at both.
+    """
 
     length: float  # m
     area: float  # m^2
@@ -44,12 +47,13 @@ class ConfinedColumn:
         raise NotImplementedError(f"{type(self).__name__} does not say how it moves")
 
     def _folded(self, X: Array) -> tuple[Array, Array, bool]:
-        """Return distances (n,), m, of points X (n, 3) from the impermeable plane, signs (n,), and whether that plane
-        moves.
+        """Return distances (n,), m, of points X (n, 3) from the impermeable plane.
 
-        That plane is the held end, the driven one, or the middle between two drained ends. The axial displacement is
-        sign w, w outward from there, plus that of the plane, w at the open end, if it moves. Raises NotApplicable for
-        invalid points.
+        The other results are signs (n,), and whether the plane moves. The plane is the held end, the driven end, or the
+        middle between two drained ends. With w the displacement away from the
+        plane, the axial displacement is sign w. If the plane moves, its own displacement is added, which is w at the
+        open end.
+        Raises NotApplicable for invalid points.
         """
         z = (as_points(X) - np.asarray(self.root)) @ np.asarray(self.axis)
         if self.drains == "driven":
@@ -67,7 +71,7 @@ class ConfinedColumn:
 
     @property
     def travel(self) -> float:
-        """Present displacement of its driven end, m."""
+        """Present displacement of the driven end, m."""
         w = self._outward(np.array([self.way]))
         return float(w[0]) * (2.0 if self.drains == "both" else 1.0)
 
@@ -79,11 +83,13 @@ class ConfinedColumn:
 
 @dataclass(frozen=True)
 class Column(ConfinedColumn):
-    """A column, one end held along the axis and the other loaded by a porous or an impermeable plate. SI units.
+    """Porous column, held at one end along its axis and loaded at the other by a plate. SI units.
 
-    Its strain is small, along the axis only, and the fluid pressure diffuses: p_t = c p_zz - sigma_t with c = k HA and
-    the uniform total stress sigma = HA u_z - p. Under a force the modes are odd multiples of a quarter wave; under a
-    displacement they are those of u_t = c u_zz between two prescribed ends, half waves.
+    The plate is porous or impermeable. Its strain is small and axial only, and the fluid pressure diffuses: p_t = c
+    p_zz - sigma_t with c = k HA and the
+    uniform total stress sigma = HA u_z - p. Under a prescribed force the modes are odd multiples of a quarter wave.
+    Under a
+    prescribed displacement they are those of u_t = c u_zz between two prescribed ends: half waves.
     """
 
     modulus: float  # Pa, HA = lambda + 2 mu of the drained skeleton
@@ -100,7 +106,7 @@ class Column(ConfinedColumn):
 
     @cached_property
     def _waves(self) -> Array:
-        """Wave numbers of its modes, times the drainage path (n,)."""
+        """Wave numbers of the modes times the drainage path (n,)."""
         count = count_needed_modes(self.driven, self.now, self.time, kinks=not self.force)
         first = 0.5 if self.force else 1.0
         found: Array = np.pi * np.linspace(first, first + count - 1.0, count)
@@ -113,11 +119,11 @@ class Column(ConfinedColumn):
 
     @property
     def _strain(self) -> float:
-        """Final strain for the whole amplitude."""
+        """Final axial strain under the whole amplitude."""
         return self.amount / (self.area * self.modulus) if self.force else self.amount / self.length
 
     def _followed(self, y: Array) -> ModalResponse:
-        """Return the modal response of `_outward`."""
+        """Return the modal response of the displacements `_outward` at distances y (k,), m."""
         M, h = self._waves, self.way
         sign = np.where(np.arange(len(M)) % 2 == 0, 1.0, -1.0)
         shape = np.sin(M * (y / h)[:, None])
@@ -129,7 +135,7 @@ class Column(ConfinedColumn):
         return self._followed(y).at(self.driven, self._rates, self.now)
 
     def pressure(self, X: Array) -> Array:
-        """Return the fluid pressure at points X (n, 3) (n,), Pa."""
+        """Return the fluid pressure (n,), Pa, at points X (n, 3), m."""
         y, _, _ = self._folded(X)
         M, none = self._waves, np.zeros_like(y)
         sign = np.where(np.arange(len(M)) % 2 == 0, 1.0, -1.0)
@@ -143,7 +149,7 @@ class Column(ConfinedColumn):
 
     @property
     def pull(self) -> float:
-        """Present force on its driven end, N, along the axis."""
+        """Present force on the driven end along the axis, N."""
         if self.force:
             return self.amount * self.driven.left(0.0, self.now)
         modes = ModalResponse(np.ones(1), np.full((1, len(self._waves)), 2.0), np.zeros(1), np.full(1, self.time / 3.0))
@@ -151,7 +157,7 @@ class Column(ConfinedColumn):
 
     @property
     def estimated_error(self) -> float:
-        """Error of a displacement, m: modes beyond the last, and rounding."""
+        """Error of a displacement, m, due to modes beyond the last and to rounding."""
         places = np.linspace(0.0, self.way, 9)[1:]
         missed = self._followed(places).missed(self.driven, self._rates, self.now)
         return missed + ROUNDING * abs(self._strain) * self.length
@@ -186,6 +192,6 @@ class Terzaghi(Reference):
     error_meaning: ClassVar[str] = "omitted modes and rounding of the displacement, m"
 
     def solve(self, column: Column) -> Column:
-        """Return the column itself, which has the modal sums. Raises NotSolved just after a jump."""
+        """Return the column itself, whose class contains the sums over modes. Raises NotSolved just after a jump."""
         require_convergence(column.driven, column.now, column.time, moved=not column.force)
         return column

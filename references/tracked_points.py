@@ -71,7 +71,11 @@ class TrackedPoints(Reference):
     error_meaning: ClassVar[str] = "uncertainty of a measured displacement, m, as stated in the scene"
 
     def unfit(self) -> tuple[str, str] | None:
-        """Return why the table has no tracked points in these states, and the remedy, without reading numbers."""
+        """Return the reason why the table has no tracked points in the requested states, and the remedy; None if it
+        has.
+
+        No numbers are read.
+        """
         try:
             states = read_table(Path(self.path)).states
         except Unreadable as error:
@@ -83,13 +87,13 @@ class TrackedPoints(Reference):
         return f"the table has no state {lacking:g}", f"its states are {', '.join(map(str, states))}"
 
     def in_state(self, number: int, value: float) -> Self:
-        """Return the points in one state of the analysis, counted from 0."""
+        """Return the points for one state of the analysis; `number` counts states from 0."""
         if self.states is None or number >= len(self.states.values):  # too few are refused when a scene is checked
             return self
         return replace(self, state=int(self.states.values[number]), states=None)
 
     def load(self, beside: Path | None = None) -> MeasuredPoints:
-        """Return the points at rest and their displacements, in the scene's frame. Raises Unreadable."""
+        """Return the points at rest and their displacements, in the scene's coordinates. Raises Unreadable."""
         table = read_table(find_file(self.path, beside))
         rest, now = (table.positions(state) for state in (self.rest, self.state))
         there = np.asarray(np.isfinite(np.hstack([rest, now])).all(axis=1))
@@ -111,20 +115,20 @@ class TrackedPoints(Reference):
 
 @dataclass(frozen=True)
 class MarkerTable:
-    """Rows of a table of tracked points, by column."""
+    """Table of tracked points, with its fields by column."""
 
     name: str
     columns: dict[str, tuple[str, ...]]
 
     @property
     def states(self) -> list[int]:
-        """Numbers of the states that have three columns."""
+        """Numbers of the states for which the table has all three coordinates."""
         numbers = (c[1:] for c in self.columns if c[:1] == "x" and c[1:].isdecimal())
         return sorted(int(n) for n in numbers if all(a + n in self.columns for a in "yz"))
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the points: by name, by index, or by row."""
+        """Names of the points: from the column `name`, from the indices i, j, k, or from the row number."""
         if "name" in self.columns:
             return self.columns["name"]
         if all(c in self.columns for c in "ijk"):
@@ -132,14 +136,14 @@ class MarkerTable:
         return tuple(str(i + 1) for i in range(len(self.columns[REST[0]])))
 
     def positions(self, state: int) -> Array:
-        """Return positions (n, 3) in a state, in the table's units; nan if missing. Raises Unreadable."""
+        """Return the positions (n, 3) in a state, in the table's units; NaN if missing. Raises Unreadable."""
         if state not in self.states:
             listed = ", ".join(map(str, self.states))
             raise Unreadable(self.name, f"the table has no state {state}", f"its states are {listed}")
         return np.stack([self._numbers(f"{axis}{state}") for axis in "xyz"], axis=1)
 
     def grid(self, kept: NDArray[np.bool_]) -> NDArray[np.int64] | None:
-        """Return the indices i, j, k (n, 3) of the points, if the table has them."""
+        """Return the indices i, j, k (n, 3) of the points selected by `kept`, None if the table has none."""
         if not all(c in self.columns for c in "ijk"):
             return None
         return np.stack([self._numbers(c) for c in "ijk"], axis=1)[kept].astype(np.int64)
@@ -156,7 +160,7 @@ class MarkerTable:
 
 
 def read_table(file: Path) -> MarkerTable:
-    """Return a table of tracked points. Raises Unreadable."""
+    """Return the table of tracked points in a file. Raises Unreadable."""
     import csv
 
     try:

@@ -34,6 +34,6 @@ class Unconfined(Reference):
     error_meaning: ClassVar[str] = "omitted modes and rounding of the displacement, m"
 
     def solve(self, disc: CompressedPorousBody) -> CompressedPorousBody:
-        """Return the disc itself, which has the modal sums. Raises NotSolved just after a jump."""
+        """Return the disc itself, whose class contains the sums over modes. Raises NotSolved just after a jump."""
         require_convergence(disc.driven, disc.now, disc.time)
         return disc

@@ -1,6 +1,6 @@
 """Virtual scan of a known shape: voxels, blur and noise, then the same reconstruction as for a real scan.
 
-The result is compared with the original shape: the error of the imaging chain, against a known truth.
+The reconstruction is compared with the original shape, which gives the error of the imaging chain.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ PAIRS = 4_000_000  # pairs of rays and triangles processed at once
 
 @dataclass(frozen=True)
 class Scanner:
-    """Parameters of a scan of a body of value 1 in a background of 0."""
+    """Parameters of a virtual scanner; the body has the value 1, the background 0."""
 
     voxel: Vector  # m
     blur: float = 0.0  # m, standard deviation of its Gaussian point spread
@@ -47,7 +47,7 @@ class Scanner:
 
 @dataclass(frozen=True)
 class ChainError:
-    """Distances of the points of a reconstructed surface from the true one, m."""
+    """Error of the imaging chain: distances of the points of a reconstructed surface from the true surface, m."""
 
     mean: float
     sd: float  # standard deviation of the distances
@@ -57,12 +57,12 @@ class ChainError:
 
     @property
     def rms(self) -> float:
-        """Root mean square of the distances."""
+        """Root mean square of the distances, m."""
         return math.hypot(self.mean, self.sd)
 
     @property
     def words(self) -> str:
-        """Description for a note."""
+        """Description as text, for a note."""
         parts = (("mean", self.mean), ("sd", self.sd), ("max", self.max), ("bias", self.bias))
         return ", ".join(f"{name} {1e3 * value:.3g} mm" for name, value in parts)
 
@@ -96,9 +96,9 @@ class VirtualScan(Reference):
     error_meaning: ClassVar[str] = "root mean square distance of the reconstruction from the scanned shape, m"
 
     def load(self, points: Array, triangles: Ints) -> MeasuredSurface:
-        """Return the reconstruction of a closed surface (n, 3) m, (t, 3); its uncertainty is the error of the chain.
+        """Return the reconstruction of a closed surface with points (n, 3), m, and triangles (t, 3).
 
-        Raises Unreadable.
+        Its uncertainty is the error of the imaging chain. Raises Unreadable.
         """
         volume = scan(points, triangles, Scanner(self.voxel, self.blur, self.noise, self.seed))
         found, faces, notes = extract_isosurface(volume, self.iso, self.smoothing, "largest", NAME)
@@ -109,7 +109,10 @@ class VirtualScan(Reference):
 
 
 def chain_error(found: Array, faces: Ints, points: Array, triangles: Ints) -> ChainError:
-    """Return the distances of a reconstructed surface from the true one, over the points of the reconstruction."""
+    """Return the distances of the points of a reconstructed surface from the true surface.
+
+    `found` and `faces` are the reconstructed surface, `points` and `triangles` the true one.
+    """
     truth = SurfaceSearch(points, triangles).closest(found)
     outward = np.einsum("ni,ni->n", found - truth.points, vertex_normals(found, faces))
     d = truth.distances
@@ -118,9 +121,9 @@ def chain_error(found: Array, faces: Ints, points: Array, triangles: Ints) -> Ch
 
 
 def scan(points: Array, triangles: Ints, scanner: Scanner, shape: tuple[int, int, int] | None = None) -> VoxelVolume:
-    """Return the voxels of a scan of a closed surface: values of about 0 outside and 1 inside.
+    """Return the voxels of a virtual scan of a closed surface: values of about 0 outside and 1 inside.
 
-    The grid is cropped to the body and its blur, or has `shape` voxels about the body's centre. Raises Unreadable.
+    The grid is cropped to the body and its blur, or has `shape` voxels about the centre of the body. Raises Unreadable.
     """
     if len(triangles) == 0 or count_open_edges(triangles):
         raise Unreadable(NAME, "the scanned surface is not closed", "scan the whole surface of a body")
@@ -153,11 +156,13 @@ def _grid(body: Array, scanner: Scanner, shape: tuple[int, int, int] | None) -> 
 
 
 def coverage(points: Array, triangles: Ints, origin: Array, voxel: Array, size: tuple[int, int, int]) -> Array:
-    """Return the fraction of each voxel inside a closed surface, (nx, ny, nz).
+    """Return the fraction of each voxel that is inside a closed surface, (nx, ny, nz).
 
-    Rays run along the longest edge of a voxel, RAYS x RAYS of them per voxel: each crossing at the height h fills the
-    part below it, with the sign of leaving or entering. The filled length is exact along the ray, and crossings need no
-    order. Where the surface intersects itself, windings add up.
+    Rays run along the longest edge of a voxel, RAYS x RAYS of them per voxel. Each crossing of the surface at a height
+    h
+    fills the part of the ray below it, with the sign of leaving or entering. The filled length is exact along the ray,
+    and
+    the order of crossings does not matter. Where the surface intersects itself, windings add up.
     """
     first = (int(np.argmax(voxel)) + 1) % 3  # a cyclic change of axes keeps the surface outside out
     order = [first, (first + 1) % 3, (first + 2) % 3]
@@ -181,10 +186,11 @@ def _blocks(P: Array, triangles: Ints) -> list[Ints]:
 
 
 def _crossings(P: Array, triangles: Ints, nx: int, ny: int) -> tuple[Ints, Array, Array]:
-    """Return where rays cross triangles: the column of voxels (c,), the height (c,), +1 for leaving, -1 for entering.
+    """Return the crossings of rays and triangles: the column of voxels (c,), the height (c,), and the sign (c,).
 
-    A ray is at ((p + 1/2) / RAYS, (q + 1/2) / RAYS). One that meets an edge is counted as if slightly displaced, so
-    that it crosses exactly one of the two triangles.
+    The sign is +1 for leaving, -1 for entering. A ray is at ((p + 1/2) / RAYS, (q + 1/2) / RAYS). A ray that meets an
+    edge
+    is counted as if slightly displaced, so that it crosses exactly one of the two triangles.
     """
     Q = P * np.array([RAYS, RAYS, 1.0]) - np.array([0.5, 0.5, 0.0])  # rays at whole numbers
     flat = Q[triangles][:, :, :2]
@@ -204,8 +210,9 @@ def _crossings(P: Array, triangles: Ints, nx: int, ny: int) -> tuple[Ints, Array
 
 
 def _side_of_line(a: Array, b: Array, p: Array) -> Array:
-    """Return +1 if p lies to the left of the line from a to b, -1 to the right; a point on it counts as slightly
-    displaced.
+    """Return +1 if p lies to the left of the line from a to b, -1 to the right.
+
+    A point on the line counts as slightly displaced.
     """
     swapped = (a[:, 0] > b[:, 0]) | ((a[:, 0] == b[:, 0]) & (a[:, 1] > b[:, 1]))
     low, high = np.where(swapped[:, None], b, a), np.where(swapped[:, None], a, b)
@@ -215,7 +222,10 @@ def _side_of_line(a: Array, b: Array, p: Array) -> Array:
 
 
 def _height(corners: Array, p: Array) -> Array:
-    """Return the height of a ray on the plane of a triangle, limited by its corners: it may be steep."""
+    """Return the height at which a ray crosses the plane of a triangle, limited by the heights of its corners.
+
+    The limits matter for a steep triangle.
+    """
     a, e, f = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     d = p - a[:, :2]
     area = e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]
@@ -227,10 +237,11 @@ def _height(corners: Array, p: Array) -> Array:
 
 
 def _fill(filled: Array, column: Ints, height: Array, sign: Array) -> None:
-    """Add crossings to columns (c, nz + 1): entry k + 1 counts for the voxels up to k, see `coverage`.
+    """Add crossings to the columns `filled` (c, nz + 1), where entry k + 1 counts for the voxels up to k.
 
-    A crossing in the voxel m fills a fraction of it, height - m, and all of the m voxels below. In sums from above,
-    that is the fraction at m and the rest of one at m - 1.
+    A crossing in the voxel m fills the fraction height - m of it, and all of the m voxels below. In sums from above,
+    the
+    fraction is added at m and the remainder of one at m - 1. See `coverage`.
     """
     m = np.minimum(np.floor(height).astype(np.int64), filled.shape[1] - 2)
     share = height - m

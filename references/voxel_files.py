@@ -1,6 +1,7 @@
 """Voxel data: values on a grid with its position, read from NumPy, NRRD, NIfTI and DICOM files.
 
-A voxel is represented by its centre. Readers are imported when a file needs them; a missing one gives a message.
+A voxel is represented by its centre. Packages that read a format are imported when a file needs them; a message names a
+missing package.
 """
 
 from __future__ import annotations
@@ -33,14 +34,14 @@ EQUAL = 1e-2  # share of the spacing by which slices may lie apart from equally 
 
 @dataclass(frozen=True)
 class VoxelVolume:
-    """Values on a grid: the voxel (i, j, k) has its centre at A (i, j, k) + b."""
+    """Values on a grid of voxels; the voxel (i, j, k) has its centre at A (i, j, k) + b, m."""
 
     values: Values  # (nx, ny, nz)
     axes: Array  # A (3, 3), m: its columns are the steps along i, j and k
     origin: Array  # b (3,), m
 
     def points(self, indices: Array) -> Array:
-        """Return positions (n, 3), m, of points given by fractional indices (n, 3)."""
+        """Return the positions (n, 3), m, of points given by fractional voxel indices (n, 3)."""
         return np.asarray(indices @ self.axes.T + self.origin)
 
 
@@ -56,8 +57,8 @@ def import_package(module: str, name: str) -> Any:
 def read_volume(file: Path, spacing: Vector | None = None, unit: float | None = None) -> VoxelVolume:
     """Return the voxels of a file, or of the DICOM series in a folder.
 
-    `spacing`, m, overrides that of the file and is needed if the file has none (NumPy); `unit`, m, likewise for the
-    unit of its lengths. Raises Unreadable.
+    `spacing`, m, replaces the voxel size of the file and is required if the file has none (NumPy). `unit`, m, likewise
+    replaces the unit of the file's lengths. Raises Unreadable.
     """
     read = _reader(file)
     try:
@@ -80,7 +81,7 @@ def _reader(file: Path) -> Callable[[Path, Vector | None, float | None], VoxelVo
         if name.endswith(ending):
             return reader
     reason = "voxel data are read from .npy, .npz, .nrrd, .nhdr, .nii, .nii.gz and DICOM"
-    raise Unreadable(file.name, reason, "convert the file to one of them")
+    raise Unreadable(file.name, reason, "convert the file to one of these formats")
 
 
 def _numpy(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
@@ -122,8 +123,9 @@ def _nrrd(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume
 
 
 def _data_file(file: Path, header: Mapping[str, Any]) -> Path | None:
-    """Return the separate file with the voxels of an NRRD header, None if they follow the header. Raises Unreadable.
+    """Return the separate file that holds the voxels of an NRRD file, None if they follow the header.
 
+    Raises Unreadable.
     Source: Definition of NRRD File Format (teem.sourceforge.net/nrrd/format.html), section 6.
     """
     told = header.get("datafile", header.get("data file"))
@@ -146,7 +148,7 @@ def _nifti(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolum
 
 
 def _length(name: str, said: Iterable[str] | None) -> float:
-    """Return the length of a file's unit name, m. Raises Unreadable without one."""
+    """Return the length, m, of the unit that a file names. Raises Unreadable if it names none."""
     words = {str(word).strip().lower() for word in said or ()}
     if len(words) == 1 and (word := words.pop()) in UNITS:
         return UNITS[word]
@@ -155,7 +157,10 @@ def _length(name: str, said: Iterable[str] | None) -> float:
 
 
 def _dicom(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
-    """Return the series of a folder, or the one that a file belongs to. Source: DICOM PS3.3, C.7.6.2.1.1 (mm)."""
+    """Return the voxels of the DICOM series in a folder, or of the series to which a file belongs.
+
+    Source: DICOM PS3.3, C.7.6.2.1.1 (mm).
+    """
     with limited_resources(file, sum(one.stat().st_size for one in _slices(file))):
         return _of_slices(file, _series(file))
 
@@ -178,7 +183,7 @@ def _of_slices(file: Path, slices: list[Any]) -> VoxelVolume:
 
 
 def _series(file: Path) -> list[Any]:
-    """Return the slices of one series: of the file named, or the only one of the folder. Raises Unreadable."""
+    """Return the slices of one DICOM series: that of the file, or the only one in the folder. Raises Unreadable."""
     pydicom = import_package("pydicom", file.name)
     found: dict[str, list[Any]] = {}
     for one in _slices(file):
@@ -199,7 +204,7 @@ def _series(file: Path) -> list[Any]:
 
 
 def _slices(file: Path) -> list[Path]:
-    """Return the regular files of a series' folder, sorted by name, all located in it. Raises Unreadable."""
+    """Return the regular files in the folder of a series, sorted by name. Raises Unreadable if one leads elsewhere."""
     folder = file if file.is_dir() else file.parent
     found: list[Path] = []
     for one in sorted(folder.iterdir()):
@@ -215,7 +220,7 @@ def _slices(file: Path) -> list[Path]:
 
 
 def _step(name: str, places: Array) -> Array:
-    """Return the step from slice to slice (3,), mm. Raises Unreadable if they are not equally spaced."""
+    """Return the vector from slice to slice (3,), mm. Raises Unreadable if slices are not equally spaced."""
     if len(places) < 2:
         raise Unreadable(name, "the series has only one slice", "give the whole series")
     steps = np.diff(places, axis=0)
@@ -244,7 +249,7 @@ _READERS: dict[str, Callable[[Path, Vector | None, float | None], VoxelVolume]] 
 
 
 def _with_spacing(volume: VoxelVolume, spacing: Vector | None) -> VoxelVolume:
-    """Return the volume with another voxel size, if given, along its axes."""
+    """Return the volume with another voxel size along its axes, if one is given."""
     if spacing is None:
         return volume
     lengths = np.linalg.norm(volume.axes, axis=0)

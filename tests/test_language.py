@@ -166,6 +166,7 @@ probe  tip    = point(beam, at = (L, 0 mm, 0 mm))   # a history in a dynamic ana
 """
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_second_scene_runs_as_drawn() -> None:
     report = softmark.loads(TIME).run()

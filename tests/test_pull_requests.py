@@ -65,6 +65,7 @@ def test_the_action_checks_all_scenes_of_a_repository(steps: dict[str, dict[str,
     assert "title=E401" in carried_out(steps["check"], SCENES="$(id).scene", SARIF="").stdout
 
 
+@pytest.mark.long
 def test_the_action_runs_scenes_and_says_what_has_changed(steps: dict[str, dict[str, Any]]) -> None:
     first = carried_out(steps["run"], SCENES="stiff-cantilever\n\n", REPORTS="old", AGAINST="")
     assert first.returncode == 0, first.stderr

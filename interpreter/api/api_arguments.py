@@ -1,4 +1,4 @@
-"""Checks of arguments passed to `softmark` from Python: type, sign and range, with a single clear error."""
+"""Checks of arguments passed to `softmark` from Python: type, sign and range, with a single clear error message."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOST = 1000  # largest count, as on the command line
 
 
 class BadArgument(SceneError, ValueError):
-    """Invalid argument of `load`, `run`, `compare` or `stress`."""
+    """Error for an invalid argument of `load`, `run`, `compare` or `robustness`."""
 
     def __init__(self, message: str) -> None:
         Exception.__init__(self, message)
@@ -26,42 +26,42 @@ class BadArgument(SceneError, ValueError):
 
 
 def raise_bad_argument(name: str, value: object, expected: str) -> NoReturn:
-    """Raise BadArgument with the expected and the given value."""
+    """Raise BadArgument with the name, the given value and a description of the expected one."""
     shown = repr(value)
     shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
     raise BadArgument(f"`{name}` must be {expected}, not {shown} ({type(value).__name__})")
 
 
 def check_count(name: str, value: object, least: int = 1) -> int:
-    """Return a whole number from `least` to 1000. Raises BadArgument."""
+    """Return the argument `name` if it is a whole number from `least` to 1000. Raises BadArgument."""
     if isinstance(value, bool) or not isinstance(value, Integral) or not least <= int(value) <= MOST:
         raise_bad_argument(name, value, f"a whole number from {least} to {MOST}")
     return int(value)
 
 
 def check_positive(name: str, value: object, unit: str, or_none: bool = False) -> float:
-    """Return a positive finite number, or None if allowed. Raises BadArgument."""
+    """Return the argument `name` if it is a positive finite number, or None if allowed. Raises BadArgument."""
     if isinstance(value, bool) or not isinstance(value, Real) or not 0 < float(value) < math.inf:
         raise_bad_argument(name, value, f"a positive number of {unit}" + (" or None" if or_none else ""))
     return float(value)
 
 
 def check_flag(name: str, value: object) -> bool:
-    """Return True or False. Raises BadArgument."""
+    """Return the argument `name` if it is True or False. Raises BadArgument."""
     if not isinstance(value, bool):
         raise_bad_argument(name, value, "True or False")
     return value
 
 
 def check_text(name: str, value: object, what: str) -> str:
-    """Return a text. Raises BadArgument."""
+    """Return the argument `name` if it is a string. Raises BadArgument, with `what` as the expected value."""
     if not isinstance(value, str):
         raise_bad_argument(name, value, what)
     return value
 
 
 def check_path(name: str, value: object, what: str) -> Path:
-    """Return a non-empty path. Raises BadArgument."""
+    """Return the argument `name` as a path, if it is a non-empty one. Raises BadArgument."""
     if not isinstance(value, str | os.PathLike) or not isinstance(os.fspath(value), str) or "\0" in os.fspath(value):
         raise_bad_argument(name, value, f"{what}, as a string or a path")
     if not os.fspath(value):
@@ -70,7 +70,10 @@ def check_path(name: str, value: object, what: str) -> Path:
 
 
 def check_paths(name: str, value: object) -> tuple[str, ...]:
-    """Return one or several files, or names of installed plugins. Raises BadArgument."""
+    """Return the argument `name`, one or several files or names of installed plugins, as a tuple.
+
+    Raises BadArgument.
+    """
     wanted = "a file or the name of an installed plugin, or a list of them"
     if isinstance(value, str | os.PathLike):
         value = (value,)
@@ -80,7 +83,7 @@ def check_paths(name: str, value: object) -> tuple[str, ...]:
 
 
 def check_models(value: object) -> tuple[str, ...]:
-    """Return the names of one or several models. Raises BadArgument."""
+    """Return the argument `models`, one or several names of models, as a tuple. Raises BadArgument."""
     wanted = "the name of a model, or a list of names"
     if isinstance(value, str):
         return (value,)
@@ -93,9 +96,9 @@ def check_models(value: object) -> tuple[str, ...]:
 
 
 def format_override(name: str, value: object) -> str:
-    """Return `L=120 mm` for a parameter: the value is a text as on the command line, a number or a pint quantity.
+    """Return the override `L=120 mm` for the parameter `name`.
 
-    Raises BadArgument.
+    The value is a text as on the command line, a number or a pint quantity. Raises BadArgument.
     """
     from softmark.interpreter.api import pint_quantities
 
@@ -112,7 +115,7 @@ def format_override(name: str, value: object) -> str:
 
 
 def format_variations(value: object) -> tuple[str, ...]:
-    """Return `h=10 mm,5 mm` for each entry of a mapping from names to values. Raises BadArgument."""
+    """Return the text `h=10 mm,5 mm` for each entry of a mapping from names to values. Raises BadArgument."""
     from softmark.interpreter.api.pint_quantities import is_quantity
 
     wanted = 'a dict of names to values, such as {"h": ["10 mm", "5 mm"]}'
@@ -134,7 +137,7 @@ def format_variations(value: object) -> tuple[str, ...]:
 
 
 def check_resume_and_fresh(resume: object, fresh: object) -> tuple[bool, bool]:
-    """Return `resume` and `fresh`, of which at most one may be True. Raises BadArgument."""
+    """Return the arguments `resume` and `fresh`, of which at most one may be True. Raises BadArgument."""
     if check_flag("resume", resume) and check_flag("fresh", fresh):
         raise BadArgument("`resume` continues earlier results and `fresh` discards them: give only one")
     return bool(resume), check_flag("fresh", fresh)

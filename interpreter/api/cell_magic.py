@@ -1,4 +1,4 @@
-"""Cell magic `%%scene` of `%load_ext softmark`, which runs a cell as a scene and shows its report."""
+"""Cell magic `%%scene` of `%load_ext softmark`, which runs a notebook cell as a scene and shows its report."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ LEFT = ("scene", "report")  # names that a cell leaves
 
 
 class _LineParser(argparse.ArgumentParser):
-    """Argument parser of the magic's line; errors are UsageErrors, which IPython shows without a traceback."""
+    """Argument parser for the line of the magic; errors are UsageErrors, which IPython shows without a traceback."""
 
     def error(self, message: str) -> NoReturn:
         """Raise a UsageError with the message."""
         raise UsageError(f"%%scene: {message}\n{self.format_usage().strip()}")
 
     def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
-        """End the cell after `--help` has been printed."""
+        """End the cell, after `--help` has been printed."""
         raise UsageError("%%scene: nothing was run")
 
 
 def parser() -> argparse.ArgumentParser:
-    """Return the argument parser of the magic's line."""
+    """Return the argument parser for the line of the magic."""
     own = _LineParser(
         "%%scene", description="Run the cell as a scene, show its report, and define `scene` and `report`."
     )
@@ -51,12 +51,13 @@ class SceneMagics(Magics):
 
     @cell_magic
     def scene(self, line: str, cell: str) -> None:
-        """Run the cell as a scene: its report is shown, and stays as `report`, the scene itself as `scene`.
+        """Run the cell as a scene, show its report, and store it as `report` and the scene as `scene`.
 
             %%scene soft -p "L=120 mm" --model rod
 
-        NAME is a further name for the report. Values of Python go in by `{}`: `-p L={length}mm`. A cell that is in
-        error leaves neither name, and stops what runs after it.
+        NAME is an additional variable for the report. `{}` inserts Python values: `-p L={length}mm`. After an error
+        neither
+        variable is set, and the cells that would run next are stopped.
         """
         try:
             given = parser().parse_args(shlex.split(line))
@@ -86,5 +87,5 @@ def _show(report: RunReport, notebook: bool) -> None:
 
 
 def register(shell: InteractiveShell) -> None:
-    """Add the magic to an IPython shell."""
+    """Add the magic `%%scene` to an IPython shell."""
     shell.register_magics(SceneMagics)

@@ -1,7 +1,7 @@
 """Plots of a report with matplotlib: deformed lines, time histories, curves, and metrics from state to state.
 
-`KINDS` maps each kind of plot to the function that lists its plots by name. To add a kind: such a function, and the
-drawings that it returns.
+`KINDS` maps each kind of plot to the function that lists its plots by name. To add a kind: write such a function and
+the functions that make its drawings.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ MARKED = 8  # marks along a curve
 
 @dataclass(frozen=True)
 class Trace:
-    """One line of a plot: x and y in SI; `low` and `high` are the bounds of a band of uncertainty."""
+    """One line of a plot: x and y in SI, and the bounds `low` and `high` of its uncertainty band."""
 
     name: str
     x: Values
@@ -49,7 +49,10 @@ class Trace:
 
 @dataclass(frozen=True)
 class Drawing:
-    """Content of a plot: symbols and units of both axes, and its lines; `equal` if both axes have the same scale."""
+    """Content of a plot: symbols and units of both axes, and its lines.
+
+    `equal` is true if both axes have the same scale.
+    """
 
     title: str
     x: tuple[str, str]
@@ -62,7 +65,7 @@ Found = Mapping[str, Callable[[], Drawing]]  # drawings by name
 
 
 def plot(report: Report, name: str | None, kind: str | None, ax: Axes | None) -> Axes:
-    """Draw a probe or a metric, by default the first one available. Raises BadArgument and MissingExtra."""
+    """Draw a probe or a metric, by default the first available one. Raises BadArgument and MissingExtra."""
     findings = ReportSummary(report)
     drawing = _requested_drawing(findings, name, kind)
     pyplot = import_extra("matplotlib.pyplot", "report.plot()", "plot")
@@ -72,7 +75,7 @@ def plot(report: Report, name: str | None, kind: str | None, ax: Axes | None) ->
 
 
 def _requested_drawing(findings: ReportSummary, name: str | None, kind: str | None) -> Drawing:
-    """Return the requested drawing, or the first one. Raises BadArgument."""
+    """Return the requested drawing; by default the first available one. Raises BadArgument."""
     if name is not None:
         api_arguments.check_text("name", name, "the name of a probe or a metric, or None")
     if kind is not None and kind not in KINDS:
@@ -85,7 +88,7 @@ def _requested_drawing(findings: ReportSummary, name: str | None, kind: str | No
 
 
 def _refusal(findings: ReportSummary, name: str | None, kind: str | None, known: Mapping[str, Found]) -> str:
-    """Return an error message: why this cannot be drawn, and the names that can."""
+    """Return the error message for a plot that cannot be drawn: the reason, and the names that can be drawn."""
     drawn = [f"`{n}` ({k})" for k, found in known.items() for n in found]
     can = (
         f"available: {join_names(drawn)}"
@@ -111,7 +114,7 @@ def _refusal(findings: ReportSummary, name: str | None, kind: str | None, known:
 
 
 def _lines(findings: ReportSummary) -> Found:
-    """Return drawings of deformed lines, in the plane in which they bend."""
+    """Return the drawings of deformed lines by probe, each in the plane in which the line bends."""
 
     def made(number: int, probe: str) -> Drawing:
         own = centre_lines.Lines(findings, number, probe)
@@ -124,7 +127,7 @@ def _lines(findings: ReportSummary) -> Found:
 
 
 def _histories(findings: ReportSummary) -> Found:
-    """Return drawings of displacements over time."""
+    """Return the drawings of displacements over time, by name."""
 
     def made(course: time_histories.PointHistory) -> Drawing:
         traces = [Trace(n, course.moments, u) for n, u in course.values.items()]
@@ -134,7 +137,7 @@ def _histories(findings: ReportSummary) -> Found:
 
 
 def _curves(findings: ReportSummary) -> Found:
-    """Return drawings of metrics that are curves, with the curves that they are compared with."""
+    """Return the drawings of metrics that are curves, by name, with the reference curves."""
     found: dict[str, Callable[[], Drawing]] = {}
     for metric in findings.metrics:
         seen = {n: m.curve for n, r in findings.everyone.items() if (m := r.metrics.get(metric.name)) and m.curve}
@@ -146,7 +149,7 @@ def _curves(findings: ReportSummary) -> Found:
 
 
 def _curve(metric: MetricColumn, seen: Mapping[str, PlottedCurve], known: PlottedCurve | None) -> Drawing:
-    """Return the curves of models with the reference curve, over the range of the models."""
+    """Return the drawing of a metric: the curves of models, and the reference curve over the same range."""
     across, up = next(iter(seen.values())).units
     traces = [Trace(name, curve.x, curve.y) for name, curve in seen.items()]
     if known is not None:
@@ -156,7 +159,7 @@ def _curve(metric: MetricColumn, seen: Mapping[str, PlottedCurve], known: Plotte
 
 
 def _clip_curve(name: str, curve: PlottedCurve, low: float, high: float) -> Trace:
-    """Return the part of a curve around a range of x, with its band of uncertainty."""
+    """Return the part of a curve between `low` and `high` of x, with its uncertainty band."""
     near = np.flatnonzero((curve.x >= low) & (curve.x <= high))
     first, last = (near[0], near[-1]) if len(near) else (np.searchsorted(curve.x, low),) * 2
     own = slice(max(int(first) - 1, 0), int(last) + 2)
@@ -167,7 +170,7 @@ def _clip_curve(name: str, curve: PlottedCurve, low: float, high: float) -> Trac
 
 
 def _states(findings: ReportSummary) -> Found:
-    """Return drawings of metrics from state to state."""
+    """Return the drawings of metrics from state to state, by name."""
 
     def made(metric: Any, curves: Mapping[str, Any]) -> Drawing:
         traces = [Trace(n, *zip(*curve.known, strict=True)) for n, curve in curves.items()]
@@ -187,7 +190,7 @@ KINDS: Mapping[str, Callable[[ReportSummary], Found]] = {
 
 
 def _draw(drawing: Drawing, known: Mapping[str, CurveStyle], ax: Any) -> None:
-    """Draw the lines with a legend and units on both axes."""
+    """Draw the lines of a drawing into `ax`, with a legend and units on both axes."""
     x = choose_scale(_all(t.x for t in drawing.traces), drawing.x[1], percent=True)
     y = choose_scale(_all(t.y for t in drawing.traces), drawing.y[1], percent=True)
     for trace in drawing.traces:
@@ -212,7 +215,7 @@ def _over(values: Values, factor: float) -> list[float]:
 
 
 def _style(look: CurveStyle | None, count: int) -> dict[str, Any]:
-    """Return colour, dash and markers as in the report; undeformed lines are dotted."""
+    """Return colour, dash and markers of a line as in the report; undeformed lines are dotted."""
     if look is None:
         return {"color": NEUTRAL, "linestyle": ":", "linewidth": 1.2}
     dash = [float(d) for d in look.dash.split()]

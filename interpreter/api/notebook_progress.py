@@ -1,4 +1,4 @@
-"""Progress line in a notebook: one line below the cell that is rewritten, and removed at the end."""
+"""Progress line in a notebook: one line below the cell, which is updated and finally removed."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ WIDE = 110  # characters of a line
 
 
 class ProgressLine:
-    """Progress line; it appears only when something takes longer than PAUSE."""
+    """Progress line; it appears only when a task takes longer than PAUSE."""
 
     def __init__(self) -> None:
         self._last = time.monotonic()
         self._handle: Any = None
 
     def say(self, what: str, detail: str) -> None:
-        """Show the current task: `solve`, `rod: iteration 3`."""
+        """Show the current task and its detail: `solve`, `rod: iteration 3`."""
         now = time.monotonic()
         if now - self._last < PAUSE:
             return
@@ -40,16 +40,16 @@ class ProgressLine:
             self._handle.update(bundle, raw=True)
 
     def end(self) -> None:
-        """Remove the line."""
+        """Remove the progress line."""
         if self._handle is not None:
             self._show("")
 
 
 @contextmanager
 def progress_line() -> Iterator[Say]:
-    """Yield the function that reports progress: to a notebook's line if there is one, else to nowhere.
+    """Yield a function that reports progress in the notebook's progress line, or nowhere outside a notebook.
 
-    IPython is not imported to find out.
+    This check does not import IPython.
     """
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython is not None else None

@@ -1,4 +1,4 @@
-"""Import of optional packages, with the install command in the error if one is missing."""
+"""Import of optional packages, with an error that gives the install command if one is missing."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Any
 
 
 class MissingExtra(ImportError):
-    """An optional package is not installed; the message gives the install command."""
+    """Error when an optional package is not installed; the message gives the install command."""
 
 
 def import_extra(module: str, what: str, extra: str) -> Any:
-    """Import and return a module of an extra. Raises MissingExtra if its package is not installed."""
+    """Import and return an optional module. Raises MissingExtra with the name of the extra if it is not installed."""
     try:
         return importlib.import_module(module)
     except ImportError as error:

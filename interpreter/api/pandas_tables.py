@@ -1,4 +1,4 @@
-"""Report as a pandas table: one row for each number, in SI."""
+"""Conversion of a report to a pandas table: one row for each number, in SI."""
 
 from __future__ import annotations
 
@@ -34,14 +34,17 @@ Row = dict[str, Any]
 
 
 def frame(report: Report) -> DataFrame:
-    """Return a DataFrame with a row for each model or reference, metric and state. Raises MissingExtra."""
+    """Return a report as a DataFrame with a row for each model or reference, metric and state. Raises MissingExtra."""
     pandas = import_extra("pandas", "report.frame()", "notebook")
     found: DataFrame = pandas.DataFrame(list(rows(report)), columns=list(COLUMNS))
     return found.astype(dict.fromkeys(NUMBERS, float))
 
 
 def rows(report: Report) -> Iterator[Row]:
-    """Yield the rows as dicts of COLUMNS; a model without metrics gets one row without a metric."""
+    """Yield the rows of the table as dicts with the keys COLUMNS.
+
+    A model without metrics gets one row without a metric.
+    """
     verdicts = _verdicts(report)
     for result in report.outcomes:
         for name in result.metrics or ((None,) if result.name in report.models else ()):
@@ -70,7 +73,10 @@ def _number(metric: MetricResult) -> Row:
 
 
 def _rows_of_states(result: ModelResult | ReferenceResult, name: str | None, row: Row) -> Iterator[Row]:
-    """Yield the row, or one for each state; stated error and time refer to the last state and the whole run."""
+    """Yield one row for each state, or a single row without states.
+
+    The stated error is that of the last state, and the time that of the whole run.
+    """
     if not result.states or name is None:
         yield row
         return
@@ -83,7 +89,7 @@ def _rows_of_states(result: ModelResult | ReferenceResult, name: str | None, row
 
 
 def _verdicts(report: Report) -> dict[tuple[str, str | None], str]:
-    """Return the worst verdict of the expectations on each metric of each model."""
+    """Return the worst verdict of all expectations about a metric of a model, by model and metric."""
     found: dict[tuple[str, str | None], str] = {}
     for e in report.expectations:
         for key in e.about:

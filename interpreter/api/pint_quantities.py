@@ -1,4 +1,4 @@
-"""Conversion of pint quantities to texts of the language; pint itself is never imported."""
+"""Conversion of pint quantities to text of the scene language; pint itself is never imported."""
 
 from __future__ import annotations
 
@@ -14,13 +14,16 @@ CLOSE = 1e-9  # relative: what two ways to the same number in SI may differ by
 
 
 def is_quantity(value: object) -> bool:
-    """Return whether a value is a pint quantity, judged by its class."""
+    """Return whether a value is a pint quantity, judged by the name of its class."""
     pint = any(base.__module__.partition(".")[0] == "pint" for base in type(value).__mro__)
     return pint and hasattr(value, "magnitude") and hasattr(value, "dimensionality")
 
 
 def quantity_text(value: Any) -> str | None:
-    """Return `60.0 kPa`: a quantity in its own unit if the language has it, else in SI; None if neither is possible."""
+    """Return a quantity as text, such as `60.0 kPa`; None if that is impossible.
+
+    Its own unit is kept if the language has it; otherwise the quantity is converted to SI.
+    """
     try:
         exponents = _exponents(value.dimensionality)
         number = float(value.magnitude)
@@ -38,7 +41,7 @@ def quantity_text(value: Any) -> str | None:
 
 
 def _exponents(dimensionality: Mapping[str, float]) -> dict[str, int]:
-    """Return the power of each of the BASE units. Raises LookupError if the language has no such dimension."""
+    """Return the exponent of each unit in BASE. Raises LookupError if the language has no such dimension."""
     found = dict.fromkeys(BASE.values(), 0)
     for name, power in dimensionality.items():
         if power != int(power):

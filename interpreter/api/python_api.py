@@ -1,6 +1,4 @@
-"""Python entry points of the interpreter: `softmark.load(...).run(...)`, `softmark.compare(...)`,
-`softmark.robustness(...)`.
-"""
+"""Python functions of the interpreter: `softmark.load`, `softmark.compare`, `softmark.robustness`."""
 
 from __future__ import annotations
 
@@ -24,7 +22,7 @@ TOLD = ("model", "reference", "metric")  # kinds of what a scene declares that i
 
 @dataclass(frozen=True)
 class LoadedScene:
-    """A scene without errors, ready to run; `warnings` lists its warnings."""
+    """A scene without errors that is ready to run; `warnings` lists the warnings about it."""
 
     scene: Scene
     warnings: tuple[Diagnostic, ...]
@@ -36,7 +34,7 @@ class LoadedScene:
 
     @property
     def models(self) -> tuple[str, ...]:
-        """Names of its models."""
+        """Names of the models of the scene."""
         return tuple(self.scene.of_kind("model"))
 
     def __repr__(self) -> str:
@@ -55,13 +53,16 @@ class LoadedScene:
     def run(self, models: str | Sequence[str] | None = None, repeat: int = 1, stated: bool = False) -> RunReport:
         """Solve the models and evaluate metrics and expectations; `models` selects some of them.
 
-        Each solution is repeated `repeat` times for timing. With `stated` each model also estimates its own error, at
-        about the same cost again.
+        Each solution is repeated `repeat` times for timing. With `stated` each model also estimates its own error,
+        which about
+        doubles the cost.
 
-        A notebook shows the progress. Models that do not converge are in the report with their status: check it before
+        A notebook shows the progress. Models that do not converge are in the report with their status: check the status
+        before
         using their numbers.
         Raises SceneError if the scene cannot be built or a name in `models` is unknown, and its subclass BadArgument
-        for an argument of a wrong type or size.
+        for an
+        argument of a wrong type or size.
         """
         from softmark.interpreter.api import api_arguments
         from softmark.interpreter.validation.requested_names import unknown_models
@@ -86,9 +87,11 @@ class LoadedScene:
 def load(file: str | Path, /, plugins: Sequence[str | Path] = (), **parameters: Parameter) -> LoadedScene:
     """Return the scene of a file, or of the standard library by name: `load("beam.scene", L="120 mm")`.
 
-    `parameters` replace those of the scene: texts, pint quantities, or numbers if they have no unit. `plugins` are
+    `parameters` replace those of the scene: texts, pint quantities, or numbers for parameters without a unit. `plugins`
+    are
     plugin files or names of installed plugins whose words the scene may use. Raises SceneError with all diagnostics if
-    something is wrong, BadArgument for a value of a wrong type, FileNotFoundError if there is no such scene.
+    the
+    scene has errors, BadArgument for a value of a wrong type, FileNotFoundError if there is no such scene.
     """
     from softmark.interpreter.api.api_arguments import check_path
 
@@ -102,7 +105,7 @@ def load(file: str | Path, /, plugins: Sequence[str | Path] = (), **parameters: 
 
 
 def loads(text: str, /, plugins: Sequence[str | Path] = (), **parameters: Parameter) -> LoadedScene:
-    """Return the scene of a text; its file paths are relative to the working directory. Raises SceneError."""
+    """Return the scene of a text; file names in the text are relative to the working directory. Raises SceneError."""
     from softmark.interpreter.api import api_arguments
 
     api_arguments.check_text("text", text, "the text of a scene")
@@ -130,9 +133,9 @@ def load_source(
     plugins: Sequence[str],
     only: Sequence[str] = (),
 ) -> LoadedScene:
-    """Return the scene of a text with overrides as on the command line, `L=120 mm`. Raises SceneError.
+    """Return the scene of a source text, with overrides as on the command line: `L=120 mm`. Raises SceneError.
 
-    With `only`, errors that concern only other models are ignored.
+    With `only`, errors are ignored if they concern only models that are not listed.
     """
     scene, diagnostics = load_scene(source, folder, file, overrides, only, plugins)
     if any(d.severity == "error" for d in diagnostics) or scene is None:
@@ -156,10 +159,11 @@ def compare(
 ) -> ShownComparison:
     """Solve every model of some scenes for all values of their studies, and compare errors and times.
 
-    `vary={"h": ["10 mm", "5 mm"]}` replaces the studies. `folder` keeps the journal from which `resume` continues;
-    without it nothing is kept. `timeout` is in s for each configuration; `repeats=0` skips timing. Raises SceneError,
+    `vary={"h": ["10 mm", "5 mm"]}` replaces the studies. `folder` keeps the journal from which `resume` continues; by
+    default no journal is kept. `timeout` is in s for each configuration; `repeats=0` skips timing. Raises SceneError,
     BadArgument, FileNotFoundError, journal.Refused for a folder that is in use or already has results, and
-    pool.Unavailable if workers or a cluster are not available.
+    pool.Unavailable
+    if workers or a cluster are not available.
     """
     import tempfile
 
@@ -211,10 +215,12 @@ def robustness(
 ) -> ShownRobustness:
     """Run the robustness studies of a scene, or one over all its numbers, and return where each model fails.
 
-    `silent` of the result lists the points that look right and are wrong. `folder` keeps the journal from which
-    `resume` continues; without it nothing is kept. `timeout` is in CPU seconds for each point, `memory` in GiB for each
+    `silent` of the result lists the points with a wrong result and no warning. `folder` keeps the journal from which
+    `resume` continues; by default no journal is kept. `timeout` is in CPU seconds for each point, `memory` in GiB for
+    each
     process. Raises SceneError, BadArgument, FileNotFoundError, journal.Refused for a folder that is in use or already
-    has results, and pool.Unavailable if workers are not available.
+    has
+    results, and pool.Unavailable if workers are not available.
     """
     import tempfile
 

@@ -1,4 +1,4 @@
-"""Result of a run in Python: a report that can be displayed, plotted and written to files.
+"""Report of a run in Python, which can be displayed, plotted and written to files.
 
 Jupyter shows `_repr_html_`; other prompts show one line. Modules for plots and files are imported on demand.
 """
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 class RunReport(Report):
-    """Report of `run`, with a pandas table, matplotlib plots and files."""
+    """Report that `run` returns, with a pandas table, matplotlib plots and files."""
 
     @classmethod
     def showing(cls, report: Report) -> Self:
-        """Return the report as a RunReport."""
-        return cls(**own_fields(report))
+        """Return a report as a RunReport."""
+        return cls(**values_of_fields(report))
 
     def _repr_html_(self) -> str:
         from softmark.interpreter.report.notebook.report_box import inline
@@ -30,10 +30,9 @@ class RunReport(Report):
         return inline(self)
 
     def frame(self) -> DataFrame:
-        """Return a DataFrame with a row for each model, reference, metric and state, in SI: see
-        `pandas_tables.COLUMNS`.
+        """Return the results as a DataFrame in SI, with a row for each model or reference, metric and state.
 
-        Raises MissingExtra if pandas is not installed.
+        The columns are `pandas_tables.COLUMNS`. Raises MissingExtra if pandas is not installed.
         """
         from softmark.interpreter.api.pandas_tables import frame
 
@@ -43,7 +42,9 @@ class RunReport(Report):
         """Draw a probe or a metric by its name, by default the first one, into `ax` or a new figure.
 
         `kind` selects the plot if a name has several: `line` (deformed), `history` (over time), `curve` and `states`.
-        Raises BadArgument for what cannot be drawn, with the possible names; MissingExtra if matplotlib is not
+        Raises
+        BadArgument, with the possible names, for a name or kind that cannot be drawn, and MissingExtra if matplotlib is
+        not
         installed.
         """
         from softmark.interpreter.api.matplotlib_plots import plot
@@ -61,6 +62,6 @@ class RunReport(Report):
         return write(self, api_arguments.check_path("folder", folder, "a folder"))
 
 
-def own_fields(found: Any) -> dict[str, Any]:
-    """Return the fields of a result, to construct an object of a derived class."""
+def values_of_fields(found: Any) -> dict[str, Any]:
+    """Return the field values of a result by name, to construct an object of a derived class."""
     return {f.name: getattr(found, f.name) for f in fields(found)}

@@ -8,19 +8,19 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Self
 
-from softmark.interpreter.api.shown_report import own_fields
+from softmark.interpreter.api.shown_report import values_of_fields
 from softmark.interpreter.results.prompt_representation import shorten
 from softmark.interpreter.study.comparison_study import Comparison
 from softmark.interpreter.study.robustness.robustness_record import Robustness
 
 
 class ShownComparison(Comparison):
-    """Result of `compare`, with its files."""
+    """Result of `softmark.compare`, which can be displayed and written to files."""
 
     @classmethod
     def showing(cls, found: Comparison) -> Self:
-        """Return the comparison as a ShownComparison."""
-        return cls(**own_fields(found))
+        """Return a comparison as a ShownComparison."""
+        return cls(**values_of_fields(found))
 
     def __repr__(self) -> str:
         solved = sum(p["status"] in ("converged", "capped") for p in self.points)
@@ -44,12 +44,12 @@ class ShownComparison(Comparison):
 
 
 class ShownRobustness(Robustness):
-    """Result of `stress`, with its files."""
+    """Result of `softmark.robustness`, which can be displayed and written to files."""
 
     @classmethod
     def showing(cls, found: Robustness) -> Self:
-        """Return the study as a ShownRobustness."""
-        return cls(**own_fields(found))
+        """Return a robustness study as a ShownRobustness."""
+        return cls(**values_of_fields(found))
 
     def __repr__(self) -> str:
         said = ", ".join(f"{n} {word.replace('_', ' ')}" for word, n in self.summary.classes.items() if n)

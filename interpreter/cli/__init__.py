@@ -1,4 +1,4 @@
-"""Command line `dsl`: one file for each command, shell completion, plugin conformance, and signals.
+"""Command line `dsl`: commands, shell completion, conformance tests of plugins, and signal handling.
 
-No other package imports this one.
+Each command has a file of its own in `commands`. No other package imports this one.
 """

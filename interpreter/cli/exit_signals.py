@@ -1,8 +1,8 @@
-"""Termination of `dsl` by a signal, or when the machine has run out of a resource.
+"""Termination of `dsl` by a signal or by an exhausted resource of the machine.
 
 Python raises KeyboardInterrupt anywhere, even during an import or in a destructor, where it is swallowed or printed as
 a traceback. All finished results of `dsl` are already complete files on disk, so nothing needs unwinding: the handler
-prints what is saved, removes files that are being written, and ends the process.
+prints which results are saved, removes unfinished files, and ends the process.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ _words: list[Words] = []  # messages for an interrupted command; the last one is
 
 
 def set_interrupt_message(words: Words) -> None:
-    """Set the text about saved results that an interrupt prints from now on."""
+    """Set the function whose text about saved results is printed at an interrupt from now on."""
     _words.append(words)
 
 
 def install_handlers() -> None:
-    """Install handlers that end this process in order at SIGINT and SIGTERM, and open missing standard streams.
+    """Install handlers that end this process cleanly at SIGINT and SIGTERM, and open missing standard streams.
 
     A signal that the parent process has set to be ignored stays ignored.
     """
@@ -59,14 +59,17 @@ def install_handlers() -> None:
 
 
 def restore_handlers() -> None:
-    """Restore the default handlers: from here on a signal ends the process at once."""
+    """Restore the default handlers, so that a signal ends the process at once."""
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) is _exit_on_signal:
             signal.signal(number, signal.SIG_DFL)
 
 
 def _exit_on_signal(number: int, frame: Any) -> None:
-    """Print what is saved and exit with 128 + the signal; buffers are not flushed, as one may be half written."""
+    """Print which results are saved, and exit with the status 128 + signal number.
+
+    Buffers are not flushed, because one may be only half written.
+    """
     signal.signal(number, signal.SIG_IGN)
     word = "interrupted" if number == signal.SIGINT else "terminated"
     text = ""
@@ -83,7 +86,7 @@ def _exit_on_signal(number: int, frame: Any) -> None:
 
 
 def exhausted_resource(error: BaseException) -> str | None:
-    """Return the exhausted resource and the remedy, None for other errors."""
+    """Return a message with the exhausted resource and its remedy; None if the error has another cause."""
     if isinstance(error, MemoryError):
         return "out of memory; use a coarser mesh, fewer models at a time (`--model`), or a machine with more memory"
     if isinstance(error, ImportError) and ("failed to map" in str(error) or "Cannot allocate" in str(error)):
@@ -95,8 +98,9 @@ def exhausted_resource(error: BaseException) -> str | None:
 
 
 def memory_shortage() -> str | None:
-    """Return an error message if there is too little memory to load the libraries, which would kill the process; else
-    None.
+    """Return an error message if there is too little memory to load the libraries, else None.
+
+    Without this check the system would kill the process.
     """
     try:
         import resource

@@ -1,8 +1,8 @@
-"""Entry point of the command `dsl`: arguments and exit statuses; modules are imported on demand.
+"""Entry point of the command `dsl`: reads the arguments, runs a command, and returns the exit status.
 
-Exit statuses: 0 success; 1 an expectation not met or inverted cells in a solution; 2 an error in the command line or a
-scene; 3 a model or reference failed or did not converge, or the machine ran out of disk space, memory or files; 70 a
-defect of softmark itself; 130 interrupted; 143 terminated.
+Modules are imported only when they are needed. Exit statuses: 0 success; 1 an expectation not met or inverted cells in
+a solution; 2 an error in the command line or a scene; 3 a model or reference failed or did not converge, or the machine
+ran out of disk space, memory or files; 70 a defect of softmark itself; 130 interrupted; 143 terminated.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ COMPUTING = frozenset(
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return the exit status."""
+    """Run one `dsl` command and return its exit status."""
     if argv is None:  # a process of our own, and not a call from Python
         exit_signals.install_handlers()
         pausing.pause_collection()
@@ -68,7 +68,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run_guarded(arguments: list[str]) -> int:
-    """Return the exit status, whatever exception occurs."""
+    """Run a command and return its exit status; every exception is reported and becomes an exit status."""
     try:
         status = _dispatch(arguments)
         sys.stdout.flush()
@@ -97,14 +97,14 @@ def _run_guarded(arguments: list[str]) -> int:
 
 
 def _plugin_error_message(error: Exception) -> str | None:
-    """Return a message if the exception comes from plugin code outside any model or metric; else None."""
+    """Return a message if the exception comes from the code of a plugin, else None."""
     plugins = sys.modules.get("softmark.interpreter.language.loaded_plugin")
     said = plugins.find_faulty_plugin(error) if plugins else None
     return f"{said}\n`dsl conformance` checks all of a plugin." if said else None
 
 
 def _complain(text: str) -> None:
-    """Print a last message on standard error; if that fails, only the exit status remains."""
+    """Print an error message on standard error; do nothing if that fails."""
     try:
         print(text, file=sys.stderr, flush=True)
     except OSError:  # a full disk, or nobody reads
@@ -112,7 +112,10 @@ def _complain(text: str) -> None:
 
 
 def _redirect_to_null(*descriptors: int) -> None:
-    """Redirect standard streams to the null device, because their unwritable buffers would be flushed again at exit."""
+    """Redirect standard streams to the null device.
+
+    Otherwise buffers that cannot be written would be flushed again, and fail again, at exit.
+    """
     for descriptor in descriptors:
         with suppress(OSError, ValueError):
             stream = sys.stdout if descriptor == 1 else sys.stderr
@@ -121,10 +124,11 @@ def _redirect_to_null(*descriptors: int) -> None:
 
 
 def _clear_pending_interrupt(status: int) -> int:
-    """Return the status after clearing an interrupt that a library's `exec` let through.
+    """Clear an interrupt that CPython still remembers, and return the exit status unchanged.
 
-    CPython remembers it and would end this process by a signal instead of our status, although it was handled; it
-    forgets it at the next `exec` of a text.
+    CPython remembers an interrupt that a library's `exec` let through, and would end this process by a signal instead
+    of
+    our exit status, although the interrupt was handled. It forgets the interrupt at the next `exec` of a text.
     """
     if status == 130:
         exec("")
@@ -157,7 +161,7 @@ def _dispatch(arguments: list[str]) -> int:
 
 
 def _help(arguments: list[str], name: str | None) -> int:
-    """Print the overview; for an unknown command an error with the closest name."""
+    """Print the overview of commands, or an error message that suggests the closest command for an unknown one."""
     wanted = not arguments or arguments[0] in ("-h", "--help", "help")
     if name is not None and not wanted:
         from softmark.grammar.diagnostic import make_visible

@@ -1,1 +1,1 @@
-"""Documentation: written pages, pages generated from the vocabulary, and the builder of the site."""
+"""Documentation of the language: written pages, pages generated from the vocabulary, and the builder of the site."""

@@ -1,4 +1,7 @@
-"""Conversion of docstrings to Markdown (MyST): prose is joined, formulas keep their lines, words become links."""
+"""Conversion of docstrings to Markdown (MyST).
+
+Wrapped lines of prose are joined, formulas keep their lines, and words of the language become links.
+"""
 
 from __future__ import annotations
 
@@ -16,17 +19,20 @@ Linked = Callable[[str], str | None]
 
 
 def no_links(word: str) -> None:
-    """Return None for every code word: a resolver for `escaped` without any links."""
+    """Return None for every word: the resolver of links for text without links."""
 
 
 def escape_markup(text: str, linked: Linked = no_links) -> str:
-    """Return text with all markup escaped except `code`; code words for which `linked` returns a link become links."""
+    """Return text with all markup escaped except `code`.
+
+    A word in `code` becomes a link if `linked` returns one for it.
+    """
     parts = CODE.split(text)
     return "".join((linked(p[1:-1]) or p) if i % 2 else SPECIAL.sub(r"\\\1", p) for i, p in enumerate(parts))
 
 
 def docstring_to_markdown(doc: str, linked: Linked = no_links) -> str:
-    """Return a docstring as paragraphs and blocks of formulas."""
+    """Return a docstring as Markdown: paragraphs, and blocks of formulas."""
     blocks = (block for part in re.split(r"\n\s*\n", doc) for block in _blocks(part.split("\n")))
     return "\n\n".join(
         _formula_block(lines) if formula else escape_markup(" ".join(lines), linked) for formula, lines in blocks
@@ -34,7 +40,7 @@ def docstring_to_markdown(doc: str, linked: Linked = no_links) -> str:
 
 
 def _blocks(lines: list[str]) -> Iterator[tuple[bool, list[str]]]:
-    """Yield runs of formula lines, and runs of prose lines that belong together."""
+    """Yield groups of lines, each with whether it is a formula: a run of formulas, or the lines of one paragraph."""
     own: list[str] = []
     before = ""
     kind = False
@@ -51,7 +57,7 @@ def _blocks(lines: list[str]) -> Iterator[tuple[bool, list[str]]]:
 
 
 def _continues(before: str, line: str) -> bool:
-    """Return whether a line was only wrapped at the margin, so that the next line continues its sentence."""
+    """Return whether `line` continues the sentence of the line before it, which was only wrapped at the margin."""
     return len(before) + 1 + len(line.split(" ", 1)[0]) > WRAPPED and not line.startswith(" ")
 
 
@@ -60,11 +66,11 @@ def _formula_block(lines: list[str]) -> str:
 
 
 def code_block(language: str, text: str) -> str:
-    """Return a fenced block of code."""
+    """Return a fenced Markdown code block in a language."""
     return f"```{language}\n{text.rstrip()}\n```"
 
 
 def collapsible(summary: str, inside: str) -> str:
-    """Return content that opens when its summary is clicked; it is open in print."""
+    """Return collapsible Markdown content with a summary to click on; it is open in print."""
     opened = f"```{{raw}} html\n<details><summary>{summary}</summary>\n```"
     return f"{opened}\n\n{inside}\n\n```{{raw}} html\n</details>\n```"

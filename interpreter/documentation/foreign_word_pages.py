@@ -1,4 +1,4 @@
-"""Page of words of other programs, with their name in this language or the closest alternative."""
+"""Documentation page of words from other programs, with their name in this language or the closest alternative."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ELSE = "## Not available\n\nEach entry gives the closest alternative, as message
 
 
 def page() -> str:
-    """Return the page: our words with their names elsewhere, then words for things that are not available."""
+    """Return the page as Markdown: words with their names in other programs, then words without counterpart."""
     parts = [
         "# Words of other programs",
         SAME,
@@ -52,7 +52,7 @@ def _listed(others: dict[str, None]) -> str:
 
 
 def _unavailable_rows() -> list[str]:
-    """Return the rows of unavailable things: the advice, and the foreign words that it applies to."""
+    """Return the table rows of features that the language lacks: the advice, and the foreign words it applies to."""
     said: list[tuple[str, list[str]]] = []
     for line in TABLE.read_text(encoding="utf-8").splitlines():
         if line.startswith(" ") and said:

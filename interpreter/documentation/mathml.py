@@ -1,7 +1,7 @@
-"""Formulas as MathML, which browsers render without scripts or network.
+r"""Conversion of formulas to MathML, which browsers render without scripts or network.
 
-docutils translates the LaTeX and warns about unknown commands. It misreads what TeX reads token by token, such as a
-fraction of two digits or an accent with an index; `add_braces` adds braces there.
+docutils translates the LaTeX source and warns about unknown commands. It misreads arguments without braces, such as
+`\frac12` or an accent with an index. `add_braces` adds the braces first.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ FUNCTION = re.compile(r"(\\(?:det|ln|log|exp|sin|cos|tan)|\\operatorname\{[^{}]*
 
 
 def add_braces(tex: str) -> str:
-    """Return the formula with braces around the arguments of fractions and accents, and spaces after functions."""
+    """Return a LaTeX formula with braces around arguments of fractions and accents, and spaces after functions."""
     braced = FRACTION.sub(lambda m: f"{m[1]}{{{m[2]}}}" + (f"{{{m[3]}}}" if m[3] else ""), tex)
     braced = ACCENT.sub(lambda m: f"{{{m[1]}{{{m[2] or m[3]}}}{{}}}}", braced)
     return FUNCTION.sub(r"\1\, ", braced)
 
 
 def setup(app: Sphinx) -> None:
-    """Register the Sphinx renderer `mathml`."""
+    """Register the Sphinx math renderer `mathml`."""
     app.add_html_math_renderer("mathml", (inline, None), (block, None))
 
 
 def inline(self: HTML5Translator, node: nodes.math) -> None:
-    """Write a formula within a sentence."""
+    """Write a formula within a sentence as HTML."""
     self.body.append(_mathml(node, False))
     raise nodes.SkipNode
 
 
 def block(self: HTML5Translator, node: nodes.math_block) -> None:
-    """Write a displayed formula, with its number if it has a label."""
+    """Write a displayed formula as HTML, with its number if it has a label."""
     number = node.get("number")
     ids = f' id="{node["ids"][0]}"' if node.get("ids") else ""
     label = f'<span class="eqno">({number})</span>' if number else ""

@@ -1,4 +1,4 @@
-"""Reference of all diagnostics: the explanation pages of the codes, grouped by hundreds."""
+"""Reference pages of all diagnostics: the explanation pages of their codes, grouped by hundreds."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SIGN = "# Messages\n\nThe text that `dsl explain CODE` prints. An error, `E`, st
 
 
 def pages() -> dict[str, str]:
-    """Return Markdown by file name."""
+    """Return the Markdown of every reference page, by file name."""
     tree = "\n".join(["```{toctree}", ":maxdepth: 1", "", *GROUPS, "```"])
     found = {f"{FOLDER}/{name}.md": _group(*group) for name, group in GROUPS.items()}
     return {f"{FOLDER}/index.md": f"{SIGN}\n\n{tree}\n", **found}
@@ -36,12 +36,12 @@ def _group(which: str, title: str) -> str:
 
 
 def _section(page: Page) -> str:
-    """Return the page of a code as a section, with a scene that gives the message and one that does not."""
+    """Return the explanation of a code as a section, with a scene that triggers the message and one that does not."""
     title, _, text = page.text.partition("\n")
     body = FENCE.sub(lambda m: f"*{m[1].capitalize()}*\n\n{_example(m[1], m[2])}", text.strip())
     return f"```{{message}} {page.code}\n```\n\n#{title}\n\n{body}"
 
 
 def _example(which: str, scene: str) -> str:
-    """Return a highlighted scene; a wrong one may contain unknown words."""
+    """Return a scene as highlighted code block; the highlighter accepts unknown words in a `wrong` scene."""
     return code_block("{code-block} scene", f":force:\n\n{scene}") if which == "wrong" else code_block("scene", scene)

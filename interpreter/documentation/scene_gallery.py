@@ -1,7 +1,7 @@
-"""Gallery of all shipped scenes, each with a picture, its results and its text.
+"""Gallery pages of all shipped scenes, each with a picture, its results and its text.
 
-Nothing is computed when the pages are built. `python tests/benchmarks/gallery.py` runs the scenes and stores their
-results in `gallery.json` and a picture of each in `pictures/gallery/`.
+No scene is run when the pages are built. `python tests/benchmarks/gallery.py` runs the scenes and stores their results
+in `gallery.json` and a picture of each in `pictures/gallery/`.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ Json = dict[str, Any]
 
 
 def load_results() -> dict[str, Json]:
-    """Return the stored results of scenes by name."""
+    """Return the stored results of the scenes, by scene name."""
     return dict(json.loads(NUMBERS.read_text(encoding="utf-8"))) if NUMBERS.is_file() else {}
 
 
 def text_hash(name: str) -> str:
-    """Return the digest of a scene's text, which shows whether stored results are up to date."""
+    """Return the digest of a scene's text, by which stored results are recognised as out of date."""
     return hashlib.sha256(standard_scenes()[name].read_bytes()).hexdigest()
 
 
 def pages() -> dict[str, str]:
-    """Return Markdown by file name: an overview with a card for each scene, and a page for each folder of scenes."""
+    """Return Markdown by file name: an overview with a card for each scene, and one page for each folder of scenes."""
     folders: dict[str, list[str]] = {}
     for name, file in standard_scenes().items():
         folders.setdefault(file.parent.name, []).append(name)
@@ -98,7 +98,7 @@ def section(name: str, record: Json | None) -> str:
 
 
 def _caption(record: Json) -> str:
-    """Return the caption of the picture."""
+    """Return the caption of a scene's picture."""
     shown = record["picture"]
     if "curve" in shown:
         return f"`{shown['curve']}` over the states: {', '.join(f'`{n}`' for n in shown['of'])}."
@@ -123,7 +123,7 @@ def _seconds(seconds: float | None) -> str:
 
 
 def _table(record: Json) -> str:
-    """Return models and references by metrics, transposed if that makes the table longer than wide."""
+    """Return the table of models and references (rows) by metrics (columns), transposed if there are more columns."""
     references = {f"({n})": r for n, r in record["references"].items() if r["metrics"]}
     everyone = {**record["models"], **references}
     measured = [item for own in everyone.values() for item in own["metrics"].items()]

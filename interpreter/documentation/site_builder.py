@@ -1,6 +1,6 @@
-"""Documentation site: collects the sources and builds them with Sphinx. Needs the extra `docs`.
+"""Builder of the documentation site: collects the pages and converts them with Sphinx. Needs the extra `docs`.
 
-`site()` caches the result under a digest of all sources, so each version is built only once.
+`site()` caches the result under a digest of all pages, so each version is built only once.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ INSTALL = 'pip install "softmark[docs]"'
 
 
 class Unavailable(Exception):
-    """Error when the pages cannot be built here; the text gives the reason and the remedy."""
+    """Error when the site cannot be built here; the text gives the reason and the remedy."""
 
 
 @dataclass(frozen=True)
 class BuiltSite:
-    """A built site: its folder, whether it was cached, and the warnings of Sphinx."""
+    """A built site: its folder, whether it came from the cache, and the warnings of Sphinx."""
 
     folder: Path
     kept: bool
@@ -39,7 +39,7 @@ class BuiltSite:
 
 
 def sources() -> dict[str, bytes]:
-    """Return every file that Sphinx reads by its path: written pages and generated ones."""
+    """Return the content of every file that Sphinx reads, by path: written and generated pages."""
     from softmark.interpreter.documentation import foreign_word_pages, message_reference, scene_gallery, word_reference
 
     written = {f.relative_to(ROOM).as_posix(): f.read_bytes() for f in _written_pages()}
@@ -59,9 +59,10 @@ def _written_pages() -> Iterator[Path]:
 
 
 def build(folder: Path, found: dict[str, bytes]) -> tuple[str, ...]:
-    """Build the site from these sources into a folder and return the warnings of Sphinx.
+    """Build the site from the files `found` (content by path) into a folder and return the warnings of Sphinx.
 
-    Raises Unavailable if the extra is missing, and OSError if a page cannot be written, about which Sphinx only warns.
+    Raises Unavailable if the extra `docs` is missing, and OSError if a page cannot be written, about which Sphinx only
+    warns.
     """
     require_sphinx()
     from sphinx.application import Sphinx
@@ -100,7 +101,7 @@ def require_sphinx() -> None:
 
 
 def digest(found: dict[str, bytes]) -> str:
-    """Return the identifier of a site: a digest of its sources and the versions of the build tools."""
+    """Return the identifier of a site: a digest of its files and the versions of the build tools."""
     from importlib.metadata import PackageNotFoundError, version
 
     told = hashlib.sha256()
@@ -117,19 +118,22 @@ def digest(found: dict[str, bytes]) -> str:
 
 
 def cache_folder() -> Path:
-    """Return the folder of cached sites, $XDG_CACHE_HOME/softmark/docs. Raises Unavailable without a cache or home
-    folder.
+    """Return the folder of cached sites, $XDG_CACHE_HOME/softmark/docs.
+
+    Raises Unavailable without a cache or home folder.
     """
     try:
         return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "softmark" / "docs"
     except RuntimeError as error:
-        raise Unavailable("there is no home folder to keep the pages in; `--out DIR` says where") from error
+        raise Unavailable("there is no home folder for the pages; give a folder with `--out DIR`") from error
 
 
 def site(before: Callable[[], None] = lambda: None) -> BuiltSite:
-    """Return the site of this version; if needed, call `before`, build it and remove those of other versions.
+    """Return the site of this version, from the cache or newly built.
 
-    Raises Unavailable if the extra is missing, and OSError if nothing can be written.
+    Before a build `before` is called; after it cached sites of other versions are removed. Raises Unavailable if the
+    extra
+    `docs` is missing, and OSError if files cannot be written.
     """
     found = sources()
     home = cache_folder()

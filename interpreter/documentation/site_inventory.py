@@ -1,4 +1,4 @@
-"""Locations of pages, words, messages and shipped scenes on a built site, from the inventory file of Sphinx."""
+"""Locations of pages, words, messages and shipped scenes on a built site, read from Sphinx's inventory file."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ HEAD = 4  # lines before what is compressed
 
 
 def anchors_by_name(folder: Path) -> dict[str, str]:
-    """Return file and anchor of every name: pages first, then words, messages and scenes.
+    """Return the file and anchor of every name on the site in `folder`.
 
-    If a name has several kinds, such as `surface (probe)`, the bare name leads to the first one.
+    If pages, words, messages and scenes share a name, the first of these kinds gets it. If a word has several kinds,
+    such
+    as `surface (probe)`, the bare name leads to the first one.
     """
     data = (folder / INVENTORY).read_bytes().split(b"\n", HEAD)[HEAD]
     found: dict[str, str] = {}

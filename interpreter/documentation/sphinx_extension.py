@@ -1,4 +1,4 @@
-"""Sphinx extension of softmark: roles for words, messages and scenes, the language of code blocks, and formulas."""
+"""Sphinx extension of softmark: roles for words, messages and scenes, highlighting of scenes, and formulas."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from softmark.interpreter.language_server.syntax_highlighting.pygments_lexer imp
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Register the extension with Sphinx."""
+    """Register the extension with Sphinx and return its metadata."""
     for role in ("word", "message", "scene"):  # ```{word} fem marks a place, {word}`fem` leads there
         app.add_crossref_type(role, role, "single: %s", nodes.literal)
     app.add_lexer("scene", SceneLexer)
@@ -28,12 +28,12 @@ def setup(app: Sphinx) -> dict[str, Any]:
 
 
 class Indexed(SphinxDirective):
-    """Directive with index entries for its position, one per line: `single: young (field); fem`."""
+    """Directive that adds index entries for its position, one per line: `single: young (field); fem`."""
 
     has_content = True
 
     def run(self) -> list[nodes.Node]:
-        """Return the index entries and their target node."""
+        """Return the index node with its entries, and the target node to which they lead."""
         target = nodes.target("", "", ids=[f"index-{self.env.new_serialno('index')}"])
         self.state.document.note_explicit_target(target)
         entries = [entry for line in self.content for entry in process_index_entry(line, target["ids"][0])]

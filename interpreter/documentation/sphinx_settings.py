@@ -1,4 +1,4 @@
-"""Sphinx settings of the documentation; they replace a `conf.py`."""
+"""Sphinx settings of the documentation site; this module replaces a `conf.py`."""
 
 from __future__ import annotations
 

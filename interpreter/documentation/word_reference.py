@@ -1,4 +1,4 @@
-"""Reference of all words: one page for each kind of declaration, from the texts of `dsl explain`."""
+"""Reference pages of all words: one page for each kind of declaration, from the texts of `dsl explain`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SIGN = "# The words of the language\n\nThese pages contain the text that `dsl ex
 
 
 def pages() -> dict[str, str]:
-    """Return Markdown by file name: for each kind, for words without constructor, and for the material library."""
+    """Return Markdown by file name: one page for each kind, one for other words, one for the material library."""
     kinds = {f"{FOLDER}/{kind}.md": _kind(kind) for kind in CATALOGUE}
     others = {f"{FOLDER}/words.md": _words(), f"{FOLDER}/units.md": _units(), f"{FOLDER}/library.md": _library()}
     names = [path.removeprefix(f"{FOLDER}/").removesuffix(".md") for path in (*kinds, *others)] + ["others"]
@@ -37,25 +37,25 @@ def pages() -> dict[str, str]:
 
 @cache
 def _ambiguous_words() -> set[str]:
-    """Return the words that belong to more than one kind."""
+    """Return the words that are constructors of more than one kind."""
     found = Counter(name for kind in CATALOGUE for name in CATALOGUE[kind])
     return {name for name, count in found.items() if count > 1}
 
 
 @cache
 def _field_words() -> set[str]:
-    """Return names of fields and their options, because such a word in a sentence may not mean the constructor."""
+    """Return the names of fields and their options; in a sentence such a word may not mean the constructor."""
     fields = [f for c in word_pages.constructors() for f in c.fields]
     return {f.name for f in fields} | {o for f in fields for o in f.options}
 
 
 def target(c: Constructor) -> str:
-    """Return the target of the role `word`: the name, with the kind if several kinds have it."""
+    """Return the link target of a constructor: its name, with its kind if several kinds have that name."""
     return f"{c.name} ({c.kind})" if c.name in _ambiguous_words() else c.name
 
 
 def link_to_word(word: str) -> str | None:
-    """Return the link to a word's section, None if the word is ambiguous."""
+    """Return the Markdown link to the section of a word, None if the word is ambiguous or unknown."""
     if word in _ambiguous_words() | _field_words() or not CATALOGUE.find(word):
         return None
     return f"{{word}}`{word}`"
@@ -83,7 +83,7 @@ def _name(f: Field) -> str:
 
 
 def constructor_section(c: Constructor) -> str:
-    """Return the section of one word: description, fields, example, source and measured validity ranges."""
+    """Return the section of one constructor: description, fields, example, source and measured validity ranges."""
     index = [f"single: {f.name} (field); {c.name}" for f in c.fields]
     parts = [_anchor(target(c)), *([_index(index)] if index else []), f"## `{c.name}`"]
 
@@ -113,7 +113,7 @@ def _field(f: Field) -> str:
 
 
 def _words() -> str:
-    """Return reserved words, functions, predefined names and elements."""
+    """Return the page of reserved words, functions, predefined names and elements."""
     parts = ["# Reserved words, functions, elements", "## Reserved words"]
     parts += [f"{_anchor(name)}\n\n`{name}`\n: {escape_markup(text)}" for name, text in RESERVED.items()]
     parts += ["## Functions", *(f"`{call}`\n: {escape_markup(text)}" for call, text in CALLS.values())]
@@ -125,7 +125,7 @@ def _words() -> str:
 
 
 def _units() -> str:
-    """Return units, the quantities that they measure and their size in SI."""
+    """Return the page section of units, with the quantities that they measure and their size in SI."""
     said = [(name, unit_page(name)) for name in units.UNITS if name != "1"]
     rows = [f"`{name}`\n: {escape_markup(_size(name, page))}" for name, page in said if page]
     prefixes = f"Some take prefixes: {', '.join(f'`{p}`' for p in units.PREFIXES)}."
@@ -133,13 +133,13 @@ def _units() -> str:
 
 
 def _size(name: str, page: str) -> str:
-    """Return the first line of a unit's page, and whether it takes prefixes."""
+    """Return the size of a unit, the first line of its page, and whether it takes prefixes."""
     said = page.split("\n\n", 1)[1].split("\n")[0].removeprefix("It ").removeprefix("measures ")
     return said.removesuffix(".") + ("; takes prefixes" if units.UNITS[name][2] else "")
 
 
 def _library() -> str:
-    """Return the materials of the library with their sources."""
+    """Return the page of the material library, with the sources of the materials."""
     head = "# The library of materials\n\n`dsl explain NAME` also plots the tension curve of a material."
     return "\n\n".join([head, *(_library_section(own) for own in materials().values())]) + "\n"
 

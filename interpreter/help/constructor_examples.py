@@ -49,7 +49,7 @@ def example(c: Constructor) -> str:
 
 
 def sample(f: Field) -> str:
-    """Return a valid value of a field as it is written in a scene."""
+    """Return a valid value for a field, as written in a scene."""
     if f.name in _FITTING:
         return _FITTING[f.name]
     if f.name == "over" and f.kind == "metric":

@@ -1,4 +1,4 @@
-"""Units to suggest and show for a physical dimension, the most common first."""
+"""Units in which a quantity of a physical dimension is suggested and shown, the most common first."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ PREFIXES = {  # the commonly used prefixes of each unit
 
 @cache
 def units_of(dimension: Dimension) -> tuple[str, ...]:
-    """Return the common units of a dimension and its other named ones: `Pa`, `kPa`, ..., `bar`, `mmHg`; `%` for
-    numbers.
+    """Return the common units of a dimension, then its other named units: `Pa`, `kPa`, ..., `bar`, `mmHg`.
+
+    For dimensionless numbers the list contains `%`.
     """
     usual = [word for word in re.split(r",? or |, ", units.usual_units(dimension)) if word not in ("no unit", "1")]
     alone = [
@@ -31,7 +32,7 @@ def units_of(dimension: Dimension) -> tuple[str, ...]:
 
 @cache
 def common_units() -> tuple[tuple[str, Dimension], ...]:
-    """Return the common units of all dimensions that have a name."""
+    """Return pairs of unit and dimension: the common units of all dimensions that have a name."""
     return tuple((unit, dimension) for dimension in units.NAMES for unit in units_of(dimension)[:4])
 
 

@@ -1,8 +1,8 @@
-"""Library of materials: description, source of the constants, range of validity and tensile curve of each material.
+"""Library of materials: description, source of the constants, validity range and tensile curve of each one.
 
-A material in `stdlib-scenes/materials/` has a comment above it: one line that describes it, then `Source:`, `Test:`
-(temperature and rate), `Valid:` (`stretches 0.7 to 1`) and `Uncertain:` for every constant. Continuation lines are
-indented.
+Each material in `stdlib-scenes/materials/` has a comment above its declaration. The comment begins with one line that
+describes the material, then `Source:`, `Test:` (temperature and rate), `Valid:` (`stretches 0.7 to 1`) and `Uncertain:`
+for every constant. Continuation lines are indented.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ POINTS = 6  # points of a curve between its ends
 
 @dataclass(frozen=True)
 class LibraryMaterial:
-    """Material of the library: its file, its declaration, and its comment by key."""
+    """Material of the library: its file, its declaration, and the entries of its comment by key."""
 
     name: str
     file: str  # path as `use` accepts it
@@ -45,12 +45,12 @@ class LibraryMaterial:
 
     @property
     def range_words(self) -> str:
-        """Range of validity in words."""
+        """Range of validity as text."""
         return " to ".join(f"{s:g}" for s in self.stretches or ()) or "not given"
 
 
 def materials() -> dict[str, LibraryMaterial]:
-    """Return every material of the library by name; imports only what `dsl check` needs."""
+    """Return every material of the library, by name; imports only the modules that `dsl check` needs."""
     from softmark.scenes import ROOT
 
     files = sorted((ROOT / "materials").glob("*.scene"))
@@ -76,7 +76,7 @@ def _materials_of_file(file: Path) -> Iterator[LibraryMaterial]:
 
 
 def _parse_comment(comment: list[str]) -> tuple[str, dict[str, str]]:
-    """Return the first line of a comment and its other entries by key."""
+    """Return the first line of a comment, and its other entries by key."""
     found: dict[str, list[str]] = {"": []}
     key = ""
     for line in comment:
@@ -88,9 +88,10 @@ def _parse_comment(comment: list[str]) -> tuple[str, dict[str, str]]:
 
 
 def tensile_curve(own: LibraryMaterial) -> list[tuple[float, float]]:
-    """Return pairs of uniaxial stretch and nominal stress, Pa, over the range of validity.
+    """Return pairs of uniaxial stretch and nominal stress, Pa, over the range of validity of a material.
 
-    It uses one material point, or for a material with fibres one finite element stretched along x.
+    The stress is computed at one material point or, for a material with fibres, in one finite element stretched along
+    x.
     """
     import softmark
 

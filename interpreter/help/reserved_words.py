@@ -63,6 +63,6 @@ def unit_page(name: str) -> str | None:
     takes = units.UNITS.get(name, (1.0, units.NONE, False))[2]
     prefixes = f"\nIt takes the prefixes {' '.join(units.PREFIXES)}, as in `k{name}`." if takes else ""
     kind = units.dimension_name(measure.dimension)
-    what = f"measures {kind}" if measure.dimension in units.NAMES else "measures what has no name of its own"
+    what = f"measures {kind}" if measure.dimension in units.NAMES else "measures a quantity without a name"
     what = "stands for a plain number" if measure.dimension == units.NONE else what
     return f"{name} (unit)\n\nIt {what}{size}.{prefixes}\nA unit stands right after its number, as in `5 {name}`."

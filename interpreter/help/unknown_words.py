@@ -1,4 +1,4 @@
-"""Hints for names that the language does not have."""
+"""Hints about names that do not exist in the language."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
 
 def hint(name: str) -> str:
-    """Return advice for a name without a page: the word that was probably meant, or the command that lists words."""
+    """Return advice about an unknown name: the word probably meant, or the command that lists words."""
     if name in foreign_aliases.MODULI:
         return f"laws take `young` and `poisson`: {foreign_aliases.MODULI[name]}"
     if said := explain_foreign_word(name) or _unit_hint(name):
@@ -28,7 +28,7 @@ def _known_names() -> list[str]:
 
 
 def _unit_hint(name: str) -> str:
-    """Return a hint to the correct spelling of a unit: `did you mean `MPa`?`."""
+    """Return a hint to the correct spelling of a unit, such as `did you mean `MPa`?`."""
     try:
         units.parse_unit(name)
     except units.UnitError as error:

@@ -1,7 +1,7 @@
-"""Measured validity ranges of models, contacts and theories, from robustness studies, as shown by `dsl explain`.
+"""Validity ranges of models, contacts and theories, measured by robustness studies and shown by `dsl explain`.
 
-`ranges.json` in this folder is written by `python tests/benchmarks/ranges.py`, from one `dsl robustness` for each
-scene.
+`ranges.json` in this folder is written by `python tests/benchmarks/ranges.py`, which runs `dsl robustness` once for
+each scene.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ FILE = "ranges.json"
 
 
 def ranges_of(stress: Mapping[str, Any], constructors: Mapping[str, str], seconds: float) -> Json:
-    """Return the validity ranges in a `softmark-stress/1` result; `constructors` maps models to constructors.
+    """Return the validity ranges in `stress`, the `softmark-stress/1` result of a robustness study.
 
-    Each point had at most `seconds` of CPU time, s.
+    `constructors` maps each model to its constructor. Each point of the study had at most `seconds` of CPU time, s.
     """
     from softmark.interpreter.study.robustness.robustness_record import Robustness
 
@@ -54,9 +54,10 @@ def _range(own: list[ValidityEdge], quantity: WalkedQuantity) -> Json:
 
 
 def lines(constructor: str) -> list[str]:
-    """Return the lines of `dsl explain` on a constructor: one for each measured quantity of each of its models.
+    """Return the lines that `dsl explain` prints about the validity ranges of a constructor.
 
-    A study about other words, such as a contact, shows its models on the pages of those words.
+    There is one line for each measured quantity of each model. If a study is about other words, such as a contact, its
+    ranges are shown on the pages of those words.
     """
     path = files(__package__ or "").joinpath(FILE)
     measured = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else []

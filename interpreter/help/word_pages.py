@@ -1,4 +1,4 @@
-"""Explanation page of a word of the language or of a diagnostic code, as printed by `dsl explain`."""
+"""Explanation page of a word of the language or of a diagnostic code, printed by `dsl explain`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CODE = re.compile(r"[EW]\d{3}$", re.IGNORECASE)
 
 
 def page(name: str, words: Vocabulary = CATALOGUE) -> str | None:
-    """Return the explanation of a name, None if it is unknown; `words` may include words of plugins."""
+    """Return the explanation page of a name, None if the name is unknown; `words` may include words of plugins."""
     if CODE.match(name):
         from softmark.interpreter.help.codes import pages
 
@@ -54,13 +54,13 @@ def _library_page(name: str) -> str | None:
 
 
 def _field_page(name: str) -> str:
-    """Return the list of constructors that have a field of this name."""
+    """Return the page of a field name: the constructors that have a field of this name."""
     owners = [(c, f) for c in constructors() if (f := c.field(name))]
     return "\n".join(f"field of `{c.name}`: {f.doc}{field_facts(f)}" for c, f in owners)
 
 
 def _choice_page(name: str) -> str:
-    """Return the list of fields that have this option."""
+    """Return the page of an option: the fields that have this option."""
     owners = [(c, f) for c in constructors() for f in c.fields if name in f.options]
     return "\n".join(f"choice for `{f.name}` of `{c.name}`: {f.doc}{field_facts(f)}" for c, f in owners)
 
@@ -88,7 +88,7 @@ def constructor_page(c: Constructor) -> str:
 
 
 def field_facts(f: Field) -> str:
-    """Return dimension, range and default of a field."""
+    """Return the dimension, range and default of a field as text."""
     facts = [f.expected if f.form != "quantity" or f.dimension is None else _dimension(f)]
     if f.interval is not None and f.form in ("quantity", "vector", "integer", "each"):
         facts.append(f.interval.words(f.dimension or units.NONE))
@@ -126,7 +126,10 @@ def _default(f: Field) -> str:
 
 
 def page_of_plugins(words: Vocabulary, name: str) -> str | None:
-    """Return the pages of a word of a plugin, with our own word of that name; None if no plugin has it."""
+    """Return the pages of a plugin's word `name`; None if no plugin has it.
+
+    The language's own word of that name, if any, is included.
+    """
     found = [(c, words.owner(c.kind, c.name)) for c in words.find(name)] if words.plugins else []
     chosen = {(kind, word) for p in words.plugins for kind, word, _ in p.choices}
     if not any(owner or (c.kind, c.name) in chosen for c, owner in found):

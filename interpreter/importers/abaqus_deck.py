@@ -86,7 +86,7 @@ def read(path: Path) -> Deck:
 
 @dataclass
 class _Step:
-    """One step: its cards, its kind of analysis, and its duration."""
+    """Step of an analysis: its cards, its kind of analysis, and its duration."""
 
     card: Card
     cards: list[Card] = field(default_factory=list)
@@ -96,7 +96,7 @@ class _Step:
 
     @property
     def period(self) -> float:
-        """Duration of the step."""
+        """Duration of the step, in the time unit of the deck."""
         rows = self.static.rows if self.static is not None else []
         word = rows[0][1] if rows and len(rows[0]) > 1 else ""
         value = read_number(word, self.static) if word and self.static is not None else 0.0
@@ -110,7 +110,7 @@ class _Step:
 
 
 class _Reader:
-    """Collects the cards that do not define the mesh, in their order, and combines them with the mesh."""
+    """Collector of the cards that do not define the mesh, in their order; combines them with the mesh."""
 
     def __init__(self) -> None:
         self.materials: dict[str, abaqus_materials.MaterialCards] = {}
@@ -263,7 +263,7 @@ class _Reader:
             yield MaterialPart("rest", rest, None, why)
 
     def _law(self, material: str, card: Card) -> tuple[ImportedLaw | None, str]:
-        """Return the law of a material, or why there is none. Raises DeckError."""
+        """Return the law of a material, or None and the reason why there is none. Raises DeckError."""
         if (told := self.materials.get(material)) is None:
             why = f"the material `{material[:60]}` is not defined" if material else "its section has no material"
             self.left.append(NotImported(f"the material `{material[:60]}`", "not defined", card.line))
@@ -302,7 +302,7 @@ class _Reader:
         self._weigh(body)
 
     def _weigh(self, body: _Body) -> None:
-        """Combine gravity loads of sets that together form the whole body into one of the body."""
+        """Replace gravity loads on sets that together form the whole body by one load on the body."""
         cells: dict[tuple[float, float, float], list[Ints]] = {}
         cards: dict[tuple[float, float, float], tuple[Card, str]] = {}
         for weight in self.loads.weights:
@@ -352,7 +352,7 @@ def _is_rubber(law: ImportedLaw | None) -> bool:
 
 
 class _Body:
-    """Solid cells of a deck, and the look-up of its named sets in them."""
+    """Solid cells of a deck, which looks up named sets among them."""
 
     def __init__(self, mesh: DeckMesh, left: list[NotImported]) -> None:
         self.mesh = mesh
@@ -368,7 +368,7 @@ class _Body:
         self.deck = Deck(mesh.name, KINDS[cell], mesh.points[used], table, [], left=left)
 
     def _refuse_others(self, solids: Mapping[str, object], left: list[NotImported]) -> None:
-        """Refuse decks whose solids have several kinds of cells or none, and list elements that are not solids."""
+        """Refuse decks whose solids have no cells or several kinds, and list elements that are not solids."""
         others, name = 0, self.mesh.name
         for kind, (card, many) in self.mesh.kinds.items():
             cell = cell_of(kind)
@@ -402,20 +402,23 @@ class _Body:
                 self.used.add(id(own))
 
     def places(self, elements: Ints) -> Ints:
-        """Return the indices (k,) of the body's cells among elements of the model."""
+        """Return the indices (k,) of the body's cells that are among the given `elements` of the model."""
         place = np.minimum(np.searchsorted(self.elements, elements), len(self.elements) - 1)
         found: Ints = place[self.elements[place] == elements]
         return found
 
     def cells(self, name: str, card: Card) -> Ints:
-        """Return the cells (k,) of a set, or all if no name is given. Raises DeckError."""
+        """Return the cells (k,) of a named set, or all cells without a name. Raises DeckError."""
         if not name:
             return np.arange(len(self.deck.cells))
         self._use("elements", name, card)
         return self.places(self.mesh.members("elements", name, card, card.scope))
 
     def nodes(self, name: str, card: Card) -> Ints:
-        """Return the nodes (k,) of the body in a set or with a number; list those outside. Raises DeckError."""
+        """Return the nodes (k,) of the body in a named set or with a number. Raises DeckError.
+
+        Nodes outside the body are listed as not imported.
+        """
         self._use("nodes", name, card)
         own = self.mesh.members("nodes", name, card, card.scope)
         if not len(own):
@@ -428,13 +431,13 @@ class _Body:
         return found
 
     def surface(self, name: str, card: Card) -> Ints:
-        """Return the faces (f, 2) of a surface. Raises DeckError."""
+        """Return the faces (f, 2) of a named surface. Raises DeckError."""
         rows = list(self.mesh.surface_rows(name, card, card.scope))
         self.used |= {id(own) for own in self.mesh.find_surfaces(name, card, card.scope)}
         return self.sides([(self.places(elements), label, who) for elements, label, who in rows], card)
 
     def sides(self, rows: list[tuple[Ints, str, str]], card: Card) -> Ints:
-        """Return the faces (f, 2) of cells at sides such as S3 or P3; list invalid labels."""
+        """Return the faces (f, 2) of cells at labelled sides such as S3 or P3; list invalid labels as not imported."""
         count = len(ELEMENTS[self.deck.kind].facets)
         faces = [np.zeros((0, 2), dtype=np.int64)]
         for cells, label, who in rows:

@@ -40,7 +40,7 @@ Target = tuple[str, str]  # set or node number in upper case, and its scope
 
 @dataclass(frozen=True)
 class PressureLoad:
-    """Pressure: its surface or set, the side of the cells, and its value."""
+    """Pressure on a surface, or on one side of a set of cells."""
 
     who: str
     label: str
@@ -51,7 +51,7 @@ class PressureLoad:
 
 @dataclass(frozen=True)
 class GravityLoad:
-    """Acceleration of a set of elements, or of all if `who` is empty."""
+    """Acceleration of gravity on a set of elements, or on all elements if `who` is empty."""
 
     who: str
     vector: Vector
@@ -61,7 +61,7 @@ class GravityLoad:
 
 @dataclass(frozen=True)
 class PrescribedDisplacement:
-    """Prescribed displacement component: its value, and the step that prescribes it."""
+    """Prescribed displacement component: its value, and the step that prescribed it."""
 
     who: str
     value: float
@@ -81,7 +81,10 @@ class NodalForce:
 
 @dataclass
 class AccumulatedLoads:
-    """All supports and loads: later steps replace displacements and forces of a set; forces of one step add up."""
+    """All supports and loads of a deck up to a step.
+
+    Later steps replace displacements and forces of a set; forces of one step add up.
+    """
 
     amplitudes: Amplitudes = field(default_factory=Amplitudes)
     times: StepTimes = field(default_factory=lambda: StepTimes(1.0, 1.0))
@@ -95,12 +98,12 @@ class AccumulatedLoads:
     taken: list[str] = field(default_factory=list)
 
     def in_next_step(self, times: StepTimes) -> AccumulatedLoads:
-        """Return a copy to be changed in the next step."""
+        """Return a copy of the supports and loads, to which the next step is added."""
         return replace(self, times=times, moved=dict(self.moved), forced=dict(self.forced), presses=list(self.presses),
                        weights=list(self.weights), step=self.step + 1, taken=list(self.taken))  # fmt: skip
 
     def take(self, card: Card) -> list[NotImported]:
-        """Add one card; return the parts of it that are not imported. Raises DeckError."""
+        """Add one card, and return those of its parts that are not imported. Raises DeckError."""
         anew = card.options.get("OP", "MOD").upper()
         if anew == "NEW":
             self._remove_earlier(card.keyword)
@@ -129,7 +132,7 @@ class AccumulatedLoads:
         return [left for row in card.each_row() if row for left in self._row(card, row, factor)]
 
     def _remove_earlier(self, keyword: str) -> None:
-        """Apply OP=NEW: remove loads of earlier steps, but keep other cards of the same step."""
+        """Apply OP=NEW, which removes loads of earlier steps and keeps other cards of the same step."""
         if keyword == "BOUNDARY":
             self.moved = {key: own for key, own in self.moved.items() if own.step == self.step}
         elif keyword == "CLOAD":
@@ -219,7 +222,7 @@ class AccumulatedLoads:
         return {p.who.upper() for p in self.presses if p.card.keyword == "DSLOAD"}
 
     def holds(self, nodes: Nodes) -> list[NodeSupport]:
-        """Return supports: one per set with its directions, or regrouped by node if sets prescribe different values."""
+        """Return the supports: one per set, or grouped by node if sets prescribe different values there."""
         by_set: dict[tuple[Target, bool], dict[int, float]] = {}
         members: dict[Target, Ints] = {}
         names: dict[Target, str] = {}

@@ -49,19 +49,22 @@ FORMS = ("ARRUDA-BOYCE", "MARLOW", "MOONEY-RIVLIN", "NEOHOOKE", "OGDEN", "POLYNO
 
 @dataclass(frozen=True)
 class MaterialCards:
-    """Material card and the cards below it."""
+    """Material card, and the cards that follow it and describe its behaviour."""
 
     card: Card
     cards: list[Card]
 
     @property
     def name(self) -> str:
-        """Name as written in the file."""
+        """Name of the material as written in the file."""
         return self.card.options.get("NAME", "")
 
 
 def read_law(told: MaterialCards, left: list[NotImported]) -> ImportedLaw | None:
-    """Return the law, or None if the language lacks it, which is added to `left`. Raises DeckError."""
+    """Return the law of a material, or None if the language lacks it. Raises DeckError.
+
+    A missing law is added to `left`, the list of items that are not imported.
+    """
     elastic, density = None, None
     for card in told.cards:
         found: ImportedLaw | str | None = None
@@ -107,8 +110,9 @@ def _elastic(card: Card) -> ImportedLaw | str:
 
 
 def _hyperelastic(card: Card) -> ImportedLaw | str:
-    """Return the law of a strain energy: an isochoric part, and the volumetric part sum (J - 1)^(2i) / D_i (K = 2 /
-    D_1).
+    """Return the law of a strain energy, or the reason why it is not imported.
+
+    The energy has an isochoric part, and the volumetric part sum (J - 1)^(2i) / D_i with K = 2 / D_1.
     """
     form = next((o for o in card.options if o in FORMS), "POLYNOMIAL")
     if unknown := card.unknown_options(frozenset({"N", form})):
@@ -175,8 +179,9 @@ def _with_bulk(form: str, degree: int, C: list[float], bulk: float) -> ImportedL
 
 
 def with_finite_strain_law(part: MaterialPart) -> MaterialPart:
-    """Return the part with the finite-strain law of *ELASTIC, which relates Green strain and second Piola-Kirchhoff
-    stress.
+    """Return the part with the finite-strain law of *ELASTIC.
+
+    That law relates Green strain and second Piola-Kirchhoff stress.
     """
     if part.law is None or part.law.word != "linear_elastic":
         return part

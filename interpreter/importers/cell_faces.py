@@ -36,9 +36,7 @@ class CellSides:
         return np.stack([flat // each, flat % each], axis=1).astype(np.int64)
 
     def of(self, facets: Ints) -> tuple[Ints, int]:
-        """Return the surface sides (f, 2) that match facets of corners (k, c), and the number of facets without a
-        match.
-        """
+        """Return the surface sides (f, 2) that match facets with corners (k, c), and the number of unmatched facets."""
         if not len(facets) or facets.shape[1] != self.corners.shape[1]:
             return np.zeros((0, 2), dtype=np.int64), len(facets)
         asked = np.unique(np.sort(facets, axis=1), axis=0)
@@ -48,9 +46,7 @@ class CellSides:
         return self._pair(chosen), len(asked) - len(chosen)
 
     def within(self, nodes: Ints) -> tuple[Ints, Ints]:
-        """Return the surface sides (f, 2) whose nodes are all among these, and the nodes (k,) that are in no such
-        side.
-        """
+        """Return the surface sides (f, 2) whose nodes all belong to `nodes`, and the remaining nodes (k,)."""
         inside = np.zeros(int(self.cells.max()) + 1, dtype=np.bool_)
         known = nodes[nodes < len(inside)]
         inside[known] = True

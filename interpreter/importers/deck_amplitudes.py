@@ -1,4 +1,4 @@
-"""Amplitudes of a deck (*AMPLITUDE): variation of loads over a step, and their factor at a time.
+"""Amplitudes of a deck (*AMPLITUDE), which describe how loads vary over a step.
 
 Source: Abaqus Analysis User's Guide, "Amplitude curves"; Dhondt, "CalculiX CrunchiX User's Manual", *AMPLITUDE.
 """
@@ -25,7 +25,7 @@ class Amplitude:
     smooth: bool = False
 
     def at(self, time: float) -> float:
-        """Return the factor at a time of the step, or of the whole analysis if `total_time`."""
+        """Return the load factor at a time of the step, or at a time of the whole analysis with `total_time`."""
         if time <= self.times[0]:
             return self.values[0]
         for i in range(1, len(self.times)):
@@ -61,7 +61,7 @@ def read_amplitude(card: Card) -> Amplitude | str:
 
 @dataclass(frozen=True)
 class StepTimes:
-    """Times at which load factors of one step are evaluated: its end, and the end of the last step that is imported."""
+    """Times at which the load factors of a step are evaluated: its end, and the end of the last imported step."""
 
     period: float
     total: float
@@ -69,7 +69,7 @@ class StepTimes:
 
 @dataclass
 class Amplitudes:
-    """All curves of a deck by name in upper case; a text is the reason why a curve is not read."""
+    """All amplitude curves of a deck by name in upper case; for a curve that was not read, the reason."""
 
     curves: Mapping[str, Amplitude | str] = field(default_factory=dict)
 

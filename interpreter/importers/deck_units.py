@@ -33,7 +33,7 @@ _QUANTITY = re.compile(r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)?\s*(\S+)\s*")
 
 
 class MissingUnit(Exception):
-    """A required unit is missing or invalid; the exception has the reason and the remedy."""
+    """Exception for a required unit that is missing or invalid; it has the reason and the remedy."""
 
     def __init__(self, reason: str, remedy: str) -> None:
         super().__init__(reason)
@@ -41,7 +41,7 @@ class MissingUnit(Exception):
 
 
 class ContradictoryUnits(Exception):
-    """The given units contradict those in the file; the exception has the reason and the remedy."""
+    """Exception for given units that contradict those in the file; it has the reason and the remedy."""
 
     def __init__(self, reason: str, remedy: str) -> None:
         super().__init__(reason)
@@ -50,7 +50,7 @@ class ContradictoryUnits(Exception):
 
 @dataclass(frozen=True)
 class DeclaredUnits:
-    """Unit system that a file declares: in its own words, and as in SYSTEMS (None if unknown)."""
+    """Unit system that a file declares: its text there, and its name in SYSTEMS (None if unknown)."""
 
     text: str
     system: str | None
@@ -58,7 +58,7 @@ class DeclaredUnits:
 
 @dataclass(frozen=True)
 class FileUnit:
-    """One unit of a file: its text in a scene, and its SI value."""
+    """Unit of a file: its text in a scene, and its value in SI units."""
 
     text: str
     factor: float
@@ -66,7 +66,7 @@ class FileUnit:
 
 @dataclass(frozen=True)
 class FileUnits:
-    """Units of length and stress, and of time if given."""
+    """Units of length and stress in a file, and of time if given."""
 
     length: FileUnit
     stress: FileUnit | None = None
@@ -120,8 +120,9 @@ def _written(value: float, one: FileUnit) -> str:
 
 
 def agree_on_units(told: FileUnits | None, declared: DeclaredUnits | None) -> FileUnits:
-    """Return the given units or those that the file declares, after checking that they agree. Raises MissingUnit,
-    ContradictoryUnits.
+    """Return the given units, or else those that the file declares, after checking that they agree.
+
+    Raises MissingUnit, ContradictoryUnits.
     """
     known = None if declared is None or declared.system is None else units_of_system(declared.system)
     if told is None and known is None:

@@ -1,7 +1,7 @@
 """Reader of common FEBio decks (`.feb`, versions 3.0 and 4.0): static analyses of one solid.
 
-Source: FEBio User's Manual, version 3.4 (material models, boundary conditions, loads); a body force b acts as
--density b (FEElasticSolidDomain::BodyForce).
+Source: FEBio User's Manual, version 3.4 (material models, boundary conditions, loads); a body force b acts as -density
+b (FEElasticSolidDomain::BodyForce).
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ class _Reader:
         return DeclaredUnits(own, same.get(own.lower().replace("_", "-"))) if own else None
 
     def _something_acts(self, found: Deck) -> None:
-        """Require a load or motion at the imported time. Raises NotImportable if all have ended."""
+        """Check that a load or motion acts at the imported time. Raises NotImportable if all have ended."""
         moves = any(any(hold.values) for hold in found.holds)
         if not found.ended or moves or found.pushes or found.forces or found.weights:
             return
@@ -220,7 +220,7 @@ class _Reader:
         )
 
     def _formulation(self, found: Deck) -> None:
-        """Set the formulation of hexahedra with uncoupled laws: one pressure and one volume change for each cell."""
+        """Set the formulation of hexahedra with uncoupled laws: one pressure and one volume change per cell."""
         apart = [part.law is not None and part.law.word == "mooney_rivlin" for part in found.parts]
         if found.kind == "hex8" and any(apart):
             if all(apart):
@@ -231,7 +231,7 @@ class _Reader:
     # ------------------------------------------------------------------ sets
 
     def _facets(self, name: str) -> list[Ints] | None:
-        """Return the corners of a surface's facets as nodes of the record; nodes outside all cells are -1."""
+        """Return the corner nodes of a surface's facets in the record, -1 outside all cells; None if unknown."""
         mesh = self.top.find("Mesh")
         for own in () if mesh is None else mesh.findall("Surface"):
             if own.get("name") == name:
@@ -247,7 +247,7 @@ class _Reader:
         return np.array([self.place.get(n, -1) for n in numbers.tolist()], dtype=np.int64)
 
     def _nodes(self, name: str) -> Ints | None:
-        """Return a set of nodes, or those of a surface; None if the name is unknown."""
+        """Return the nodes of a named set or surface; None if the name is unknown."""
         self.asked.add(name)
         if name.startswith("@surface:"):
             facets = self._facets(name.removeprefix("@surface:"))
@@ -260,9 +260,7 @@ class _Reader:
         return None
 
     def _map(self, node: ElementT | None, node_set: str) -> Floats | None:
-        """Return the values (k, c) of a map at the nodes of a set at the imported time; None if the value is not a
-        map.
-        """
+        """Return the values (k, c) of a map at the nodes of a set at the imported time; None if it is not a map."""
         if node is None or node.get("type") != "map" or set(node.attrib) - {"lc", "type"}:
             return None
         factor = 1.0 if node.get("lc") in (None, "0") else self._curve(str(node.get("lc")))
@@ -292,7 +290,7 @@ class _Reader:
         return faces
 
     def _sets(self, found: Deck) -> None:
-        """Add named parts of the mesh that nothing refers to, and values of elements and surfaces."""
+        """Add named parts of the mesh that nothing refers to, and named values of elements and surfaces."""
         found.left = self.left
         place = {number: i for i, number in enumerate(self.ids)}
         mesh = self.top.find("Mesh")
@@ -322,7 +320,7 @@ class _Reader:
     # ------------------------------------------------------- what acts on it
 
     def _value(self, node: ElementT | None) -> Floats | None:
-        """Return the numbers at the imported time; None if their curve is unknown there."""
+        """Return the numbers of an XML element at the imported time; None if their load curve is unknown there."""
         if node is None:
             return None
         if set(node.attrib) - {"lc", "type"} or node.get("type", "const") not in ("const", "vector"):
@@ -345,7 +343,7 @@ class _Reader:
         return self.moment
 
     def _curve(self, number: str) -> float | None:
-        """Return the value of a curve at the imported time; None if unknown there."""
+        """Return the value of a load curve at the imported time; None if it is unknown there."""
         end = self._end()
         for own in self._section("LoadData"):
             if own.get("id") != number or own.get("type") != "loadcurve" or end is None:
@@ -361,7 +359,7 @@ class _Reader:
         return None
 
     def _at(self, own: ElementT, rows: Floats, end: float) -> float | None:
-        """Return the value of a curve, points (n, 2), at a time; None if unknown there."""
+        """Return the value of a load curve with points (n, 2) at a time; None if it is unknown there."""
         exact = np.flatnonzero(np.isclose(rows[:, 0], end, rtol=1e-9, atol=0.0))
         if len(exact):
             return float(rows[exact[-1], 1])
@@ -373,7 +371,7 @@ class _Reader:
         return float(np.interp(end, rows[:, 0], rows[:, 1])) if straight and inside else None
 
     def _watch(self, number: str, value: float, before: Floats, end: float) -> None:
-        """Record a curve, points (n, 2) up to the imported time, that is smaller there than before."""
+        """Record a load curve that is smaller at the imported time than before; `before` are earlier points (n, 2)."""
         if not len(before):
             return
         when, peak = before[int(np.argmax(np.abs(before[:, 1])))].tolist()
@@ -408,7 +406,7 @@ class _Reader:
         found.holds = group_equal_supports(told)
 
     def _mapped(self, own: ElementT) -> dict[int, Floats] | None:
-        """Return prescribed displacements by direction at each node of a set, if they are given by a map."""
+        """Return displacements prescribed by a map, by direction, at each node of a set; None without a map."""
         dof = (child_text(own, "dof") or "").strip()
         values = self._map(own.find("value"), own.get("node_set", ""))
         relative = (child_text(own, "relative") or "0").strip()
@@ -418,7 +416,7 @@ class _Reader:
         return {"xyz".index(dof): values[:, 0]}
 
     def _prescribed(self, own: ElementT) -> dict[int, Floats] | dict[int, float] | None:
-        """Return the prescribed displacement of each direction."""
+        """Return the prescribed displacement in each direction: one value, or one for each node of a set."""
         kind = own.get("type", "")
         if any(c.tag not in INSIDE for c in own) or (child_text(own, "relative") or "0").strip() not in ("0", "false"):
             return None

@@ -1,4 +1,4 @@
-"""Reader of Gmsh meshes with physical groups; scenes use the file directly, and materials are not in it."""
+"""Reader of Gmsh meshes with physical groups; a scene uses the mesh file directly and supplies the materials."""
 
 from __future__ import annotations
 

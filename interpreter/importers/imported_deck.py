@@ -25,7 +25,10 @@ Vector = tuple[float, float, float]
 
 
 class NotImportable(Exception):
-    """A file contains something that no scene can express, so nothing is imported; with the reason and the remedy."""
+    """Exception for a file with content that no scene can express; nothing is imported.
+
+    It has the reason and the remedy.
+    """
 
     def __init__(self, reason: str, remedy: str, code: str = "E753") -> None:
         super().__init__(reason)
@@ -34,9 +37,9 @@ class NotImportable(Exception):
 
 @dataclass(frozen=True)
 class ImportedLaw:
-    """Material: its word in the language, its stresses and plain numbers there, and its density, if it has one.
+    """Material law in words of the language: its constructor, constants, and density if it has one.
 
-    `stress_lists` and `lists` are constants of its terms, stresses and plain numbers.
+    Constants are stresses or plain numbers; `stress_lists` and `lists` are such constants of several terms.
     """
 
     word: str
@@ -50,7 +53,7 @@ class ImportedLaw:
 
 @dataclass(frozen=True)
 class MaterialPart:
-    """Cells (k,) of one material; `law` is None if it could not be imported, and `why` the reason."""
+    """Cells (k,) of one material; `law` is None if it could not be imported, for the reason `why`."""
 
     name: str
     cells: Ints
@@ -60,7 +63,7 @@ class MaterialPart:
 
 @dataclass(frozen=True)
 class NodeSupport:
-    """Support of nodes (k,): fixed in `components`, or moved there by `values`, lengths."""
+    """Support of nodes (k,) in some `components`: fixed, or moved by `values`, lengths in the file's unit."""
 
     name: str
     nodes: Ints
@@ -70,7 +73,7 @@ class NodeSupport:
 
 @dataclass(frozen=True)
 class FaceLoad:
-    """Load on faces (f, 2), as stresses: a follower pressure, positive inward, or a dead traction."""
+    """Load on faces (f, 2): a follower pressure, positive inward, or a dead traction, in the file's unit of stress."""
 
     name: str
     faces: Ints
@@ -80,7 +83,7 @@ class FaceLoad:
 
 @dataclass(frozen=True)
 class NodeForces:
-    """Dead force at each of some nodes (k,)."""
+    """Dead force that acts at each of some nodes (k,)."""
 
     name: str
     nodes: Ints
@@ -89,7 +92,7 @@ class NodeForces:
 
 @dataclass(frozen=True)
 class NamedSet:
-    """Named set of cells (k,), faces (f, 2), or nodes (k,) without any other use."""
+    """Named set of cells (k,), faces (f, 2) or nodes (k,) that nothing else uses."""
 
     name: str
     members: Ints
@@ -120,7 +123,7 @@ class EndedLoad:
 
     @property
     def described(self) -> str:
-        """Sentence that reports the load as ended, with its curve and its times."""
+        """Sentence that reports the load as ended, with its curve and the times."""
         return (
             f"{self.what} is 0 at the imported time {self.moment:g}; its load curve {self.curve[:20]} is "
             f"{self.peak:g} at time {self.when:g}"
@@ -129,7 +132,10 @@ class EndedLoad:
 
 @dataclass
 class Deck:
-    """One body in a static analysis. `mesh` is a file that a scene can read; if it is None, there are arrays."""
+    """One body in a static analysis, as read from a file.
+
+    `mesh` is a file that a scene can read; if it is None, the mesh is given by arrays.
+    """
 
     title: str
     kind: str  # tet4, tet10, hex8, hex20
@@ -154,7 +160,7 @@ class Deck:
 
     @cached_property
     def sides(self) -> CellSides:
-        """Sides of its cells, found on first use."""
+        """Sides of the cells, found on first use."""
         return CellSides(self.cells)
 
     @cached_property

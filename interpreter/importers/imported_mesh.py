@@ -1,4 +1,4 @@
-"""Mesh of a record as a file next to its scene: nodes, cells, and named parts of cells and of the surface.
+"""Writer of an imported mesh as a file next to its scene: nodes, cells, and named parts of cells and surface.
 
 The format is Abaqus input, in which parts may overlap; numbers keep all their digits.
 """
@@ -16,7 +16,7 @@ def mesh_text(
     kind: str, points: Floats, cells: Ints, sets: Mapping[str, Ints], surfaces: Mapping[str, Ints],
     node_sets: Mapping[str, Ints],
 ) -> str:  # fmt: skip
-    """Return the file's text, with sets of cells (k,), of faces (f, 2) and of nodes (k,) by name."""
+    """Return the text of the mesh file, with named sets of cells (k,), of faces (f, 2) and of nodes (k,)."""
     return "\n".join([*_lines(kind, points, cells, sets, surfaces, node_sets), ""])
 
 

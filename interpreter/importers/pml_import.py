@@ -1,8 +1,8 @@
-"""Reader of PML with LML, the exchange formats of the 2008 comparison: a physical model, and its loads in a second
-file.
+"""Reader of PML with LML, the exchange formats of the 2008 comparison of models.
 
-Atoms are points, and a structural component of FEM cells is a part. A load is a direction times a value, linear between
-events and constant after the last, whose value the scene uses. `NULL` leaves a direction free.
+PML describes a physical model, and LML its loads in a second file. Atoms are points, and a structural component of FEM
+cells is a part. A load is a direction times a value, linear between events and constant after the last, whose value the
+scene uses. `NULL` leaves a direction free.
 Source: Chabanas and Promayon, "Physical Model Language: Towards a Unified Representation for Continuous and Discrete
 Models" (2004); the library's readers in SOFA (extlibs/PML, extlibs/LML).
 """
@@ -86,7 +86,7 @@ def _model(top: ElementT, name: str, words: NumberParser) -> tuple[Deck, dict[in
 
 
 def _bodies(top: ElementT, left: list[NotImported]) -> Iterator[ElementT]:
-    """Yield the exclusive components that consist of finite elements."""
+    """Yield the exclusive components of a model that consist of finite elements."""
     for body in top.iterfind("exclusiveComponents//structuralComponent"):
         kind = body.get("bodyType", "FEM")
         if kind == "FEM":
@@ -189,6 +189,6 @@ def _vector(load: ElementT, words: NumberParser) -> list[float | None] | None:
 
 
 def _value(load: ElementT, words: NumberParser) -> float | None:
-    """Return the value of the last event, which stays constant."""
+    """Return the value of a load at its last event, after which it stays constant."""
     events = [(words.number(e.get("date")), words.number(e.get("value"))) for e in load.iterfind("valueEvent")]
     return max(events, key=lambda event: event[0])[1] if events else None

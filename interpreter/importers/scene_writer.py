@@ -1,4 +1,4 @@
-"""Writer of a record as a scene in canonical form, with the items that were not imported at its end."""
+"""Writer of an imported record as a scene in canonical form, followed by the items that were not imported."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class SuppliedValues:
 
 
 class MissingValue(Exception):
-    """A file lacks something that a scene requires; with the reason and how to supply it."""
+    """Exception for a value that a scene requires and the file lacks; it has the reason and how to supply the value."""
 
     def __init__(self, reason: str, remedy: str) -> None:
         super().__init__(reason)
@@ -63,9 +63,9 @@ class MissingValue(Exception):
 
 @dataclass(frozen=True)
 class WrittenScene:
-    """Scene, the text of its mesh file (None if the file exists already), and the items that were not imported.
+    """Text of a scene and of its mesh file (None if that exists already), and the items that were not imported.
 
-    `turned` reports inverted cells, if any; `taken` the choices made where the file is ambiguous.
+    `turned` reports inverted cells, if any; `taken` are the choices made where the file is ambiguous.
     """
 
     scene: str
@@ -77,7 +77,10 @@ class WrittenScene:
 
 
 def write_scene(deck: Deck, units: FileUnits, filled: SuppliedValues, mesh_name: str) -> WrittenScene:
-    """Return the scene of a record whose mesh has this name. Raises MissingUnit, MissingValue, NotImportable."""
+    """Return the scene of a record; `mesh_name` is the name of its mesh.
+
+    Raises MissingUnit, MissingValue, NotImportable.
+    """
     _count_pieces(deck)
     writer = _Writer(deck, units, filled, mesh_name)
     lines = list(writer.lines())
@@ -98,14 +101,17 @@ def write_scene(deck: Deck, units: FileUnits, filled: SuppliedValues, mesh_name:
 
 
 def _count_repeated(every: Sequence[NotImported]) -> tuple[NotImported, ...]:
-    """Return each item that was not imported once, with its number of occurrences."""
+    """Return the items that were not imported, equal ones merged into one with their number."""
     return tuple(
         own if many == 1 else replace(own, what=f"{own.what}, {many} times") for own, many in Counter(every).items()
     )
 
 
 def _count_pieces(deck: Deck) -> None:
-    """Count the pieces of a body and report what joins them. Raises NotImportable if a scene would refuse its mesh."""
+    """Count the separate pieces of a body and report their connections.
+
+    Raises NotImportable if a scene would refuse the mesh.
+    """
     width = deck.cells.shape[1]
     part = find_components(len(deck.points), np.repeat(deck.cells[:, 0], width - 1), deck.cells[:, 1:].ravel())
     deck.pieces = len(np.unique(part[deck.cells[:, 0]]))
@@ -125,7 +131,7 @@ def _count_pieces(deck: Deck) -> None:
 
 
 def _report_inverted_cells(deck: Deck, units: FileUnits) -> str | None:
-    """Return how many cells are inverted, and where the first is; None if there are none."""
+    """Return a text with the number of inverted cells and the place of the first; None if there are none."""
     if not len(own := deck.inside_out):
         return None
     middle = deck.points[deck.cells[own[0]]].mean(axis=0) * units.length.factor
@@ -165,7 +171,7 @@ class _Writer:
     node_sets: dict[str, Ints] = field(default_factory=dict)
 
     def name(self, kind: str, told: str) -> str:
-        """Return a name that nothing else has and that is no word of the language."""
+        """Return an unused name that is not a word of the language, similar to the name in the file."""
         plain = re.sub(r"\W+", "_", told, flags=re.ASCII).strip("_").lower()[:60]
         first = f"{kind}_{plain}" if plain else kind
         found, i = first, 2
@@ -175,7 +181,7 @@ class _Writer:
         return found
 
     def lines(self) -> Iterator[str]:
-        """Yield the declarations. Raises MissingUnit, MissingValue."""
+        """Yield the declarations of the scene. Raises MissingUnit, MissingValue."""
         deck = self.deck
         system = f" ({self.units.system})" if self.units.system else ""
         yield from ("softmark 1", f"scene {_quoted(deck.title)}", "")
@@ -317,7 +323,7 @@ class _Writer:
                 yield f"load {self.name('load', force.name)} = point_force(body, at = {at}, vector = {vector} N)"
 
     def _apart(self, forces: Sequence[NodeForces]) -> list[NodeForces]:
-        """Return forces on nodes with a unique position; list the others as not imported."""
+        """Return the forces at nodes with a unique position; list the others as not imported."""
         own = [np.isin(force.nodes, self.doubled) for force in forces]
         if many := sum(int(double.sum()) for double in own):
             each = (double.sum() * np.array(force.force) for force, double in zip(forces, own, strict=True))
@@ -327,7 +333,7 @@ class _Writer:
         return [force for force in told if len(force.nodes)]
 
     def _sized(self, forces: Sequence[NodeForces]) -> list[NodeForces]:
-        """Return forces without round-off residues, which may be smaller than any quantity of a scene."""
+        """Return the forces without round-off residues, which may be smaller than any quantity of a scene."""
         least = DUST * max((abs(v) for force in forces for v in force.force), default=0.0)
         if any(0.0 < abs(v) < least for force in forces for v in force.force):
             self.deck.taken.append(f"force components below {DUST:g} of the largest are set to 0")

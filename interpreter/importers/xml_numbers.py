@@ -1,4 +1,4 @@
-"""Numbers in XML files of decks, and sets of nodes that they list."""
+"""Numbers and node sets in XML files of decks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LARGEST = 1 << 40  # of a number of a node
 
 
 class NumberParser:
-    """Parser of numbers in one file, which its messages name."""
+    """Parser of the numbers in one file; messages name the file."""
 
     def __init__(self, name: str) -> None:
         self.name = name

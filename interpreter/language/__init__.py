@@ -1,7 +1,7 @@
-"""Compiler of the language: from the text of a scene to typed values in SI.
+"""Compiler of the language: converts the text of a scene to typed values in SI units.
 
-    units, expression_evaluation, condition_syntax, coordinate_conditions   numbers with dimensions, selections of
-    points
+    units, expression_evaluation                        numbers with dimensions
+    condition_syntax, coordinate_conditions             selections of points
     scene_sources, name_scope, parameter_evaluation, parameter_overrides    texts, names and their values
     field_schema, foreign_aliases, foreign_words        fields of constructors, and names from other programs
     call_binding, field_parsers, sweep_values, expectation_conditions       arguments of calls bound to fields

@@ -15,8 +15,9 @@ from softmark.interpreter.language.scene_sources import Module
 def find_bare_constructor(
     scope: Scope, module: Module, field: Field, node: tree.Name, place: Place
 ) -> Constructor | None:
-    """Return the constructor with this name, or None if the name is declared in the scene. Raises EvaluationError if it
-    is misspelt.
+    """Return the constructor that a name without brackets refers to, or None if the scene declares the name.
+
+    Raises EvaluationError if the name is misspelt.
     """
     words, symbol = _constructors_by_name(scope, field.kind), scope.table.symbols.get(module.prefix + node.text)
     if symbol is not None:
@@ -39,6 +40,6 @@ def find_bare_constructor(
 
 
 def _constructors_by_name(scope: Scope, kind: str) -> dict[str, Constructor]:
-    """Return the bare constructors of one kind, by name."""
+    """Return the constructors of one kind that need no arguments, by name."""
     known = (scope.table.vocabulary.constructor(kind, name) for name in scope.table.vocabulary[kind])
     return {c.name: c for c in known if c is not None and not c.fields}

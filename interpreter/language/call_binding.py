@@ -42,7 +42,7 @@ Bound = tuple[tree.Expression, Place]  # expression and its text
 
 @dataclass(frozen=True)
 class Binder:
-    """Binds the calls of one declaration; `full` is its full name, by which overrides find its fields."""
+    """Binder of the calls of one declaration; `full` is its full name, by which overrides find its fields."""
 
     compiler: Compiler
     module: Module
@@ -50,7 +50,7 @@ class Binder:
 
     @property
     def place(self) -> Place:
-        """Text of the module."""
+        """Text of the module, and the list that collects its diagnostics."""
         return self.module.place
 
     @property
@@ -59,7 +59,10 @@ class Binder:
         return self.compiler.table.vocabulary
 
     def call(self, kind: str, node: tree.Call, outermost: bool = True) -> tuple[Constructor, Any, dict[str, Location]]:
-        """Return the constructor, the created object, and the location of each field. Raises EvaluationError."""
+        """Return the constructor of a call, the created object, and the location of each field.
+
+        Raises EvaluationError.
+        """
         constructor = self._constructor(kind, node)
         self._decimal_comma(constructor, node)
         bound, broken = self._match(constructor, node, outermost)
@@ -125,7 +128,7 @@ class Binder:
         return bound, broken
 
     def _decimal_comma(self, constructor: Constructor, node: tree.Call) -> None:
-        """Refuse `gravity(9,81 m/s^2)`: it reads as two arguments, the first without a unit."""
+        """Refuse a decimal comma as in `gravity(9,81 m/s^2)`, which reads as two arguments."""
         arguments = [a.value for a in node.arguments if a.name is None]
         for field, a, b in zip(constructor.fields, arguments[:-1], arguments[1:], strict=False):
             if not isinstance(a, tree.Number) or not isinstance(b, tree.Number) or a.unit is not None:
@@ -158,7 +161,7 @@ class Binder:
         override.place.fail("E205", override.name_span, message, "not a field", hint)
 
     def _compared(self, constructor: Constructor, value: tree.Expression) -> None:
-        """Refuse `strain == small` where a value should be assigned to a field."""
+        """Refuse a comparison such as `strain == small` in place of the assignment of a field."""
         if not isinstance(value, tree.Compare) or value.operators[0] != "==":
             return
         name, given = (self._text_of(operand) for operand in value.operands[:2])
@@ -173,7 +176,7 @@ class Binder:
                 return constructor.fields[position]
             count = len(constructor.fields)
             fields = f"{count} field" + ("s" if count != 1 else "")
-            self.place.fail("E211", argument.span, f"`{constructor.name}` has {fields}, this is one more",
+            self.place.fail("E211", argument.span, f"`{constructor.name}` has {fields}; this value is one too many",
                             "too many",
                             self._listing(constructor))  # fmt: skip
             return None
@@ -207,7 +210,7 @@ class Binder:
         return f"fields of `{constructor.name}`: " + ", ".join(f.name for f in constructor.fields)
 
     def _missing(self, constructor: Constructor, bound: dict[str, Bound], node: tree.Call) -> bool:
-        """Report required fields that are not given; a misspelt field counts as given."""
+        """Report missing required fields and return whether there are any; a misspelt field counts as given."""
         unknown = [a.name for a in node.arguments if a.name and constructor.field(a.name) is None]
         meant = [self._meant(constructor, name) for name in unknown]
         missing = [f for f in constructor.fields if f.required and f.name not in bound]
@@ -248,7 +251,7 @@ class Binder:
         return getattr(self, f"_{form}")(field, node, place)
 
     def wrong(self, field: Field, node: tree.Expression, place: Place) -> EvaluationError:
-        """Record an error: the field expects another form of value."""
+        """Record an error about a value that is not of the form that its field expects, and return the error."""
         found = evaluation.describe_expression(node)
         return place.fail("E207", node.span, f"expected {field.expected}, found {found}", found, field.meaning)
 
@@ -281,7 +284,7 @@ class Binder:
         raise place.fail("E204", node.span, problem, label, help, self._origins(node))
 
     def _origins(self, node: tree.Expression) -> tuple[Second, ...]:
-        """Return the places that give the parameters in an expression their values, as secondary places."""
+        """Return the places where the parameters in an expression get their values, for messages."""
         found: dict[str, Second] = {}
         for part, _ in tree.walk(node):
             name = part.text if isinstance(part, tree.Name) else ""
@@ -292,7 +295,7 @@ class Binder:
         return tuple(found.values())
 
     def within(self, field: Field, node: tree.Expression, place: Place, value: float) -> None:
-        """Refuse a number (SI) outside the range of its field. Raises EvaluationError."""
+        """Refuse a number, in SI units, outside the range of its field. Raises EvaluationError."""
         if value != 0.0 and not 1.0 / FARTHEST <= abs(value) <= FARTHEST:
             raise place.fail(
                 "E301",
@@ -392,7 +395,7 @@ class Binder:
         raise place.fail("E401", node.span, f"there is no file `{name}`", "not found", hint)
 
     def _data_set(self, name: str, node: tree.Expression, place: Place) -> str:
-        """Return the name of a public data set, which is fetched when the scene runs."""
+        """Return the name of a public data set, which is downloaded when the scene runs. Raises EvaluationError."""
         from softmark.references.data_download import TABLE
 
         known = [f"data:{own}" for own in TABLE]

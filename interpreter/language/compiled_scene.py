@@ -1,4 +1,4 @@
-"""A compiled scene: typed objects in SI, each with the location of its text."""
+"""Compiled scene: typed objects in SI units, each with the location of its text."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ RIGID = "rigid"  # constructor of rigid bodies
 
 @dataclass(frozen=True)
 class Location:
-    """A span of a source."""
+    """Span of a source text."""
 
     source: Source
     span: Span
 
     @property
     def text(self) -> str:
-        """Text of the span."""
+        """Source text of the span."""
         return self.source.text[self.span.start : self.span.end]
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """Evaluated parameter, `param L = 178 mm`; `text` is the expression that gave the value."""
+    """Evaluated parameter such as `param L = 178 mm`; `text` is the expression from which its value was computed."""
 
     name: str
     value: Value
@@ -83,20 +83,20 @@ def is_rigid(declared: Declared) -> bool:
 
 @dataclass(frozen=True)
 class Expectation:
-    """Condition on metrics that a run checks: `expect rod.eta < 5 %`."""
+    """Condition on metrics that is checked after a run, such as `expect rod.eta < 5 %`."""
 
     node: tree.Expression
     location: Location
 
     @property
     def text(self) -> str:
-        """Condition as written, on one line."""
+        """Text of the condition as written, on one line."""
         return " ".join(self.location.text.removeprefix("expect").split())
 
 
 @dataclass(frozen=True)
 class ReusableParts:
-    """Error-free results of a compilation, reused when the scene is compiled again with other overrides.
+    """Error-free results of a compilation, which are reused when the scene is compiled again with other overrides.
 
     `needs` has the direct dependencies of each parameter and declaration: the names in its text. Transitive
     dependencies would take memory that grows with the square of the text.
@@ -109,7 +109,7 @@ class ReusableParts:
 
 @dataclass(frozen=True)
 class Scene:
-    """All declarations of a scene in the order of its text; names from `use` have their prefix."""
+    """All declarations of a scene in the order of its text; names from used scenes have their prefix."""
 
     title: str
     source: Source
@@ -127,13 +127,13 @@ class Scene:
 
     @property
     def vocabulary(self) -> Vocabulary:
-        """Constructors that the texts could use. Raises ValueError if the scene was made without texts."""
+        """Constructors that the texts of the scene may use. Raises ValueError if the scene was made without texts."""
         if self.table is None:
             raise ValueError("the scene does not know its texts")
         return self.table.vocabulary
 
     def of_kind(self, kind: str) -> dict[str, Declared]:
-        """Return the scene's own declarations of a kind, without those from `use`.
+        """Return the scene's own declarations of a kind, without those from used scenes.
 
         Rigid bodies are not in "body"; they have the kind RIGID, since most questions about bodies concern deformable
         ones.
@@ -141,7 +141,7 @@ class Scene:
         return self._kinds.get(kind, {})
 
     def asked(self, kind: str) -> dict[str, Declared]:
-        """Return the declarations of a kind, leaving out models that the user did not select."""
+        """Return the declarations of a kind, leaving out models that the user did not request."""
         own = self.of_kind(kind)
         return {n: d for n, d in own.items() if n in self.chosen} if self.chosen and kind == "model" else own
 
@@ -160,7 +160,7 @@ class Scene:
         return found
 
     def acting(self, kind: str, body: str) -> tuple[Declared, ...]:
-        """Return the supports or loads on a body in the order of the text: its own, and those that name no body."""
+        """Return the supports or loads on a body in the order of the text, including those that name no body."""
         found = self._acting.get((kind, body), []) + self._acting.get((kind, None), [])
         return tuple(declared for _, declared in sorted(found, key=itemgetter(0)))
 
@@ -174,9 +174,9 @@ class Scene:
 
 
 class SceneError(Exception):
-    """Error in a scene or in an override; `diagnostics` have the places and remedies.
+    """Exception for errors in a scene or an override; `diagnostics` has them with their places and remedies.
 
-    Its text is what a terminal shows; IPython and Jupyter show that text without a traceback.
+    Its text is the message for a terminal. IPython and Jupyter show that text without a traceback.
     """
 
     def __init__(self, diagnostics: list[Diagnostic]) -> None:
@@ -184,14 +184,14 @@ class SceneError(Exception):
         super().__init__(self._shown(colour=False))
 
     def _shown(self, colour: bool) -> str:
-        """Return the number of errors, where to read more, and then each error."""
+        """Return the text of the exception: the number of errors, where to read more, and each error."""
         from softmark.grammar.diagnostic import render, summary
 
         more = f"; more: dsl explain {self.diagnostics[0].code}" if self.diagnostics else ""
         return f"{summary(self.diagnostics)}{more}\n\n{render(self.diagnostics, colour)}"
 
     def _render_traceback_(self) -> list[str]:
-        """Return the lines that IPython shows in place of a traceback."""
+        """Return the lines that IPython displays instead of a traceback."""
         return [self._shown(colour=True) if self.diagnostics else f"{type(self).__name__}: {self}"]
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -1,4 +1,4 @@
-"""Compiler from a syntax tree to a scene: names resolved, dimensions and ranges checked, everything in SI.
+"""Compiler from a syntax tree to a scene: resolves names, checks dimensions and ranges, converts to SI units.
 
 Compilation continues after an error, so one pass reports all errors that do not follow from another.
 """
@@ -60,7 +60,7 @@ def compile_scene(
 
 
 def recompile(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
-    """Return the scene with further overrides, and all diagnostics; cached, and no text is parsed again."""
+    """Return the scene with further overrides, and all diagnostics; cached, without parsing the text again."""
     if scene.table is None:
         raise ValueError("the scene does not know its texts")
     kept: dict[tuple[Any, ...], tuple[Scene, list[Diagnostic]]] = scene.known.setdefault(recompile, {})
@@ -87,12 +87,15 @@ def _recompile(scene: Scene, known: ModuleTable, more: Sequence[Override]) -> tu
 
 
 def _in_state_of(state: int | None, scene: Scene) -> Scene:
-    """Return the scene in the same state as another, if it has that many states."""
+    """Return the scene in the state with this index, or unchanged if it has fewer states or `state` is None."""
     return scene if state is None or state >= len(states_of(scene)) else in_state(scene, state)
 
 
 def _pickle_scene(scene: Scene) -> tuple[Any, ...]:
-    """Pickle a scene by its texts, which are compiled again: conditions are functions, which cannot be pickled."""
+    """Return the texts of a scene for pickling, since its conditions are functions, which cannot be pickled.
+
+    Unpickling compiles the texts again.
+    """
     if scene.table is None:
         return Scene, tuple(getattr(scene, f.name) for f in fields(scene))
     return restore_scene, (scene.table, scene.path, scene.overrides, scene.chosen, scene.state)
@@ -104,7 +107,7 @@ copyreg.pickle(Scene, _pickle_scene)
 def restore_scene(
     table: ModuleTable, path: str | None, texts: tuple[str, ...], chosen: tuple[str, ...], state: int | None = None
 ) -> Scene:
-    """Compile texts that were parsed before, in another process or for a copy. Raises SceneError."""
+    """Compile texts that were parsed before, in another process or for a copy of a scene. Raises SceneError."""
     diagnostics = BoundedDiagnostics()
     known = table.again(diagnostics)
     scene, found = _compile(known, path, parameter_overrides.read_overrides(texts, diagnostics), diagnostics, texts)
@@ -148,12 +151,12 @@ def _compile(
 def _title(module: Module) -> str:
     titles = [d for d in module.tree.declarations if isinstance(d, tree.Title)]
     for extra in titles[1:]:
-        module.place.fail("E208", extra.span, "the scene has two titles", "the second title", "keep one of them")
+        module.place.fail("E208", extra.span, "the scene has two titles", "the second title", "keep one title")
     return titles[0].text if titles else (module.file.stem if module.file else "untitled scene")
 
 
 def _find_unused_names(scope: Scope) -> dict[str, Location]:
-    """Return the scene's own names that nothing refers to, and where they are declared."""
+    """Return the scene's own names that nothing refers to, with the locations of their declarations."""
     own = {n: s for n, s in scope.table.symbols.items() if "." not in n and n not in scope.used}
     found = {n: Location(s.module.source, s.node.name_span) for n, s in own.items()}
     reached = {n.split(".")[0] for n in scope.used if "." in n}
@@ -193,7 +196,7 @@ def _unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Place) -> N
 
 @dataclass
 class Compiler:
-    """Compiles each declaration after those that it refers to, and reuses results of an earlier compilation."""
+    """Compiler of declarations in the order of their dependencies, which reuses results of an earlier compilation."""
 
     scope: Scope
     replaced: Mapping[str, Override]  # by parameter, or by `declared.field`
@@ -203,7 +206,7 @@ class Compiler:
 
     @property
     def table(self) -> ModuleTable:
-        """All names and modules."""
+        """Table of all names and modules of the scene."""
         return self.scope.table
 
     def run(self) -> None:
@@ -219,7 +222,10 @@ class Compiler:
     # ------------------------------------------------------------------ declarations
 
     def declaration(self, full: str) -> Declared:
-        """Compile a declaration by its full name, with everything that it refers to. Raises EvaluationError."""
+        """Return the compiled declaration with a full name, after all declarations that it refers to.
+
+        Raises EvaluationError.
+        """
         if full in self.declared:
             known = self.declared[full]
             if known is None:
@@ -262,7 +268,7 @@ class Compiler:
         return Declared(node.kind, full, constructor, thing, location, places, name)
 
     def _alias(self, full: str, node: tree.Declare, name: tree.Name, module: Module) -> Declared:
-        """Compile `material soft = tissue.liver`: another name for the same object."""
+        """Compile an alias such as `material soft = tissue.liver`, a second name for the same object."""
         known = module.prefix + name.text in self.table.symbols
         known_words = self.table.vocabulary[node.kind]
         close = name.text if name.text in known_words else find_misspelling(name.text, known_words)
@@ -276,8 +282,9 @@ class Compiler:
         return Declared(node.kind, full, target.constructor, target.thing, location, name_at=own)
 
     def named(self, name: tree.Name, kind: str, module: Module, place: Place, also: tuple[str, ...] = ()) -> Declared:
-        """Return the declaration that a name refers to; it must be of `kind` or of a kind in `also`. Raises
-        EvaluationError.
+        """Return the declaration that a name refers to. Raises EvaluationError.
+
+        It must be of `kind`, or of a kind in `also`.
         """
         symbol = self.scope.resolve(name, module, place, kind)
         found = symbol.node.kind if isinstance(symbol.node, tree.Declare) else "parameter"
@@ -300,7 +307,7 @@ class Compiler:
         problem = f"declarations refer to each other in a circle: {' -> '.join([*members, full])}"
         if len(members) == 1:
             problem = f"`{full}` refers to itself"
-        place.fail("E210", name.span, problem, "closes the circle", "define one of them with its own call")
+        place.fail("E210", name.span, problem, "closes the circle", "define one of these names with its own call")
 
     # ------------------------------------------------------------------ expectations
 

@@ -24,7 +24,7 @@ Named = Callable[[tree.Name], Condition | str | None]  # condition of a region, 
 
 
 def read_condition(node: tree.Expression, evaluator: Evaluator, named: Named = lambda name: None) -> Condition:
-    """Return the condition that an expression states; `named` finds the regions in it. Raises EvaluationError."""
+    """Return the condition of an expression; `named` looks up regions by name. Raises EvaluationError."""
     match node:
         case tree.Unary(operator="not", operand=operand):
             return Condition.negation(read_condition(operand, evaluator, named))
@@ -48,7 +48,7 @@ def read_condition(node: tree.Expression, evaluator: Evaluator, named: Named = l
 
 
 def format_condition(node: tree.Expression, evaluator: Evaluator, named: Named = lambda name: None) -> str:
-    """Return the text of a condition followed by the values of the names in it; equal texts mean equal conditions."""
+    """Return the text of a condition followed by the values of its names; equal texts mean equal conditions."""
     names = [n for n, _ in tree.walk(node) if isinstance(n, tree.Name) and n.text not in PREDEFINED]
     regions = {name.text: found.said for name in names if isinstance(found := named(name), Condition)}
     values = {name.text: repr(evaluator.lookup(name)) for name in names if name.text not in regions}
@@ -82,7 +82,7 @@ def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
 
 
 def _join_conditions(steps: list[Condition]) -> Condition:
-    """Return the conjunction of conditions as a balanced tree: a comparison may have any number of parts."""
+    """Return the conjunction of conditions as a balanced tree, since a comparison may have any number of parts."""
     half = len(steps) // 2
     return (
         Condition.junction("and", _join_conditions(steps[:half]), _join_conditions(steps[half:])) if half else steps[0]
@@ -90,7 +90,7 @@ def _join_conditions(steps: list[Condition]) -> Condition:
 
 
 def _term(node: tree.Expression, evaluator: Evaluator) -> tuple[Term, Dimension]:
-    """Return an arithmetic term, in which coordinates may occur."""
+    """Return an arithmetic term that may contain coordinates, and its dimension. Raises EvaluationError."""
     if not _has_coordinate(node):
         q = evaluator.quantity(node)
         return Term.constant(q.value), q.dimension

@@ -1,7 +1,6 @@
-"""Conditions on coordinates, evaluated at points or bounded over a box.
+"""Conditions on coordinates, which can be evaluated at points or bounded over a box.
 
-Comparisons allow for round-off: coordinates that differ by less than 1e-9 of the body's extent count as
-equal.
+Comparisons allow for round-off: coordinates that differ by less than 1e-9 of the body's extent count as equal.
 """
 
 from __future__ import annotations
@@ -18,7 +17,10 @@ RELATIVE_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class Enclosure:
-    """Closed interval of values, with interval arithmetic (Moore 1966)."""
+    """Closed interval of values, with interval arithmetic.
+
+    Source: Moore 1966.
+    """
 
     low: float
     high: float
@@ -62,7 +64,7 @@ EVERYTHING = Enclosure(-math.inf, math.inf)
 
 
 def _smallest_interval(*values: float) -> Enclosure:
-    """Return the smallest interval of some values, or the whole line if one is not a number."""
+    """Return the smallest interval that contains some values, or the whole real line if one is nan."""
     return EVERYTHING if any(map(math.isnan, values)) else Enclosure(min(values), max(values))
 
 
@@ -72,10 +74,10 @@ def _range(value: Enclosure | float) -> Enclosure:
 
 @dataclass(frozen=True)
 class Term:
-    """Arithmetic over coordinates; `at` takes (x, y, z) as floats, numpy arrays or intervals.
+    """Arithmetic term of coordinates; `at` evaluates it for (x, y, z) as floats, numpy arrays or intervals.
 
-    `plane` is (a, b, c, d) if the term is linear, a x + b y + c z + d; `axes` are the coordinates that occur in it.
-    `inside` is the argument if the term is an absolute value.
+    `plane` is (a, b, c, d) if the term is the linear function a x + b y + c z + d. `axes` are the coordinates in the
+    term. `inside` is the argument if the term is an absolute value.
     """
 
     at: Callable[[tuple[Any, Any, Any]], Any]
@@ -101,13 +103,13 @@ class Term:
         return Term(lambda p: -self.at(p), self.varies, -self.value, _scale_plane(self.plane, -1.0), self.axes)
 
     def combine(self, operator: str, other: Term) -> Term:
-        """Combine this term with another by + - * / or ^."""
+        """Return the combination of this term with another by the operator + - * / or ^."""
         f = _OPERATORS[operator]
         plane, axes = self._plane(operator, other), self.axes | other.axes
         return Term(lambda p: f(self.at(p), other.at(p)), True, plane=plane, axes=axes)
 
     def _plane(self, operator: str, other: Term) -> Plane | None:
-        """Return the coefficients of the result if it stays linear: sums, products and quotients with a constant."""
+        """Return the coefficients (a, b, c, d) of the combined term if it is linear, else None."""
         match operator:
             case "+":
                 return _add_planes(self.plane, other.plane)
@@ -122,7 +124,7 @@ class Term:
         return None
 
     def function(self, name: str) -> Term:
-        """Return sqrt or abs of this term."""
+        """Return the square root or absolute value of this term, by the `name` sqrt or abs."""
         f = _FUNCTIONS[name]
         return Term(lambda p: f(self.at(p)), True, axes=self.axes, inside=self if name == "abs" else None)
 
@@ -178,13 +180,13 @@ Truth = tuple[bool, bool]  # (may be false somewhere, may be true somewhere)
 
 @dataclass(frozen=True)
 class Border:
-    """Surface across which a comparison changes: the zero set of `level`, a difference of two terms."""
+    """Surface on which a comparison changes its truth: the zero set of `level`, a difference of two terms."""
 
     level: Term  # in m^power
     power: int
 
     def at(self, x: Any, y: Any, z: Any) -> Any:
-        """Return the level at points, m^power: zero on the border, of opposite sign on its two sides."""
+        """Return the level at points, m^power, which is zero on the border and has opposite signs on its two sides."""
         return self.level.at((x, y, z))
 
     def over(self, low: Point, high: Point) -> Enclosure:
@@ -200,11 +202,11 @@ class Border:
 
 @dataclass(frozen=True)
 class Condition:
-    """Selection of points: `holds` works on floats and arrays, `over` on a box; `said` is its text with values.
+    """Selection of points: `holds` evaluates it at points, `over` bounds it on a box, `said` is its text.
 
-    `borders` are the surfaces that can bound it; between them it is true or false throughout. `regions` names the
-    regions in it. `groups` names the groups of a mesh file in it; coordinates cannot decide membership, and `given_of`
-    replaces the groups by known membership.
+    `borders` are the surfaces that can bound the selection; between them it is true or false throughout. `regions` are
+    the names of regions in it. `groups` are the names of groups of a mesh file in it; coordinates cannot decide
+    membership, and `with_group_membership` replaces the groups by known membership.
     """
 
     _test: Callable[[tuple[Any, Any, Any], float], Any] = field(repr=False)
@@ -217,33 +219,37 @@ class Condition:
     _known: Callable[[Mapping[str, bool]], Condition] | None = field(default=None, repr=False, compare=False)
 
     def with_group_membership(self, members: Mapping[str, bool]) -> Condition:
-        """Replace each group by whether the item in question is a member; the result depends only on coordinates."""
+        """Return the condition with each group replaced by whether an item belongs to it.
+
+        The result depends only on coordinates.
+        """
         return self if self._known is None else self._known(members)
 
     @property
     def axes(self) -> frozenset[int]:
-        """Coordinates that occur in it: 0, 1 and 2 are x, y and z."""
+        """Coordinates on which the condition depends: 0, 1 and 2 are x, y and z."""
         return frozenset(axis for border in self.borders for axis in border.level.axes)
 
     def holds(self, x: Any, y: Any, z: Any, extent: float) -> Any:
-        """Return whether points (x, y, z), m, satisfy the condition in a body of this extent, m."""
+        """Return whether points (x, y, z), m, satisfy the condition in a body with this extent, m."""
         return self._test((x, y, z), extent)
 
     def given(self, levels: Sequence[Any], extent: float) -> Any:
-        """Return the same as `holds` from the known levels of the borders, in their order."""
+        """Return whether points satisfy the condition, from the levels of its borders at the points, in their order."""
         return self._told(levels, extent)
 
     def over(self, low: Point, high: Point, extent: float | None = None) -> Truth:
-        """Return (may be false, may be true) over the box; (False, True) means that the condition holds everywhere.
+        """Return two truth values for a box: whether the condition may be false in it, and whether it may be true.
 
-        `extent` is that of the body (m), if the box is only a part of it.
+        (False, True) means that the condition holds everywhere. `extent` is that of the body, m, if the box is only a
+        part of it.
         """
         x, y, z = (Enclosure(a, b) for a, b in zip(low, high, strict=True))
         return self._bound((x, y, z), math.dist(low, high) if extent is None else extent)
 
     @staticmethod
     def comparison(operator: str, a: Term, b: Term, length_power: int) -> Condition:
-        """Return the condition of a comparison, such as a < b; its tolerance has the compared power of length."""
+        """Return the condition of a comparison such as a < b, whose operands have the dimension length^length_power."""
         if (both := _between_planes(operator, a, b, length_power)) is not None:
             return both
 
@@ -264,7 +270,10 @@ class Condition:
 
     @staticmethod
     def group(name: str) -> Condition:
-        """Return membership of a named group of a mesh file; evaluating it at a point raises MembersUnknown."""
+        """Return the condition of membership in a named group of a mesh file.
+
+        Evaluating it at a point raises MembersUnknown.
+        """
 
         def unknown(_: Any, extent: float) -> Any:
             raise MembersUnknown(name)
@@ -345,11 +354,11 @@ def _between_planes(operator: str, a: Term, b: Term, length_power: int) -> Condi
 
 
 class MembersUnknown(Exception):
-    """Membership of a group of a mesh file was needed at a point; the argument is the group's name."""
+    """Exception for membership in a mesh file's group that is needed at a point; the argument is the group."""
 
 
 def _constant(value: bool) -> Condition:
-    """Return a condition that is true everywhere or false everywhere."""
+    """Return a condition that is either true everywhere or false everywhere."""
     return Condition(lambda p, extent: value, lambda box, extent: (not value, value), lambda levels, extent: value)
 
 

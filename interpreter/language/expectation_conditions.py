@@ -33,7 +33,7 @@ OWNERS = ("model", "reference")  # kinds that have metrics
 
 @dataclass(frozen=True)
 class Expectations:
-    """Checks the expectations of one scene against the names that it declares."""
+    """Checker of the expectations of one scene against the names that it declares."""
 
     compiler: Compiler
     module: Module
@@ -56,7 +56,7 @@ class Expectations:
 
     @cached_property
     def _kinds(self) -> Mapping[str, str]:
-        """Kind of each declared name."""
+        """Kind of each declared name, by name."""
         symbols = self.compiler.table.symbols
         return {n: s.node.kind for n, s in symbols.items() if isinstance(s.node, tree.Declare)}
 
@@ -67,7 +67,7 @@ class Expectations:
         return field_schema.join_names(self._own(*kinds)) or "none is declared"
 
     def _lookup(self, name: tree.Name) -> Value:
-        """Return the dimension of `model.metric` (its value is not known yet), or the value of a parameter."""
+        """Return an unknown value with the dimension of `model.metric`, or the value of a parameter."""
         table = self.compiler.table
         if table.is_broken(name.parts[0]):
             raise EvaluationError  # reported where it is declared
@@ -95,8 +95,9 @@ class Expectations:
         raise self.place.fail("E201", name.span, f"`{name.parts[0]}` is not declared", "not found", hint)
 
     def _at(self, name: tree.Name, node: tree.Expression, value: Quantity) -> Value:
-        """Return the dimension of a metric in one state, `model.metric.at(12.5 %)`; the analysis must have that state
-        once.
+        """Return an unknown value with the dimension of a metric in one state, as in `model.metric.at(12.5 %)`.
+
+        The analysis must have that state exactly once. Raises EvaluationError.
         """
         found, states = self._lookup(name), self._states()
         if not states and (end := self._end()) is not None and name.text not in self.compiler.table.symbols:
@@ -125,21 +126,22 @@ class Expectations:
         return found
 
     def _states(self) -> tuple[float, ...]:
-        """Return the states of the analysis. Raises EvaluationError if it is in error."""
+        """Return the states of the analysis. Raises EvaluationError if the analysis has an error."""
         own = self._own("analysis")
         known = self.compiler.declaration(own[0]).thing.situations if own else None
         return () if known is None else tuple(known)
 
     def _end(self) -> float | None:
-        """Return the end time of a dynamic analysis, s; None for other analyses. Raises EvaluationError if it is in
-        error.
+        """Return the end time of a dynamic analysis, s; None for other analyses.
+
+        Raises EvaluationError if the analysis has an error.
         """
         own = self._own("analysis")
         thing = self.compiler.declaration(own[0]).thing if own else None
         return getattr(thing, "duration", None) if getattr(thing, "moving", False) else None
 
     def _in_time(self, name: tree.Name, node: tree.Expression, value: Quantity, end: float) -> None:
-        """Check a metric at a time of a dynamic analysis: it must be recorded over time. Raises EvaluationError."""
+        """Check that a metric at a time of a dynamic analysis is recorded over time. Raises EvaluationError."""
         if value.dimension != units.TIME:
             found = units.dimension_name(value.dimension)
             raise self.place.fail("E204", node.span, f"expected a time, found {found}", found,
@@ -153,7 +155,7 @@ class Expectations:
                                   "after its end", f"it goes from 0 s to {format_state(Moment(end))}")  # fmt: skip
 
     def _alone(self, name: tree.Name, kind: str) -> EvaluationError:
-        """Report a name without a dot that is not a parameter."""
+        """Report a name without a dot that is not a parameter, and return the error."""
         metrics, owners = self._own("metric"), self._own(*OWNERS)
         example = f"{owners[0] if owners else 'model'}.{metrics[0] if metrics else 'metric'}"
         if kind == "metric":
@@ -214,7 +216,7 @@ def find_stateless_metrics(node: tree.Expression) -> Iterator[str]:
 
 
 def _parts(node: tree.Expression) -> Iterator[tree.Expression]:
-    """Yield the comparisons that `and`, `or` and `not` join."""
+    """Yield the comparisons that `and`, `or` and `not` join in an expression."""
     match node:
         case tree.Unary(operator="not", operand=operand):
             yield from _parts(operand)

@@ -1,7 +1,7 @@
 """Evaluation of expressions: numbers with dimensions, and vectors. For conditions see condition_syntax.py.
 
-An expression that cannot be evaluated adds one diagnostic to the list and raises EvaluationError; the caller continues
-with the next field.
+An expression that cannot be evaluated adds one diagnostic to the list and raises EvaluationError; the caller then
+continues with the next field.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from softmark.records import dataclass
 
 
 class EvaluationError(Exception):
-    """An expression could not be evaluated; its diagnostic is already recorded."""
+    """Exception for an expression that cannot be evaluated; its diagnostic is already recorded."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """Number in SI with its dimension; NaN if the value is known only after a run (expectations)."""
+    """Number in SI units with its dimension; NaN for a value that is known only after a run, as in expectations."""
 
     value: float
     dimension: Dimension
@@ -36,7 +36,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class VectorValue:
-    """Components in SI with one dimension."""
+    """Vector components in SI units with one common dimension."""
 
     values: tuple[float, ...]
     dimension: Dimension
@@ -85,7 +85,7 @@ At = Callable[[tree.Name, tree.Expression, Quantity], Value]  # (name before `.a
 
 @dataclass(frozen=True)
 class Evaluator:
-    """Evaluates expressions of one text; `lookup` resolves names and raises EvaluationError for unknown ones."""
+    """Evaluator of expressions in one text; `lookup` resolves names, and raises EvaluationError for unknown ones."""
 
     place: Place
     lookup: Lookup
@@ -93,7 +93,7 @@ class Evaluator:
     at: At | None = None  # evaluates `model.metric.at(12.5 %)` in expectations
 
     def quantity(self, node: tree.Expression) -> Quantity:
-        """Evaluate an expression that must be a number, with its dimension."""
+        """Return the number, with its dimension, that an expression must have as value. Raises EvaluationError."""
         value = self.value(node)
         if isinstance(value, Quantity):
             return value
@@ -101,7 +101,7 @@ class Evaluator:
                               "give one number; a vector has no order and no single value")  # fmt: skip
 
     def value(self, node: tree.Expression) -> Value:
-        """Evaluate an expression to a number or a vector."""
+        """Return the number or vector that an expression has as value. Raises EvaluationError."""
         match node:
             case tree.Number():
                 return self._number(node)
@@ -151,27 +151,30 @@ class Evaluator:
         return self._in_unit(Quantity(node.value, NONE), self.measure(node.unit), node.span)
 
     def _in_unit(self, plain: Quantity, measure: units.Measure, span: Span) -> Quantity:
-        """Multiply a plain number by the unit that follows it."""
+        """Return a dimensionless number multiplied by the unit that follows it."""
         value = self._finite(Quantity(plain.value * measure.factor, measure.dimension), span)
         return self._kept(value, plain.value != 0.0, span)
 
     def _finite(self, value: V, span: Span) -> V:
-        """Return the value if double precision can hold it, or if it is not known yet (expectations)."""
+        """Return a value that double precision can hold or that is known only after a run. Raises EvaluationError."""
         if any(map(math.isinf, value_components(value))):
             raise self.place.fail("E219", span, "the number is too large", "numbers go up to 1.8e308")
         if any(abs(n) > HIGHEST for n in value.dimension):
-            raise self.place.fail("E219", span, "the power of its unit is too large", f"powers go up to {HIGHEST}")
+            raise self.place.fail("E219", span, "the power of the unit is too large", f"powers go up to {HIGHEST}")
         return value
 
     def _kept(self, value: V, meant: bool, span: Span) -> V:
-        """Return the value unless it underflowed to zero; `meant` is true if zero is correct."""
+        """Return a value unless it underflowed to zero. Raises EvaluationError.
+
+        `meant` is true if zero is the correct value.
+        """
         if meant and not any(value_components(value)):
             raise self.place.fail("E219", span, "the number is too small", "numbers go down to 4.9e-324",
                                   "write `0` for zero")  # fmt: skip
         return value
 
     def values(self, node: tree.List) -> VectorValue:
-        """Return the numbers of a list of one dimension; it may have one item."""
+        """Return the numbers of a list, which must have one dimension and may be only one. Raises EvaluationError."""
         return self._vector(node)
 
     def _vector(self, node: tree.Vector | tree.List) -> VectorValue:
@@ -221,7 +224,7 @@ class Evaluator:
         raise self.unlike(node, left, right)
 
     def unlike(self, node: tree.Binary, left: Value, right: Value) -> EvaluationError:
-        """Record that the dimensions of two operands do not fit each other."""
+        """Record an error about two operands whose dimensions do not fit each other, and return the error."""
         a, b = describe_value(left), describe_value(right)
         sides = "both sides must have the same dimension; a number without a unit is a plain number"
         problem, help = {
@@ -263,7 +266,7 @@ class Evaluator:
         return self._finite(self._apply(node, name, arguments[0]), node.span)
 
     def callable(self, node: tree.Call, known: bool = False) -> None:
-        """Refuse an unknown function, and one that has no value at this place. Raises EvaluationError."""
+        """Refuse an unknown function, or a function that has no value in this context. Raises EvaluationError."""
         name = node.function.text
         if name not in FUNCTIONS and name not in SPECIAL and not known:
             raise self._unknown_function(node)
@@ -273,7 +276,7 @@ class Evaluator:
                                   f"write `{name}(a)`")  # fmt: skip
 
     def single(self, node: tree.Call) -> None:
-        """Refuse more than one argument. Raises EvaluationError."""
+        """Refuse a call with more than one argument. Raises EvaluationError."""
         if len(node.arguments) != 1:
             name = node.function.text
             raise self.place.fail("E211", node.span, f"`{name}` takes one value, found {len(node.arguments)}",
@@ -293,7 +296,7 @@ class Evaluator:
         return self.place.fail("E203", span, f"there is no function `{name}`", "unknown function", hint)
 
     def alike(self, node: tree.Call, dimensions: Sequence[Dimension]) -> None:
-        """Refuse to compare values of different dimensions. Raises EvaluationError."""
+        """Refuse a function call whose arguments have different dimensions. Raises EvaluationError."""
         due = dimensions[0]
         for dimension, argument in zip(dimensions, node.arguments, strict=True):
             if dimension != due:
@@ -328,7 +331,7 @@ class Evaluator:
         return Quantity(math.sqrt(q.value), self.halved(q.dimension, span))
 
     def halved(self, dimension: Dimension, span: Span) -> Dimension:
-        """Return the dimension of a square root."""
+        """Return the dimension of the square root of a quantity. Raises EvaluationError."""
         if any(n % 2 for n in dimension):
             what = units.dimension_name(dimension)
             raise self.place.fail(
@@ -342,7 +345,7 @@ class Evaluator:
 
 
 def metric_before_at(node: tree.Call) -> tree.Name | None:
-    """Return `rod.eta` of `rod.eta.at(12.5 %)`, or None for any other call."""
+    """Return the name `rod.eta` from a call such as `rod.eta.at(12.5 %)`, or None for any other call."""
     parts, span = node.function.parts, node.function.span
     if len(parts) < 2 or parts[-1] != "at":
         return None
@@ -380,7 +383,7 @@ def describe_value(value: Value) -> str:
 
 
 def value_components(value: Value) -> tuple[float, ...]:
-    """Return the numbers of a value, in SI."""
+    """Return the numbers that a value consists of, in SI units."""
     return (value.value,) if isinstance(value, Quantity) else value.values
 
 

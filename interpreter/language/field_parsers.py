@@ -1,6 +1,7 @@
-"""Parsers of the fields with their own syntax: amounts, lists of texts, points or vectors, sweep targets.
+"""Parsers of fields with a syntax of their own: amounts, lists of texts, points or vectors, sweep targets.
 
-Also checks of a whole call: values that do not fit together, and alternatives of which exactly one must be given.
+The module also checks whole calls: values that do not fit together, and alternatives of which exactly one must be
+given.
 """
 
 from __future__ import annotations
@@ -66,7 +67,10 @@ def parse_texts(binder: Binder, field: Field, node: tree.Expression, place: Plac
 
 
 def parse_points(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[tuple[float, float], ...]:
-    """Parse points of a plane; the unit of the list applies to each point without its own. Raises EvaluationError."""
+    """Parse points of a plane. Raises EvaluationError.
+
+    The unit behind the list applies to each point without a unit of its own.
+    """
     if not isinstance(node, tree.List):
         raise binder.wrong(field, node, place)
     return tuple(_point(binder, field, item, node.unit, place) for item in node.items)
@@ -90,7 +94,7 @@ def _point(
 
 
 def _parse_items(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Sequence[tree.Expression]:
-    """Return one item, or the items of a nonempty list without unit and without duplicates. Raises EvaluationError."""
+    """Return one item, or the items of a nonempty list without unit or duplicates. Raises EvaluationError."""
     if not isinstance(node, tree.List):
         return (node,)
     if node.unit is not None or not node.items:
@@ -105,8 +109,9 @@ def _parse_items(binder: Binder, field: Field, node: tree.Expression, place: Pla
 
 
 def parse_vectors(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Parse a list of vectors; the unit behind its bracket applies to all components without one. Raises
-    EvaluationError.
+    """Parse a list of vectors. Raises EvaluationError.
+
+    The unit behind the bracket applies to all components without a unit.
     """
     if not isinstance(node, tree.List) or not node.items:
         raise binder.wrong(field, node, place)
@@ -161,7 +166,7 @@ def parse_quantities(binder: Binder, field: Field, node: tree.Expression, place:
 
 @dataclass(frozen=True)
 class DataFieldFinder:
-    """Finds the data fields (read from files) in the expressions of a declaration."""
+    """Finder of data fields (values read from files) in the expressions of a declaration."""
 
     binder: Binder
     place: Place
@@ -172,18 +177,18 @@ class DataFieldFinder:
         return any(self.known(part) or (isinstance(part, tree.Name) and part.text in COORDINATES) for part in parts)
 
     def known(self, part: tree.Expression | tree.Argument) -> bool:
-        """Return whether a part is a data field: a call that makes one, or the name of a declared one."""
+        """Return whether a part of an expression is a data field, given by a call or by a declared name."""
         if isinstance(part, tree.Call):
             return part.function.text in self.binder.vocabulary.get("field", {})
         return isinstance(part, tree.Name) and self.names(part, "field")
 
     def names(self, part: tree.Name, kind: str) -> bool:
-        """Return whether a name is that of a declaration of a kind."""
+        """Return whether a name refers to a declaration of a kind."""
         symbol = self.binder.compiler.table.symbols.get(self.binder.module.prefix + part.text)
         return symbol is not None and isinstance(symbol.node, tree.Declare) and symbol.node.kind == kind
 
     def made(self, part: tree.Expression) -> Any:
-        """Return the data field object. Raises EvaluationError."""
+        """Return the data field that a part of an expression refers to. Raises EvaluationError."""
         if isinstance(part, tree.Call):
             return self.binder.call("field", part, outermost=False)[1]
         if not isinstance(part, tree.Name):
@@ -192,7 +197,7 @@ class DataFieldFinder:
 
 
 def parse_profile(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Any:
-    """Parse a constant that varies in space; return None if it does not vary. Raises EvaluationError."""
+    """Parse a constant that varies in space; return None for a constant that does not. Raises EvaluationError."""
     fields = DataFieldFinder(binder, place)
     if not fields.vary(node):
         return None
@@ -249,7 +254,7 @@ FORMS: Mapping[str, Read] = {
 def create_object(
     binder: Binder, constructor: Constructor, values: Mapping[str, Any], bound: Mapping[str, Bound], node: tree.Call
 ) -> Any:
-    """Create the object of a call. Raises EvaluationError if its values do not fit together."""
+    """Return the object that a call creates. Raises EvaluationError if its values do not fit together."""
     try:
         return constructor.cls(**values)
     except InvalidCombination as wrong:
@@ -258,7 +263,7 @@ def create_object(
 
 
 def check_alternatives(binder: Binder, constructor: Constructor, bound: Mapping[str, Bound], node: tree.Call) -> bool:
-    """Report alternative fields of which none or several are given; return whether any were reported."""
+    """Report alternative fields of which none or several are given, and return whether there are any."""
     broken = False
     for names in getattr(constructor.cls, "either", ()):
         given = [name for name in names if name in bound]
@@ -276,7 +281,7 @@ def check_alternatives(binder: Binder, constructor: Constructor, bound: Mapping[
 
 
 def default_selection(binder: Binder, constructor: Constructor, bound: Mapping[str, Bound]) -> dict[str, Any]:
-    """Return default values for the selection of a support that acts on a rigid body, which has no parts to select."""
+    """Return the default selection of a support on a rigid body, which has no parts to select; else nothing."""
     given = bound.get("body")
     if constructor.kind != "support" or given is None or "where" in bound or not isinstance(given[0], tree.Name):
         return {}

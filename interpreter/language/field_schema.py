@@ -1,8 +1,8 @@
 """Vocabulary: names of the constructors of the language, and the values that their fields accept.
 
-A constructor is a frozen dataclass, registered in the table of its package. Its annotations
-`Annotated[type, "UNIT in RANGE" or "KIND", "meaning"]` serve checking, `dsl explain`, completion and the report.
-To add a constructor: write one class and one line in the table of its package.
+A constructor is a frozen dataclass, registered in the table of its package. Its annotations `Annotated[type, "UNIT in
+RANGE" or "KIND", "meaning"]` serve checking, `dsl explain`, completion and the report. To add a constructor: write one
+class and one line in the table of its package.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ Form = Literal[
 
 @dataclass(frozen=True)
 class Interval(Range):
-    """Range in SI, with its text for messages."""
+    """Range of a number in SI units, with its text for messages."""
 
     def words(self, dimension: Dimension) -> str:
         """Return the range in words: `greater than 0`, `between -1 and 0.5 (exclusive)`."""
@@ -73,7 +73,7 @@ def _bound(value: float, dimension: Dimension) -> str:
 
 @dataclass(frozen=True)
 class Field:
-    """One field of a constructor: its name, form, range, default and meaning."""
+    """Field of a constructor: its name, form, range, default and meaning."""
 
     name: str  # name in scenes
     attribute: str  # name in Python: `from_` for `from`
@@ -132,7 +132,7 @@ _EXPECTED = {
     "variants": "a list of values such as `[10, 5, 2.5] mm`",
     "vectors": "a list of points such as `[(0, 0, 0), (0, 0, 1)] m`",
     "pairs": "a list of pairs of whole numbers such as `[(1, 2), (2, 3)]`",
-    "each": "a quantity, or a list of as many as there are",
+    "each": "a quantity, or a list with one for each member",
     "fibres": "a direction such as `+x`, expressions such as `(-y, x, 0 mm)`, or a rule such as `helix(...)`",
 }
 
@@ -161,7 +161,7 @@ def join_names(names: Sequence[str], most: int = 12) -> str:
 
 @dataclass(frozen=True)
 class Constructor:
-    """A constructor of the vocabulary: its class, its kind and its fields in order."""
+    """Constructor of the vocabulary: its class, its kind and its fields in order."""
 
     name: str
     kind: str
@@ -170,7 +170,7 @@ class Constructor:
 
     @property
     def summary(self) -> str:
-        """First line of the class's docstring."""
+        """First line of the docstring of the constructor's class."""
         return (self.cls.__doc__ or "").strip().split("\n")[0]
 
     def field(self, name: str) -> Field | None:
@@ -186,11 +186,11 @@ REMEDY = "correct the plugin; `dsl conformance` checks all of it"
 
 
 class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
-    """All constructors by kind of declaration; the table of a kind is imported on first use.
+    """All constructors of the language by kind of declaration; the table of a kind is imported on first use.
 
     `places` has for each kind the module under `softmark` and the name of its table, in the order in which `dsl list`
     shows them. `elements` has the same for constructors without arguments, written as bare words. Constructors of
-    `plugins` follow ours.
+    `plugins` follow the built-in ones.
     """
 
     def __init__(
@@ -223,11 +223,11 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         return len(self._places)
 
     def words(self) -> Mapping[str, type[Any]]:
-        """Constructors without arguments, written as bare words: the elements."""
+        """Constructors without arguments that are written as bare words: the finite elements."""
         return _table(*self._elements)
 
     def constructor(self, kind: str, name: str) -> Constructor | None:
-        """Return the constructor `name` of a kind, or None."""
+        """Return the constructor with a kind and a name, or None."""
         name = ALIASES.get(name, name)
         if (kind, name) not in self._made:
             cls = self.get(kind, {}).get(name)
@@ -236,7 +236,7 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         return self._made[kind, name]
 
     def _chosen(self, kind: str, name: str, cls: type[Any]) -> tuple[Field, ...]:
-        """Return the fields of a constructor, with the choices that plugins add to them."""
+        """Return the fields of a constructor, including the choices that plugins add."""
         found = _fields(cls)
         for plugin in self.plugins:
             more = {f: o for (k, n, f), o in plugin.choices.items() if (k, n) == (kind, name)}
@@ -245,11 +245,11 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         return found
 
     def owner(self, kind: str, name: str) -> Plugin | None:
-        """Return the plugin that defines this constructor, or None for one of ours."""
+        """Return the plugin that defines a constructor, or None for a built-in one."""
         return next((p for p in self.plugins if name in p.words.get(kind, ())), None)
 
     def broken(self, kind: str, name: str) -> tuple[str, str, str] | None:
-        """Return message, label and help if a name belongs, or may belong, to a broken plugin; otherwise None."""
+        """Return message, label and help for a name that belongs, or may belong, to a broken plugin; otherwise None."""
         for plugin in self.plugins:
             if (why := plugin.broken.get((kind, name))) is not None:
                 message = f"`{name}` is a word of the plugin `{plugin.name}`, which is broken: {why}"
@@ -261,7 +261,7 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         return message, f"not {article(kind)} {kind}", REMEDY
 
     def find(self, name: str) -> list[Constructor]:
-        """Return the constructors of every kind with this name."""
+        """Return the constructors of all kinds that have this name."""
         found = (self.constructor(kind, name) for kind in self)
         return [c for c in found if c is not None]
 
@@ -291,7 +291,7 @@ def _field(f: dataclasses.Field[Any], hint: Any, varies: bool) -> Field:
 
 
 def _shape(base: Any, spec: str) -> dict[str, Any]:
-    """Return the form of a field from its type and its specification."""
+    """Return the properties of a field, such as its form and range, from its type and its specification."""
     if get_origin(base) is Literal:
         return {"form": "choice", "options": get_args(base)}
     if base is bool:

@@ -1,4 +1,4 @@
-"""Names that other programs use for our fields, choices and constructors: suggested in messages, never accepted."""
+"""Names of other programs for fields, choices and constructors of this language; suggested, but never accepted."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ FUNCTIONS: dict[str, str | Remedy] = {
 # Remedies for a field out of range: (field, whether it is too large).
 ADVICE = {
     ("magnitude", False): "a magnitude is not negative; `direction` sets the way it pulls",
-    ("poisson", True): "a solid of 0.5 keeps its volume; above it, the volume would grow under pressure",
+    ("poisson", True): "at 0.5 a solid keeps its volume; above 0.5 its volume would grow under pressure",
     ("poisson", False): "Poisson's ratio is above -1, and between 0 and 0.5 for almost every solid",
 }
 

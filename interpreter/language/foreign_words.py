@@ -1,8 +1,9 @@
-"""Words of mechanics, medicine, imaging and other programs that the language lacks, with the nearest alternative.
+"""Words of mechanics, medicine, imaging and other programs that the language lacks, with an explanation of each.
 
 Whole words are looked up before spelling is corrected: `reaction` is never read as `traction`, nor `cable` as `table`.
-`foreign_words.txt` has each explanation with its words indented below it. A word with exactly our meaning belongs in
-`foreign_aliases`. To add a word: write it below its explanation. Case, underscores and a plural s do not count.
+`foreign_words.txt` has each explanation with its words indented below it. A word with exactly the meaning of one of
+ours belongs in `foreign_aliases`. To add a word, write it below its explanation. Case, underscores and a plural s do
+not count.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ def explain_foreign_word(word: str) -> str | None:
 
 
 def find_misspelling(word: str, candidates: Iterable[str]) -> str | None:
-    """Return the candidate of which a word is a misspelling, or None; foreign words are not misspellings.
+    """Return the candidate of which a word is a misspelling, or None; foreign words do not count as misspellings.
 
     Words of three letters are all similar, so only a swap of two letters or a change of case counts for them.
     """
@@ -36,7 +37,7 @@ def find_misspelling(word: str, candidates: Iterable[str]) -> str | None:
 
 @cache
 def load_foreign_words() -> dict[str, str]:
-    """Return the explanation of each foreign word, by its `key`."""
+    """Return the explanation of each foreign word, by its normalized form."""
     found, said = {}, ""
     for line in TABLE.read_text(encoding="utf-8").splitlines():
         if not line.startswith(" "):

@@ -1,6 +1,7 @@
-"""Bounds of an expression of the coordinates over boxes: interval arithmetic (Moore 1966) on arrays of boxes.
+"""Bounds of an expression of the coordinates over many boxes at once, by interval arithmetic on arrays.
 
 Each bound holds everywhere in its box, but it may be wider than the true range.
+Source: Moore 1966.
 """
 
 from __future__ import annotations
@@ -20,9 +21,10 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Values:
-    """Bounds (n,) of values over n boxes.
+    """Bounds (n,) of the values of an expression over n boxes.
 
-    `may` is true where the value may be undefined somewhere in the box, `none` where it is undefined everywhere.
+    `may` (n,) is true where the value may be undefined somewhere in the box, `none` (n,) where it is undefined
+    everywhere.
     """
 
     low: Floats
@@ -31,22 +33,22 @@ class Values:
     none: Bools
 
     def combined(self, other: Values, low: Floats, high: Floats) -> Values:
-        """Return bounds of a function of this and another value."""
+        """Return `low` and `high` as bounds of a function of this and another value, undefined where either is."""
         return _make_values(low, high, self.may | other.may, self.none | other.none)
 
     def without(self, may: Bools, none: Bools, low: Floats, high: Floats) -> Values:
-        """Return bounds of a function of this value that is undefined at more places."""
+        """Return `low` and `high` as bounds of a function of this value that is undefined at more places."""
         return _make_values(low, high, self.may | may | none, self.none | none)
 
     @property
     def zero(self) -> Bools:
-        """True for boxes where the value is zero or undefined everywhere."""
+        """Mask of the boxes in which the value is zero or undefined everywhere (n,)."""
         found: Bools = self.none | ((self.low == 0.0) & (self.high == 0.0) & ~self.may)
         return found
 
     @property
     def sound(self) -> Bools:
-        """True for boxes where the value is defined and nonzero everywhere."""
+        """Mask of the boxes in which the value is defined and nonzero everywhere (n,)."""
         found: Bools = ~self.may & ((self.low > 0.0) | (self.high < 0.0))
         return found
 
@@ -55,15 +57,16 @@ FieldBounds = Callable[[Any, Floats, Floats], tuple[Floats, Floats]]  # (field, 
 
 
 def bound_expression(node: Node, low: Floats, high: Floats, fields: FieldBounds | None = None) -> Values:
-    """Return bounds of an expression over boxes from `low` to `high` (n, 3), m; without `fields`, data fields are
-    unbounded.
+    """Return bounds of an expression over boxes from `low` to `high` (n, 3), m.
+
+    `fields` returns bounds of data fields; if it is None, they are unbounded.
     """
     with np.errstate(all="ignore"):
         return _bound(node, low, high, fields)
 
 
 def _make_values(low: Floats, high: Floats, may: Bools, none: Bools) -> Values:
-    """Return bounds; bounds that are not numbers become infinite."""
+    """Return bounds as Values, in which bounds that are nan become infinite."""
     odd = np.isnan(low) | np.isnan(high)
     return Values(np.where(odd, -np.inf, low), np.where(odd, np.inf, high), may, none)
 
@@ -105,7 +108,7 @@ def _bound(node: Node, low: Floats, high: Floats, fields: FieldBounds | None) ->
 
 
 def _bound_monotonic(a: Values, b: Values, f: np.ufunc) -> Values:
-    """Return bounds of a function that is monotonic in each of two arguments."""
+    """Return bounds of a function f that is monotonic in each of its two arguments."""
     each = np.array([f(x, y) for x in (a.low, a.high) for y in (b.low, b.high)])
     return a.combined(b, each.min(axis=0), each.max(axis=0))
 
@@ -117,7 +120,7 @@ def _inverse(a: Values) -> Values:
 
 
 def _bound_power(a: Values, b: Values, exponent: Node) -> Values:
-    """Return bounds of a power: whole exponents for any base, others for a nonnegative base."""
+    """Return bounds of a power, for whole exponents of any base and for other exponents of a nonnegative base."""
     n = exponent.value if exponent.do == "number" else None
     if n is not None and n == int(n):
         if n < 0:
@@ -149,7 +152,7 @@ def _function(name: str, a: Values) -> Values:
 
 
 def _bound_cosine(a: Values, late: float) -> Values:
-    """Return bounds of cos(a - late): 1 if a whole number of turns lies inside, -1 if a half turn more does."""
+    """Return bounds of cos(a - late), which reach 1 or -1 if the interval contains an extremum."""
     low, high = (a.low - late) / (2.0 * np.pi), (a.high - late) / (2.0 * np.pi)
     ends = np.array([np.cos(2.0 * np.pi * low), np.cos(2.0 * np.pi * high)])
     top = np.floor(high) >= np.ceil(low)

@@ -1,4 +1,4 @@
-"""Plugins: their files, and the attribution of exceptions to them."""
+"""Loaded plugins, and the search for the plugin that raised an exception."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FILES: dict[str, str] = {}  # file and name of every loaded plugin
 
 @dataclass(frozen=True)
 class Plugin:
-    """Plugin file with classes for constructors; broken ones are listed, and the others can be used."""
+    """Loaded plugin file with its constructor classes; unusable classes are listed, and the others can be used."""
 
     asked: str  # its absolute path or installed name, valid in any folder
     name: str  # name in messages
@@ -30,7 +30,7 @@ class Plugin:
 
 
 def find_faulty_plugin(error: BaseException) -> str | None:
-    """Return the plugin that raised an exception, with its line; None if it came from our code or is a refusal."""
+    """Return the plugin that raised an exception, with the line; None for built-in code and for intended refusals."""
     if type(error).__module__.startswith("softmark."):  # refusals are exceptions of softmark
         return None
     found, trace = None, error.__traceback__

@@ -27,7 +27,10 @@ def diagnostic(
 
 
 def remove_argument(at: Location) -> Fix | None:
-    """Return the fix that removes the argument whose value is at a location, with its comma; None if it has no name."""
+    """Return the fix that removes the named argument with its value at a location; None for an unnamed argument.
+
+    The comma of the argument is removed as well.
+    """
     text, span = at.source.text, at.span
     named = _BEFORE.search(text[max(0, span.start - FAR) : span.start])
     if named is None:

@@ -12,14 +12,14 @@ MOST = 100  # maximum number of errors or warnings shown for one scene
 
 
 class DiagnosticLimitReached(Exception):
-    """The maximum number of diagnostics is reached: raised by `append`, caught by `bounded`."""
+    """Exception for reaching the maximum number of diagnostics; raised by `append` and caught by `bounded`."""
 
 
 class BoundedDiagnostics(list[Diagnostic]):
     """List of diagnostics that raises DiagnosticLimitReached once it holds MOST of them."""
 
     def append(self, diagnostic: Diagnostic, /) -> None:
-        """Record one diagnostic. Raises DiagnosticLimitReached after recording the last one allowed."""
+        """Append one diagnostic. Raises DiagnosticLimitReached after appending the last one allowed."""
         super().append(diagnostic)
         if self.full:
             raise DiagnosticLimitReached
@@ -31,7 +31,7 @@ class BoundedDiagnostics(list[Diagnostic]):
 
     @contextmanager
     def bounded(self) -> Iterator[None]:
-        """Run the block until the list is full; check `full` first if it may be full already."""
+        """Run the block until the list of diagnostics is full; check `full` first if it may be full already."""
         try:
             yield
         except DiagnosticLimitReached:
@@ -69,7 +69,7 @@ def _one(group: list[Diagnostic]) -> Diagnostic:
 
 
 def shorten(found: list[Diagnostic]) -> list[Diagnostic]:
-    """Return the first of many errors or, if there are none, the first warnings and the number of the others."""
+    """Return the first of many errors; if there are no errors, the first warnings and the number of the others."""
     errors = [d for d in found if d.severity == "error"]
     if len(found) <= MOST:
         return found

@@ -1,4 +1,4 @@
-"""Name resolution: parameters with their values, declarations, and messages about unknown names."""
+"""Name resolution: values of parameters, declarations by name, and messages about unknown names."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOST_HINTS = 50  # maximum number of unknown names for which similar names are s
 
 @dataclass
 class Scope:
-    """All names of a scene; `parameters` must be evaluated before any other name is looked up."""
+    """Scope with all names of a scene; `parameters` must be evaluated before any other name is looked up."""
 
     table: ModuleTable
     parameters: dict[str, Parameter | None] = field(default_factory=dict)  # None: in error
@@ -34,7 +34,7 @@ class Scope:
 
     @contextmanager
     def record_dependencies(self, full: str) -> Iterator[None]:
-        """Record the names used inside the block as direct dependencies of a name."""
+        """Record the names used inside the `with` block as direct dependencies of a full name."""
         outer, self._mentioned = self._mentioned, set()
         try:
             yield
@@ -43,12 +43,15 @@ class Scope:
             self._mentioned = outer
 
     def use(self, full: str) -> None:
-        """Record that a name is referred to."""
+        """Record that something refers to a full name."""
         self.used.add(full)
         self._mentioned.add(full)
 
     def same(self, full: str) -> bool:
-        """Return whether a name means the same as before: neither it nor any of its dependencies has changed."""
+        """Return whether a name means the same as in the earlier compilation.
+
+        Neither the name nor any of its dependencies may have changed.
+        """
         if self.known is None or full in self._affected:
             return False
         self.needs[full] = needs = self.known.needs[full]
@@ -57,7 +60,7 @@ class Scope:
 
     @cached_property
     def _affected(self) -> set[str]:
-        """Return the changed names and all names that depend on one, directly or not."""
+        """Return the changed names, and all names that depend on one of them directly or indirectly."""
         dependents: dict[str, list[str]] = {}
         for name, needs in (self.known.needs if self.known is not None else {}).items():
             for need in needs:
@@ -71,7 +74,7 @@ class Scope:
         return found
 
     def evaluator(self, module: Module, place: Place | None = None) -> Evaluator:
-        """Return the evaluator for the text of a module; `place` differs for overrides."""
+        """Return the evaluator of expressions in a module's text; `place` is the text of an override, if any."""
         where = place or module.place
         return Evaluator(where, lambda name: self.lookup(name, module, where), self.table.vocabulary)
 
@@ -91,7 +94,7 @@ class Scope:
         return parameter.value
 
     def resolve(self, name: tree.Name, module: Module, place: Place, kind: str = "") -> Symbol:
-        """Return the symbol of a name in its module; `kind` is the expected kind. Raises EvaluationError."""
+        """Return the symbol that a name refers to; `kind` is the expected kind. Raises EvaluationError."""
         full = module.prefix + name.text
         symbol = self.table.symbols.get(full)
         if symbol is not None:
@@ -104,7 +107,7 @@ class Scope:
         )
 
     def names(self, module: Module, kinds: Iterable[str]) -> list[str]:
-        """Return names of declarations of some kinds (also `param`), as the module writes them."""
+        """Return the names of declarations of some kinds (also `param`), as the module writes them."""
         wanted = frozenset(kinds)
         return [
             n.removeprefix(module.prefix) for n, s in self.table.symbols.items()
@@ -149,7 +152,7 @@ def _phrase(kind: str) -> str:
 
 
 def _word(vocabulary: Vocabulary, text: str, kind: str) -> str:
-    """Return the explanation for a unit or constructor written where a declared name is expected."""
+    """Return an explanation if `text` is a unit or constructor where a declared name is expected, else ""."""
     made = vocabulary.find(text)
     if made:
         one = made[0].kind

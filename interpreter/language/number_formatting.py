@@ -1,4 +1,4 @@
-"""Formatting of numbers for people; values are in SI, and a column of a table has one unit."""
+"""Formatting of numbers for readers; values are in SI units, and a column of a table has one unit."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def round_significant(value: float, digits: int) -> float:
 
 
 def format_quantity(value: float, unit: str, digits: int = 6, percent: bool = False) -> str:
-    """Format a value in SI with a fitting unit, as `units.format_value` does; a plain number as `%` if `percent`."""
+    """Format a value in SI with a suitable unit, as `units.format_value` does; plain numbers as `%` with `percent`."""
     near = round_significant(value, digits)
     if percent and is_ratio(unit):
         return typeset_number(f"{near * 100:.6g} %")
@@ -58,7 +58,7 @@ def power_of_ten(exponent: int) -> str:
 
 @dataclass(frozen=True)
 class Scale:
-    """Unit of a column or an axis: divide an SI value by `factor`."""
+    """Unit of a table column or an axis; SI values are divided by `factor`."""
 
     factor: float
     unit: str  # "" for a plain number
@@ -72,7 +72,7 @@ class Scale:
         return typeset_number(f"{own:.3g}" if few and abs(own) < 10 else f"{own:.{decimals}f}")
 
     def fixed(self, value: float, decimals: int) -> str:
-        """Format a value with a fixed number of decimals, for coordinates."""
+        """Format a value, for coordinates, with exactly the given number of decimals."""
         shown = f"{value / self.factor:.{decimals}f}"
         return typeset_number(shown if float(shown) else shown.removeprefix("-"))
 
@@ -96,7 +96,7 @@ def choose_scale(values: Iterable[float | None], unit: str, percent: bool = Fals
 
 
 def choose_decimals(values: Sequence[float | None], scale: Scale, digits: int) -> int:
-    """Return the number of decimals that gives the largest value a number of significant digits."""
+    """Return the number of decimals with which the largest value has the given number of significant `digits`."""
     largest = max((abs(v) for v in values if v is not None), default=0.0) / scale.factor
     if largest == 0:
         return 0
@@ -104,12 +104,12 @@ def choose_decimals(values: Sequence[float | None], scale: Scale, digits: int) -
 
 
 def is_negligible(value: float, largest: float, unit: str, moved: float | None = None) -> bool:
-    """Return whether a value is only rounding.
+    """Return whether a value is only rounding error.
 
     A value is rounding below 1e-9 of the largest of its column, and a length also below 1e-9 of the largest
     displacement `moved`, m. If `moved` is not known, a length is rounding below 1e-11 m, a tenth of an atom. A plain
-    number is rounding below 1e-13, 500 times the rounding error of one, unless displacements are below 1e-11 m:
-    strains are then as small.
+    number is rounding below 1e-13, 500 times the rounding error of one. That limit does not hold if displacements are
+    below 1e-11 m, because strains are then as small.
     """
     if moved is None:
         return abs(value) < 1e-9 * largest or abs(value) < {"m": 1e-11, "1": 1e-13}.get(unit, 0.0)

@@ -24,7 +24,7 @@ from softmark.records import dataclass
 
 
 def evaluate_parameters(scope: Scope, replaced: Mapping[str, Override]) -> None:
-    """Fill in `scope.parameters`; a parameter in error is reported and None there."""
+    """Fill in `scope.parameters` with the values of all parameters; those in error are reported and None."""
     if scope.known is not None:
         scope.parameters |= {full: value for full, value in scope.known.parameters.items() if scope.same(full)}
     order = _Order(scope, replaced)
@@ -42,14 +42,14 @@ def evaluate_parameters(scope: Scope, replaced: Mapping[str, Override]) -> None:
 
 @dataclass
 class _Order:
-    """Depth-first search for the order of evaluation, without recursion, so that chains may be of any length."""
+    """Depth-first search for the evaluation order, without recursion, so that dependency chains may have any length."""
 
     scope: Scope
     replaced: Mapping[str, Override]
     circular: set[str] = field(default_factory=set)
 
     def run(self) -> list[str]:
-        """Return the full names of all parameters, each after those it depends on; report circles."""
+        """Return the full names of all parameters, each after its dependencies; report circular dependencies."""
         done: dict[str, None] = {}
         for name, symbol in self.scope.table.symbols.items():
             if isinstance(symbol.node, tree.Param) and name not in done and name not in self.scope.parameters:
@@ -91,13 +91,19 @@ class _Order:
             problem = f"parameters depend on each other in a circle: {' -> '.join(shown)}"
             if len(members) == 1:
                 problem = f"the parameter `{need.full}` depends on itself"
-            need.place.fail("E210", need.span, problem, "closes the circle", "give one of them a value of its own")
+            need.place.fail(
+                "E210",
+                need.span,
+                problem,
+                "closes the circle",
+                "give one of these parameters an independent value",
+            )
         self.circular.update(members)
 
 
 @dataclass(frozen=True)
 class _Need:
-    """Dependency of a parameter on another, and its place in the text."""
+    """Dependency of a parameter on another parameter, with its place in the text."""
 
     full: str
     span: tree.Span
@@ -105,7 +111,7 @@ class _Need:
 
 
 def _names(expression: tree.Expression) -> list[tree.Name]:
-    """Return the names in an expression, without functions."""
+    """Return the names in an expression, without function names."""
     parts = [part for part, _ in tree.walk(expression)]
     functions = {id(part.function) for part in parts if isinstance(part, tree.Call)}
     return [part for part in parts if isinstance(part, tree.Name) and id(part) not in functions]

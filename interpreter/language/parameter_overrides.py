@@ -29,7 +29,7 @@ class Override:
     text: str = ""
 
     def example(self, name: str) -> str:
-        """Return how to write such an override of another name."""
+        """Return how to write an override of another name in the same form."""
         return self.written.format(name)
 
 
@@ -48,14 +48,14 @@ def read_override(text: str, diagnostics: list[Diagnostic], option: str = "-p") 
     span = tree.Span(0, len(name), 1, 1, 1, 1 + len(name))
     if not equals or not name.strip():
         missing = "`=` and a value are missing" if not equals else "the name is missing"
-        place.fail("E220", span, "an override reads `NAME=VALUE`", missing, f"for example `{option} L=120mm`")
+        place.fail("E220", span, "an override has the form `NAME=VALUE`", missing, f"for example `{option} L=120mm`")
         return None
     if not value.strip():
         after = tree.Span(len(text), len(text), 1, 1 + len(text), 1, 1 + len(text))
         place.fail(
             "E220",
             after,
-            "an override reads `NAME=VALUE`",
+            "an override has the form `NAME=VALUE`",
             "the value is missing",
             f"for example `{option} {name.strip()}=120mm`",
         )
@@ -69,7 +69,7 @@ def read_override(text: str, diagnostics: list[Diagnostic], option: str = "-p") 
 
 
 def assign_overrides(overrides: Sequence[Override], table: ModuleTable) -> dict[str, Override]:
-    """Return overrides by the parameter or field `declared.field` that they replace; the last one counts."""
+    """Return overrides by the parameter or field (`declared.field`) that they replace; the last one counts."""
     found = {}
     for override in overrides:
         owner = override.name.rpartition(".")[0]

@@ -1,4 +1,4 @@
-"""Conversion of constants that vary in space, `10 kPa * (1 + z / 5 cm)`, from a syntax tree to a Profile."""
+"""Conversion of constants that vary in space, such as `10 kPa * (1 + z / 5 cm)`, from a syntax tree to a Profile."""
 
 from __future__ import annotations
 
@@ -21,21 +21,22 @@ from softmark.interpreter.language.units import LENGTH, NONE, Dimension
 
 
 class Fields(Protocol):
-    """Access to the data fields (read from files) in an expression."""
+    """Protocol for access to the data fields (values read from files) in an expression."""
 
     def vary(self, node: tree.Expression) -> bool:
         """Return whether coordinates or data fields occur in an expression."""
 
     def known(self, part: tree.Expression | tree.Argument) -> bool:
-        """Return whether a part is a data field: a call that makes one, or the name of a declared one."""
+        """Return whether a part of an expression is a data field, given by a call or by a declared name."""
 
     def made(self, part: tree.Expression) -> Any:
-        """Return the data field object. Raises EvaluationError."""
+        """Return the data field that a part of an expression refers to. Raises EvaluationError."""
 
 
 def read_profile(node: tree.Expression, evaluator: Evaluator, fields: Fields, of: Field) -> Profile:
-    """Return the spatial profile that an expression states for the field `of`, in the expression's dimension. Raises
-    Bad.
+    """Return the spatial profile of an expression for the field `of`. Raises EvaluationError.
+
+    Its values are in SI units of the expression's dimension.
     """
     reader = Reader(evaluator, fields)
     root, dimension = reader.node(node)
@@ -44,7 +45,7 @@ def read_profile(node: tree.Expression, evaluator: Evaluator, fields: Fields, of
 
 
 class Reader:
-    """Builds the nodes of one expression with their dimensions; `values` are those of its parameters."""
+    """Converter of one expression to profile nodes with their dimensions; `values` are those of its parameters."""
 
     def __init__(self, evaluator: Evaluator, fields: Fields) -> None:
         self.evaluator, self.fields = evaluator, fields

@@ -1,4 +1,4 @@
-"""Remedy for `10/3 mm`, read as ten over three millimetres although a third of ten millimetres is expected."""
+"""Remedy for quotients such as `10/3 mm`, which is ten over three millimetres and not 10/3 of a millimetre."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ RULE = "a unit applies only to the number in front of it"
 
 
 class Valued(Protocol):
-    """Parameter: its name, and the expression that gave its value."""
+    """Protocol of a parameter: its name, and the expression from which its value was computed."""
 
     @property
     def name(self) -> str: ...
@@ -25,8 +25,7 @@ class Valued(Protocol):
 def suggest_quotient(
     node: tree.Expression, text: str, given: units.Dimension, due: units.Dimension, named: Valued | None = None
 ) -> Remedy | None:
-    """Return the remedy for a number over a quantity whose dimension is the inverse of the expected one, `due`; else
-    None.
+    """Return the remedy for a quotient whose dimension is the inverse of the expected one, `due`; else None.
 
     If the node is the name of a parameter, the remedy concerns the expression of its value.
     """

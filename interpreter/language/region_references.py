@@ -16,8 +16,9 @@ KIND = "region"  # kinds of declarations that conditions may name
 
 
 def make_region_lookup(module: Module, table: ModuleTable, declared: Callable[[tree.Name], Declared]) -> Named:
-    """Return the function that resolves region names in a module; `declared` finds one, and raises EvaluationError for
-    a broken one.
+    """Return the function that resolves region names in a module.
+
+    `declared` returns the declaration of a name, and raises EvaluationError for one with an error.
     """
 
     def named(name: tree.Name) -> Condition | str | None:

@@ -1,7 +1,7 @@
-"""Earlier words of the language and their present names: an error names the new word, `dsl fmt --upgrade` writes it.
+"""Earlier words of the language with their present names, for error messages and `dsl fmt --upgrade`.
 
-To rename a word: one line in the table of its kind. An old constructor or kind must not be a present one, and an old
-field must not be a field of the constructors that it is listed for.
+To rename a word, add one line in the table of its kind. An old constructor or kind must not be a present one, and an
+old field must not be a field of the constructors for which it is listed.
 """
 
 from __future__ import annotations
@@ -35,23 +35,23 @@ ALIASES = {"energy_norm": "relative_l2_error"}  # other names of a constructor t
 
 
 def find_renamed_field(constructor: str, name: str) -> str | None:
-    """Return the present name of a field with an earlier name, or None."""
+    """Return the present name of a constructor's field that was renamed, or None."""
     return FIELDS_OF.get(constructor, {}).get(name) or FIELDS.get(name)
 
 
 def present_names() -> dict[str, str]:
-    """Return the present name of every earlier constructor, kind and field."""
+    """Return the present names of all renamed constructors, kinds and fields, by their earlier names."""
     fields = {old: new for table in FIELDS_OF.values() for old, new in table.items()}
     return fields | KINDS | CONSTRUCTORS
 
 
 def remedy(new: str) -> Remedy:
-    """Return the remedy for an earlier word: its present name, and the command that rewrites a scene."""
+    """Return the remedy for an earlier word, which names the present word and the command that rewrites a scene."""
     return Remedy(f"it is called `{new}` now; `dsl fmt --upgrade FILE` rewrites a scene", Fix(new))
 
 
 def upgrade(text: str, parsed: tree.Tree) -> str:
-    """Return a scene with every earlier word replaced by its present name; nothing else changes."""
+    """Return the text of a scene with every earlier word replaced by its present name, and nothing else changed."""
     for start, end, new in sorted(set(_replacements(parsed)), reverse=True):
         text = text[:start] + new + text[end:]
     return text
@@ -74,7 +74,7 @@ def _replacements(parsed: tree.Tree) -> Iterator[tuple[int, int, str]]:
 
 
 def _in_call(call: tree.Call, names: Container[str]) -> Iterator[tuple[int, int, str]]:
-    """Yield the earlier words of a constructor, its fields, and amplitudes that are given by name only."""
+    """Yield the earlier words in a call: its constructor, its fields, and amplitudes given by name only."""
     present = CONSTRUCTORS.get(call.function.text, call.function.text)
     if present != call.function.text:
         yield call.function.span.start, call.function.span.end, present
@@ -87,7 +87,7 @@ def _in_call(call: tree.Call, names: Container[str]) -> Iterator[tuple[int, int,
 
 
 def _bare(value: tree.Expression, names: Container[str]) -> Iterator[tuple[int, int, str]]:
-    """Yield a constructor that is written without brackets and is no name of the scene."""
+    """Yield the earlier word of a constructor that is written without brackets and that the scene does not declare."""
     if isinstance(value, tree.Name) and value.text in CONSTRUCTORS and value.text not in names:
         yield value.span.start, value.span.end, CONSTRUCTORS[value.text]
 
@@ -95,7 +95,10 @@ def _bare(value: tree.Expression, names: Container[str]) -> Iterator[tuple[int, 
 def _field_of_declared(
     name: tree.Name, names: Mapping[str, tree.Declare | tree.Param]
 ) -> Iterator[tuple[int, int, str]]:
-    """Yield the earlier name of a field in `coarse.size`, as studies name what they vary; metrics keep their names."""
+    """Yield the earlier name of a field in `coarse.size`, the form in which studies name what they vary.
+
+    Metrics keep their names.
+    """
     owner = names.get(name.parts[0])
     if len(name.parts) != 2 or owner is None or not isinstance(owner.value, tree.Call) or name.parts[1] in names:
         return

@@ -29,7 +29,7 @@ DEEPEST, MOST = 50, 500  # maximum depth of `use`, and maximum number of scenes
 
 @dataclass
 class Module:
-    """One text, its declarations, and the prefix of its names in the scene that uses it."""
+    """Text of a scene with its declarations, and the prefix of its names in the scene that uses it."""
 
     source: Source
     tree: tree.Tree
@@ -49,7 +49,7 @@ class Symbol:
 
 @dataclass
 class ModuleTable:
-    """All modules of a scene and all their names, with prefixes, in the order of the text."""
+    """Table of all modules of a scene and all their names with prefixes, in the order of the text."""
 
     vocabulary: Vocabulary
     modules: list[Module] = field(default_factory=list)
@@ -60,8 +60,9 @@ class ModuleTable:
     listed: dict[int, tuple[tree.Expression, Any]] = field(default_factory=dict)  # lists with the values read from them
 
     def is_broken(self, full: str) -> bool:
-        """Return whether an error was already reported at the declaration of a name, or of the alias that it starts
-        with.
+        """Return whether an error was already reported at the declaration of a name.
+
+        For a dotted name this includes the declaration of the alias with which it starts.
         """
         parts = full.split(".")
         return any(".".join(parts[:i]) in self.broken for i in range(1, len(parts) + 1))
@@ -75,7 +76,7 @@ class ModuleTable:
 
 
 class UnreadableScene(Exception):
-    """A scene cannot be read; the text gives the reason, `remedy` what to do."""
+    """Exception for a scene that cannot be read; its text gives the reason, and `remedy` the remedy."""
 
     def __init__(self, reason: str, remedy: str = "") -> None:
         super().__init__(reason)
@@ -86,7 +87,7 @@ class UnreadableScene(Exception):
 
 
 def standard_scenes() -> dict[str, Path]:
-    """Return the scenes of the standard library by name (`silicone-beam`), without libraries of names and templates."""
+    """Return the files of the scenes of the standard library by name, without libraries of names and templates."""
     files = sorted(ROOT.rglob(f"*{SUFFIX}"))
     return {f.stem: f for f in files if f.relative_to(ROOT).parts[0] not in ("materials", "templates")}
 
@@ -118,7 +119,7 @@ def locate_scene(name: str) -> Path:
 
 
 def _advise_on_folder(folder: Path) -> str:
-    """Return the advice for a folder given in place of a scene, with one of its scenes if it has any."""
+    """Return advice for a folder given in place of a scene, which names one of the folder's scenes if it has any."""
     try:
         found = sorted(p.name for p in folder.iterdir() if p.suffix == SUFFIX)
     except OSError:
@@ -141,7 +142,7 @@ def read_scene_file(path: Path, shown: str | None = None) -> Source:
 
 
 def find_quoted_paths(text: str, folder: Path) -> Iterator[Path]:
-    """Yield the paths of files and folders quoted in a text, even in one with errors, whether they exist or not."""
+    """Yield the paths of files and folders quoted in a text, whether or not they exist or the text has errors."""
     for name in dict.fromkeys(QUOTED.findall(text)):
         path = folder / name
         with suppress(OSError, ValueError):  # not a valid file name
@@ -171,7 +172,7 @@ def read_limited(file: BinaryIO, name: str) -> bytes:
 
 
 def _text(data: bytes, name: str) -> str:
-    """Decode UTF-8; a NUL is left for the parser to refuse at its place."""
+    """Return UTF-8 data as text; the parser later refuses a NUL character at its place."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise UnreadableScene(f"{name} is in UTF-16, not in UTF-8", "save it as UTF-8")
     try:
@@ -191,7 +192,7 @@ def _text(data: bytes, name: str) -> str:
 def load_modules(
     table: ModuleTable, source: Source, folder: Path, file: Path | None, diagnostics: list[Diagnostic]
 ) -> None:
-    """Fill in the table of all names of a scene and of the scenes that it uses."""
+    """Fill in the table with all names of a scene and of the scenes that it uses."""
     if len(source.text) > LARGEST:
         table.modules.append(Module(source, tree.Tree(()), folder, "", Place(source, diagnostics), file))
         problem = f"the text is larger than {LARGEST // 1_000_000} MB"
@@ -230,7 +231,7 @@ def _declare(table: ModuleTable, module: Module, node: tree.Param | tree.Declare
 
 
 def _is_free(table: ModuleTable, module: Module, name: str, span: Span) -> bool:
-    """Return whether a name can be declared; if not, report it."""
+    """Return whether a name can be declared in a module, and report it otherwise."""
     if name in PREDEFINED:
         module.place.fail(
             "E217", span, f"`{name}` is a predefined name and cannot be declared", "predefined",
@@ -243,7 +244,7 @@ def _is_free(table: ModuleTable, module: Module, name: str, span: Span) -> bool:
     first = table.symbols[full].node.name_span if full in table.symbols else table.aliases[full].alias_span
     module.place.fail(
         "E208", span, f"`{name}` is declared twice", "the second declaration",
-        f"the first is in line {first.line}; give one of them another name",
+        f"the first declaration is in line {first.line}; rename one of the two",
     )  # fmt: skip
     return False
 
@@ -271,7 +272,7 @@ def _use(table: ModuleTable, module: Module, node: tree.Use, chain: tuple[Path, 
 
 
 def _read_used_scene(node: tree.Use, path: Path, shown: str) -> Source:
-    """Read a scene that is used, under a name for messages. Raises UnreadableScene."""
+    """Read a scene that another scene uses; `shown` is its name in messages. Raises UnreadableScene."""
     if path.suffix != SUFFIX:
         raise UnreadableScene(
             f"`{node.path}` is not a scene: its name does not end in `{SUFFIX}`", "`use` reads scenes only"
@@ -299,8 +300,9 @@ def _remedy(node: tree.Use, path: Path, missing: UnreadableScene) -> str | Remed
 def _check_use_limits(
     table: ModuleTable, path: Path, chain: tuple[Path, ...], size: int
 ) -> tuple[str, str, str] | None:
-    """Return the message if scenes use each other in a circle or exceed the limits of depth, number or size, else
-    None.
+    """Return a message if scenes use each other in a circle or exceed a limit, else None.
+
+    The limits are those of depth, number and size of scenes.
     """
     here = path.resolve()
     if here in chain:

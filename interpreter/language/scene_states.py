@@ -1,4 +1,4 @@
-"""A scene in one of the states of its analysis, as an ordinary scene with a single state.
+"""Scene in one of the states of its analysis, as an ordinary scene with a single state.
 
 Objects that differ between states provide `in_state(number, value)`: the analysis, loads, supports, references.
 """
@@ -22,12 +22,12 @@ def states_of(scene: Scene) -> tuple[float, ...]:
 
 
 def find_state_indices(states: Sequence[float], value: float) -> list[int]:
-    """Return the indices from 0 of the states with a value: none, one, or several if the sequence returns to it."""
+    """Return the indices from 0 of the states with a value: none, one, or several if the value occurs again."""
     return [i for i, state in enumerate(states) if abs(state - value) <= SAME * max(abs(state), abs(value))]
 
 
 def in_state(scene: Scene, number: int) -> Scene:
-    """Return the scene in one of its states, counted from 0; cached."""
+    """Return the scene in the state with an index from 0; cached."""
     key = in_state, number
     if key not in scene.known:
         value = states_of(scene)[number]

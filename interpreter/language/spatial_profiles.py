@@ -23,14 +23,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Node:
-    """Node of an expression: `do` is an operator, a function, `number`, `axis` or `field`; `parts` are its operands."""
+    """Node of an expression tree, with its operands `parts`.
+
+    `do` is an operator, a function, `number`, `axis` or `field`.
+    """
 
     do: str
     parts: tuple[Node, ...] = ()
     value: Any = None
 
     def walk(self) -> Iterator[Node]:
-        """Yield the node and all nodes below it."""
+        """Yield this node and all nodes below it."""
         yield self
         for part in self.parts:
             yield from part.walk()
@@ -38,9 +41,9 @@ class Node:
 
 @dataclass(frozen=True)
 class Profile:
-    """Constant in SI that varies in space, a function of the undeformed position; `said` is its text with values.
+    """Material constant, in SI units, as a function of the undeformed position; `said` is its text with values.
 
-    `name` is that of the constant, `limits` the range that each of its values must be in.
+    `name` is the name of the constant, `limits` the range in which each of its values must be.
     """
 
     root: Node
@@ -52,11 +55,11 @@ class Profile:
 
     @property
     def fields(self) -> tuple[Any, ...]:
-        """Data fields in it, each once."""
+        """Data fields in the expression, each once."""
         return tuple(dict.fromkeys(node.value for node in self.root.walk() if node.do == "field"))
 
     def values(self, X: Any, read: Reading | None) -> Any:
-        """Return the values (n,) at points X (n, 3), m; NaN where undefined."""
+        """Return the values (n,) at points X (n, 3), m; NaN where the expression is undefined."""
         import numpy as np
 
         X = np.asarray(X, dtype=np.float64)
@@ -65,7 +68,7 @@ class Profile:
         return np.array(np.broadcast_to(found, len(X)), dtype=np.float64)
 
     def value(self, place: Sequence[float]) -> float:
-        """Return the value at one point, m, without numpy; NaN where undefined or where it needs a data field."""
+        """Return the value at one point, m, without numpy; NaN where it is undefined or needs a data field."""
         try:
             found = _at_place(self.root, place)
             return float(found) if isinstance(found, float | int) else math.nan

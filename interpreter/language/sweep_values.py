@@ -1,4 +1,4 @@
-"""Parameters that sweeps vary, and their values; each value keeps its text and its place."""
+"""Parameters that sweeps vary, and their values, each with its text and its place."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SweepTarget:
-    """Parameter or field that a sweep varies, by its full name; a field is `declared.field`."""
+    """Parameter or field that a sweep varies, given by its full name, for a field `declared.field`."""
 
     name: str
     span: Span = field(compare=False, repr=False)
@@ -75,7 +75,7 @@ def _one_target(binder: Binder, field: Field, item: tree.Expression, place: Plac
 
 
 def read_variants(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[Variant, ...]:
-    """Parse the values of a sweep, each with the unit behind the bracket. Raises EvaluationError."""
+    """Parse the values of a sweep; the unit behind the bracket is added to each. Raises EvaluationError."""
     if not isinstance(node, tree.List):
         help = f"write `[{source_layout.format_on_one_line(node)}, ...]`"
         raise place.fail("E207", node.span, f"expected {field.expected}, found no list", "not a list", help)
@@ -101,8 +101,9 @@ def _variant(binder: Binder, item: tree.Expression, unit: tree.Unit | None, plac
 
 
 def _is_plain(binder: Binder, item: tree.Expression, place: Place) -> bool:
-    """Return whether a value of a list with a unit is a number without its own unit. Raises EvaluationError if it is
-    not a number.
+    """Return whether a value in a list with a unit is a number without a unit of its own.
+
+    Raises EvaluationError if it is not a number.
     """
     value = binder.compiler.scope.evaluator(binder.module, place).quantity(item)
     return value.dimension == units.NONE

@@ -96,7 +96,7 @@ NAMES: dict[Dimension, tuple[str, str]] = {
 
 
 class UnitError(Exception):
-    """A unit cannot be read; `problem` is the reason, `remedy` what to write.
+    """Exception for a unit that cannot be read; `problem` is the reason, `remedy` what to write instead.
 
     `wrong` and `meant` are the part to replace and its replacement, where these are known.
     """
@@ -106,7 +106,7 @@ class UnitError(Exception):
         self.problem, self.remedy, self.wrong, self.meant = problem, remedy, wrong, meant
 
     def mended(self, text: str) -> str:
-        """Return the unit's text with the correction; empty if there is none."""
+        """Return the corrected text of the unit; empty if no correction is known."""
         if not self.meant:
             return ""
         return re.sub(rf"(?<![^\W\d_]){re.escape(self.wrong)}(?![^\W\d_])", self.meant, text)
@@ -114,14 +114,14 @@ class UnitError(Exception):
 
 @dataclass(frozen=True)
 class Measure:
-    """Factor (multiply to get SI) and dimension of a unit."""
+    """Factor that converts a unit to SI by multiplication, and the dimension of the unit."""
 
     factor: float
     dimension: Dimension
 
 
 def dimension_name(dimension: Dimension) -> str:
-    """Return the name of a dimension with its article, `a pressure`, or else its SI unit: `a quantity in kg^2/m`."""
+    """Return the name of a dimension with its article, as `a pressure`, or else `a quantity in kg^2/m`."""
     known = NAMES.get(dimension)
     return known[0] if known else f"a quantity in {si_unit(dimension)}"
 
@@ -146,7 +146,7 @@ def si_unit(dimension: Dimension) -> str:
 
 
 def vector_unit(dimension: Dimension) -> str:
-    """Return the SI unit of the components of a vector: a vector in J is a moment, in N*m."""
+    """Return the SI unit of a vector's components: `N*m` instead of `J`, because a vector in J is a moment."""
     return {(2, 1, -2, 0, 0): "N*m", (0, 1, -2, 0, 0): "N/m"}.get(dimension) or si_unit(dimension)
 
 
@@ -164,7 +164,7 @@ def multiply_dimensions(a: Dimension, b: Dimension, sign: int = 1) -> Dimension:
 
 
 def raise_dimension(a: Dimension, n: int) -> Dimension:
-    """Return the dimension of a power."""
+    """Return the dimension of the n-th power of a quantity."""
     return (a[0] * n, a[1] * n, a[2] * n, a[3] * n, a[4] * n)
 
 
@@ -196,7 +196,7 @@ def parse_unit(text: str) -> Measure:
 
 
 def _refuse_names(parts: list[tuple[str, str]], whole: str) -> None:
-    """Refuse `GPa*b^4` where `b` may be a declared name: without blanks it reads as a unit."""
+    """Refuse a unit such as `GPa*b^4` where `b` may be a declared name, since without blanks it reads as a unit."""
     for operator, part in parts:
         symbol = part.partition("^")[0]
         named = operator == "*" and re.fullmatch(r"[A-Za-z_]\w*", symbol)
@@ -211,7 +211,7 @@ def _refuse_names(parts: list[tuple[str, str]], whole: str) -> None:
 
 
 def _factor(part: str, whole: str) -> Measure:
-    """Parse a symbol with its power."""
+    """Parse one unit symbol with its power. Raises UnitError."""
     match = _FACTOR.fullmatch(part)
     if match is None:
         raise _unreadable(whole, part)
@@ -225,7 +225,7 @@ _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 
 
 def _unreadable(whole: str, part: str = "") -> UnitError:
-    """Return the error for a broken unit: `m3` or `m²` for `m^3` or `m^2`, a fractional power, or anything else."""
+    """Return the error for an unreadable unit, such as `m3` for `m^3` or a fractional power."""
     if re.search(r"\^[+-]?\d+\.", part):
         return UnitError(
             f"the power in `{whole}` is not a whole number", "units have whole powers: take a root with `sqrt(...)`"
@@ -293,7 +293,7 @@ _MEANT = {
 
 
 def _hint(symbol: str) -> tuple[str, str]:
-    """Return the advice for an unknown symbol, and the unit that was probably meant, or an empty text."""
+    """Return advice about an unknown unit symbol, and the unit probably meant or an empty text."""
     if symbol in ("C", "degC", "°C", "F", "degF", "°F"):
         return "temperatures are in `K`: 20 °C are 293.15 K", ""
     if symbol in _MEANT:
@@ -309,12 +309,12 @@ def _hint(symbol: str) -> tuple[str, str]:
 
 @lru_cache(maxsize=1)
 def _common() -> tuple[str, ...]:
-    """Return every unit with every prefix that it takes."""
+    """Return all units with all their prefixes."""
     return tuple(p + u for u, (_, _, prefixed) in UNITS.items() for p in ("", *(PREFIXES if prefixed else ())))
 
 
 def format_value(value: float, dimension: Dimension) -> str:
-    """Format a value in SI with a fitting unit and six significant digits: `128.449 mm`, `60 kPa`, `30 deg`."""
+    """Format a value in SI with a suitable unit and six significant digits: `128.449 mm`, `60 kPa`, `30 deg`."""
     factor, unit = _unit_for(value, dimension)
     return f"{value / factor:.6g} {unit}".removesuffix(" 1")
 
@@ -338,7 +338,10 @@ def format_volume_fraction(share: float) -> str:
 
 
 def _unit_for(value: float, dimension: Dimension) -> tuple[float, str]:
-    """Return the unit that suits the size of a value; the SI unit for zero, and if no listed unit is close."""
+    """Return factor and name of the unit that suits the size of a value.
+
+    It is the SI unit for zero, or if no listed unit is close.
+    """
     choices = _SHOWN.get(dimension, ((1.0, si_unit(dimension)),))
     if not choices[-1][0] * 1e-3 <= abs(value) < choices[0][0] * 1e6:
         return 1.0, si_unit(dimension)

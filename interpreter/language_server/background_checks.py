@@ -1,8 +1,8 @@
-"""Background checks of open documents: only the latest state is checked, without delaying requests.
+"""Background checks of open documents; only the latest state is checked, without delaying requests.
 
 After a change, a check starts once no further change has arrived for a moment. Names, units and dimensions are checked
-at once, everything else in a separate thread, whose results are dropped if the text has changed meanwhile. If the
-thread takes long, the immediate results are published with the earlier messages of unchanged lines.
+at once. Everything else is checked in a separate thread, whose results are dropped if the text has changed meanwhile.
+If the thread takes long, the immediate results are published together with earlier messages of unchanged lines.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ NEWLY = 0.001  # s, thread switch interval: an answer must not wait for a check
 
 @dataclass(frozen=True)
 class PublishedState:
-    """Published diagnostics of one state: all of them, and those that were found at once."""
+    """Published diagnostics of one state of a text: all of them, and those of the immediate checks."""
 
     document: Document
     found: list[types.Diagnostic]
@@ -41,7 +41,7 @@ class PublishedState:
 
 
 class CheckScheduler:
-    """Scheduler of the checks of all documents that are open with a server."""
+    """Scheduler of the checks of all documents that are open in a server."""
 
     def __init__(self, server: LanguageServer, documents: dict[str, Document]) -> None:
         self.server, self.documents = server, documents
@@ -52,16 +52,16 @@ class CheckScheduler:
         threading.Thread(target=self._work, name="checks", daemon=True).start()
 
     def warm(self, *jobs: Callable[[], object]) -> None:
-        """Run jobs that prepare for the first text, before there is one."""
+        """Run jobs that prepare the server before the first text is opened."""
         for job in (*jobs, gc.collect, gc.freeze):
             self.do(job)
 
     def do(self, job: Callable[[], object]) -> None:
-        """Queue a job for the thread."""
+        """Queue a job for the background thread."""
         self._jobs.put(job)
 
     def due(self, uri: str) -> None:
-        """Schedule a check of the latest state of a text."""
+        """Schedule a check of the latest state of the text with a URI."""
         self._cancel(uri)
         self._due[uri] = asyncio.get_running_loop().call_later(PAUSE, self._start, uri)
 
@@ -133,7 +133,10 @@ def describe_failure(error: BaseException) -> list[types.Diagnostic]:
 
 
 def find_unchanged_diagnostics(before: PublishedState, now: Document) -> list[types.Diagnostic]:
-    """Return earlier slow diagnostics that still apply: their lines are unchanged from the start or the end."""
+    """Return earlier diagnostics of the slow checks that still apply.
+
+    Their lines are unchanged, counted from the start or the end of the text.
+    """
     old, new = (document.text.splitlines() for document in (before.document, now))
     further = len(new) - len(old)
     kept = []

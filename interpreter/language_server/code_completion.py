@@ -15,7 +15,7 @@ from softmark.interpreter.language_server.unit_completion import follows_number,
 
 
 def complete(document: Document, params: types.CompletionParams) -> types.CompletionList:
-    """Return the completions at a position, the likeliest first; they replace the word that is already there."""
+    """Return the completions at a position, the likeliest first; they replace the word at the position."""
     here = find_cursor_context(document, document.offset(params.position))
     found = _fitting_items(here) if here is not None else ()
     items = [] if here is None else [_item(here, offer, place) for place, offer in enumerate(dict.fromkeys(found))]

@@ -19,7 +19,7 @@ MANY = 2  # models that can be compared
 
 
 def lenses(document: Document, params: types.CodeLensParams) -> list[types.CodeLens]:
-    """Return the lenses: run and compare over the first declaration, run over each model, compare over each study."""
+    """Return the lenses over the first declaration (run, compare), each model (run), and each study (compare)."""
     if document.file is None:
         return []
     return [_lens(document, span, *words) for span, *words in _offers(document)]

@@ -1,4 +1,4 @@
-"""Completion items by what is expected at a position; `code_completion` returns them to the editor.
+"""Completion items for each position in a scene; `code_completion` returns them to the editor.
 
 To complete a further form of field: add a function to VALUES.
 """
@@ -26,7 +26,10 @@ OPERATORS = frozenset({"SIGN", "TIMES", "CIRCUMFLEX", "COMPARE", "RANGE", "AND",
 
 @dataclass(frozen=True)
 class CompletionOffer:
-    """One completion: `detail` is its short description, `doc` the long one; `snippet`, if given, is inserted."""
+    """Completion item with a short description `detail` and a long one `doc`.
+
+    `snippet`, if given, is the text to insert.
+    """
 
     label: str
     kind: Kind
@@ -81,7 +84,7 @@ def _declaration_items(here: CursorContext) -> Iterator[CompletionOffer]:
 
 
 def _metric_items(here: CursorContext) -> Iterator[CompletionOffer]:
-    """Yield `model.metric` of the model already written, or of all models."""
+    """Yield `model.metric` for the model already written, or for all models."""
     known = find_declared_names(here.document)
     owners = [n for n, kind in known.items() if kind in OWNERS and "." not in n]
     metrics = [n for n, kind in known.items() if kind == "metric" and "." not in n]
@@ -97,7 +100,7 @@ def _metric_items(here: CursorContext) -> Iterator[CompletionOffer]:
 
 
 def _argument(here: CursorContext, frame: OpenBracket) -> Iterator[CompletionOffer]:
-    """Yield fields that are not given yet, or values of the current field."""
+    """Yield the fields that are not given yet, or values of the current field."""
     if not frame.name and not frame.value and frame.constructor is not None:
         positional = {f.name for f in frame.constructor.fields[: frame.place]}
         for field in frame.constructor.fields:
@@ -111,7 +114,7 @@ def _argument(here: CursorContext, frame: OpenBracket) -> Iterator[CompletionOff
 
 
 def _bracket_items(here: CursorContext, frame: OpenBracket) -> Iterator[CompletionOffer]:
-    """Yield completions in a group, a list or the brackets of a function such as `sin`."""
+    """Yield completions in a group, a list or the brackets of a numeric function such as `sin`."""
     if not _due(frame):
         return
     call = here.call
@@ -124,7 +127,7 @@ def _bracket_items(here: CursorContext, frame: OpenBracket) -> Iterator[Completi
 
 
 def _due(frame: OpenBracket) -> bool:
-    """Return whether a value is expected: none is written yet, or the last token is an operator."""
+    """Return whether a value is expected, because none is written yet or the last token is an operator."""
     return not frame.value or frame.value[-1].kind in OPERATORS
 
 
@@ -144,7 +147,7 @@ def _number(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
 
 
 def numbers(here: CursorContext, due: Dimension | None) -> Iterator[CompletionOffer]:
-    """Yield functions of numbers, and parameters of a dimension (of any if None)."""
+    """Yield numeric functions, and the parameters with a dimension (any dimension if None)."""
     for name, kind in find_declared_names(here.document).items():
         if kind == "param" and name != here.own and (due is None or dimension(here.document, name) in (due, None)):
             yield CompletionOffer(name, Kind.Constant, value_of(here, name))
@@ -205,9 +208,9 @@ def constructor_offers(here: CursorContext, kind: str) -> Iterator[CompletionOff
 
 
 def snippet(c: Constructor, known: dict[str, str]) -> str:
-    """Return a call with its required fields, each value a placeholder: `fem(element = ${1:tet4})$0`.
+    """Return the text of a call with its required fields as placeholders: `fem(element = ${1:tet4})$0`.
 
-    `known` has declared names by kind, as proposals.
+    `known` has declared names by kind, which are proposed as values.
     """
     required = [f for f in c.fields if f.required]
     if not c.fields:
@@ -246,7 +249,7 @@ def _condition(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
 
 
 def _target(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
-    """Yield completions of a quantity to vary: parameters, and fields of declarations as `name.field`."""
+    """Yield completions of a quantity that a study varies: parameters, and fields of declarations as `name.field`."""
     scene = here.document.known
     for name, kind in find_declared_names(here.document).items():
         if kind == "param":

@@ -1,6 +1,6 @@
-"""Context of the cursor in a text, finished or not: the current word, its declaration, and the open calls.
+"""Context of the cursor in a text: the current word, its declaration, and the open calls.
 
-It uses only tokens, not the parser, since a declaration that is being written is incomplete.
+The module uses only tokens and no parser, since a declaration that is being written is incomplete.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ SEPARATORS = frozenset({"COMMA", "SEMICOLON"})
 
 @dataclass(frozen=True)
 class OpenBracket:
-    """Open bracket of a call named `function`, or of a group or a list.
+    """Open bracket of a call of `function`, or of a group or a list.
 
     `place` is the number of arguments before the current one, `name` the current argument's name, if any, and `value`
     its tokens so far; `given` are the fields named in other arguments of the call.
@@ -47,7 +47,7 @@ class OpenBracket:
 
 @dataclass(frozen=True)
 class CursorContext:
-    """Cursor position with the `word` that ends there, its `start`, and the tokens before it in its declaration.
+    """Cursor position: the `word` that ends there, its `start`, and the preceding tokens of the declaration.
 
     `text` is the part of a quoted text before the cursor, None outside quotes.
     """
@@ -61,7 +61,7 @@ class CursorContext:
 
     @cached_property
     def frames(self) -> tuple[OpenBracket, ...]:
-        """Open brackets, the innermost last."""
+        """Open brackets around the cursor, the innermost last."""
         found: list[OpenBracket] = []
         opened = _open(self.before)[-DEEPEST:]
         for index in opened:
@@ -71,22 +71,22 @@ class CursorContext:
 
     @property
     def kind(self) -> str:
-        """Kind of the declaration, its first word; empty at its start."""
+        """Kind of the current declaration, which is its first word; empty at its start."""
         return self.before[0].text if self.before else ""
 
     @property
     def declares(self) -> bool:
-        """True after `kind NAME =`."""
+        """True if the cursor is after `kind NAME =`."""
         return [t.kind for t in self.before[:3]] == ["NAME", "NAME", "EQUAL"]
 
     @property
     def own(self) -> str:
-        """Name that is declared, empty if none."""
+        """Name that the current declaration declares, empty if none."""
         return self.before[1].text if self.declares or (self.kind == "param" and len(self.before) > 1) else ""
 
     @property
     def call(self) -> OpenBracket | None:
-        """Innermost open call."""
+        """Innermost open call around the cursor, or None."""
         return next((frame for frame in reversed(self.frames) if frame.function), None)
 
 
@@ -130,7 +130,7 @@ def _declaration(tokens: list[Token], last: list[Token], document: Document, sta
 
 
 def _open(tokens: tuple[Token, ...]) -> list[int]:
-    """Return the indices of brackets that are not closed."""
+    """Return the indices of the opening brackets that are not closed."""
     found: list[int] = []
     for index, token in enumerate(tokens):
         if token.kind in OPENERS:
@@ -141,7 +141,7 @@ def _open(tokens: tuple[Token, ...]) -> list[int]:
 
 
 def _frame(here: CursorContext, index: int, outer: list[OpenBracket], later: list[tuple[Token, ...]]) -> OpenBracket:
-    """Return the frame of the bracket with an index, as far as it is written."""
+    """Return the open bracket with an index, described as far as it is written."""
     tokens = here.before
     called = index and tokens[index].kind == "LPAR" and tokens[index - 1].kind in NAMES
     function = tokens[index - 1].text if called else ""

@@ -1,4 +1,4 @@
-"""Names that a text declares, finished or not, with their kinds and the dimensions of parameters and metrics."""
+"""Names that a text declares, even in unfinished declarations, with their kinds and dimensions."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from softmark.interpreter.language_server.text_document import Document
 
 
 def find_declared_names(document: Document) -> dict[str, str]:
-    """Return the kind of every name (`param` for a parameter), from the tokens of the text and the scenes that it
-    uses.
+    """Return the kind of every name that a text and its used scenes declare; the kind of a parameter is `param`.
+
+    Names are found by tokens, so that the text may have errors.
     """
     found = dict(_written(document))
     table = document.known.table

@@ -11,7 +11,10 @@ from softmark.interpreter.language_server.text_document import Document
 
 
 def format_document(document: Document, params: types.DocumentFormattingParams) -> list[types.TextEdit]:
-    """Return one edit from the first to the last line that differs. Raises RequestRefused on a syntax error."""
+    """Return one edit that replaces the lines from the first to the last that differ.
+
+    Raises RequestRefused on a syntax error.
+    """
     if document.is_too_large:
         raise RequestRefused(f"not formatted: the text is larger than {LARGEST // 1000000} MB")
     try:
@@ -29,7 +32,7 @@ def _reason(problem: CannotFormat) -> str:
 
 
 def _difference(document: Document, new: str) -> types.TextEdit:
-    """Return the edit between the common beginning and end, so that the cursor stays where nothing changes."""
+    """Return the edit of the part that differs, so that the cursor stays where nothing changes."""
     old = document.text
     start = next((i for i, (a, b) in enumerate(zip(old, new, strict=False)) if a != b), min(len(old), len(new)))
     most = min(len(old), len(new)) - start

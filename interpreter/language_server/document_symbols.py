@@ -29,7 +29,7 @@ def symbols(document: Document, params: types.DocumentSymbolParams) -> list[type
 
 
 def find_workspace_symbols(opened: OpenDocuments, params: types.WorkspaceSymbolParams) -> list[types.WorkspaceSymbol]:
-    """Return the declarations of all open scenes whose names contain the letters of the query."""
+    """Return the declarations of all open scenes whose names contain the letters of the query, in order."""
     return [
         types.WorkspaceSymbol(types.Location(uri, document.range(name[1])), name[0], _picture(node))
         for uri, document in opened.documents.items()
@@ -39,8 +39,9 @@ def find_workspace_symbols(opened: OpenDocuments, params: types.WorkspaceSymbolP
 
 
 def folds(document: Document, params: types.FoldingRangeParams) -> list[types.FoldingRange]:
-    """Return folding ranges: declarations and comments of several lines, and paragraphs below a comment, also with
-    errors.
+    """Return the folding ranges of a text, which may have errors.
+
+    These are declarations and comments of several lines, and paragraphs below a comment.
     """
     found = {start: types.FoldingRange(start, end, kind=kind) for start, end, kind in _folds(document) if end > start}
     return [found[start] for start in sorted(found)]
@@ -87,7 +88,7 @@ def _detail(node: tree.Declaration) -> str:
 
 
 def _folds(document: Document) -> Iterator[tuple[int, int, FoldingRangeKind | None]]:
-    """Yield first and last lines, from 0; of ranges that start in the same line the last counts."""
+    """Yield first and last lines, from 0, of folding ranges; of several that start in a line the last counts."""
     spans = [(c.tokens[0].span, c.tokens[-1].span) for c in declarations(document.tokens)]
     own = [(first.line - 1, last.end_line - 1) for first, last in spans]
     comments = [(c.span.line - 1, c.span.line - 1) for c in document.tree.comments if _is_full_line(document, c)]

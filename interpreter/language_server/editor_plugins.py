@@ -1,4 +1,4 @@
-"""Plugins in an editor: only those named on the command line or in the editor's settings.
+"""Plugins of an editor: only those named on the command line or in the editor's settings are loaded.
 
 They are loaded in the thread of checks, and again after a change of their file. Checks wait until then, so that words
 of a plugin are not reported as unknown. Errors of a plugin are shown once, and the other plugins remain usable.
@@ -29,7 +29,7 @@ FORM = 'set softmark.plugins to a list of Python files or names of installed plu
 
 
 class Plugins:
-    """Plugins of an editor and the vocabulary with them; `renewed` is called after each loading."""
+    """Plugins of an editor, and the vocabulary extended by them; `renewed` is called after each loading."""
 
     def __init__(
         self, server: LanguageServer, started: Sequence[str], do: Callable[[Callable[[], object]], None],
@@ -54,7 +54,7 @@ class Plugins:
             self._show(FORM)
 
     def load(self) -> None:
-        """Load named plugins, and those that have changed since they were loaded."""
+        """Load named plugins that are new or have changed since they were loaded."""
         named = (*self._started, *self._set)
         if not named and not self.vocabulary.plugins and not self.loading:
             return
@@ -64,13 +64,13 @@ class Plugins:
         self._do(partial(self._load, loop, self._latest, named, late))
 
     def has(self, uris: Sequence[str]) -> bool:
-        """Return whether one of these URIs is, or may become, the file of a plugin."""
+        """Return whether one of these URIs is the file of a plugin, or may become it."""
         files = {os.path.realpath(path) for uri in uris if uri.endswith(SUFFIX) and (path := to_fs_path(uri))}
         named = {os.path.realpath(one) for one in (*self._started, *self._set)}
         return bool(files & (named | {plugin.file for plugin in self.vocabulary.plugins}))
 
     def _placed(self, named: str) -> str:
-        """Return the absolute path of a file in the open folder; names of installed plugins stay as they are."""
+        """Return the absolute path of a plugin file in the open folder; names of installed plugins are unchanged."""
         root = self.server.workspace.root_path
         by_path = named.endswith(SUFFIX) or "/" in named or os.sep in named
         return str(Path(root or "", named).absolute()) if by_path else named
@@ -78,7 +78,7 @@ class Plugins:
     def _load(
         self, loop: asyncio.AbstractEventLoop, which: object, named: Sequence[str], late: asyncio.TimerHandle
     ) -> None:
-        """Load plugins in the thread of checks, which must survive any exception of a plugin."""
+        """Load plugins in the thread of checks, catching any exception of a plugin."""
         try:
             vocabulary, found = vocabulary_with(named)
         except BaseException as error:

@@ -17,7 +17,10 @@ MOST = 500  # maximum number of names of a folder
 
 
 def complete_file_names(here: CursorContext) -> Iterator[CompletionOffer]:
-    """Yield completions of a begun file name, as whole names, since editors take `/` for the end of a word."""
+    """Yield completions of an incomplete file name, each as a whole name.
+
+    Editors treat `/` as the end of a word.
+    """
     frame = here.call
     if here.kind == "use" and len(here.before) == 1:
         yield from _scenes(here)
@@ -35,7 +38,7 @@ def _scenes(here: CursorContext) -> Iterator[CompletionOffer]:
 
 
 def _matching_files(folder: Path, begun: str, suffix: str) -> Iterator[CompletionOffer]:
-    """Yield files and folders in the folder of a begun name."""
+    """Yield files and folders in a folder whose names start like `begun` and end in `suffix`."""
     inner = begun.rpartition("/")[0]
     try:
         with os.scandir(folder / inner) as found:

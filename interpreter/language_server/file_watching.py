@@ -1,7 +1,7 @@
-"""Reaction to changes while scenes are open: settings, reports with displayed results, used scenes, and plugins.
+"""Reaction to changes while scenes are open: of settings, displayed reports, used scenes and plugins.
 
-An editor that supports it reports changed files (`workspace/didChangeWatchedFiles`); with others, changes appear after
-the next edit of the text.
+An editor that supports it reports changed files (`workspace/didChangeWatchedFiles`). With other editors, changes take
+effect after the next edit of the text.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ def watch(opened: OpenDocuments, params: types.InitializedParams) -> None:
 
 
 def handle_save(opened: OpenDocuments, params: types.DidSaveTextDocumentParams) -> None:
-    """Check a saved scene again, including its meshes, tables and plugins."""
+    """Check a saved scene again, including the meshes, tables and plugins that it uses."""
     opened.plugins.load()
     opened.again(params.text_document.uri)
 
 
 def handle_file_changes(opened: OpenDocuments, params: types.DidChangeWatchedFilesParams) -> None:
-    """Check open scenes again after changes of files, and refresh the results shown beside their lines."""
+    """Check open scenes again after changes of files, and refresh the results shown at the ends of their lines."""
     if opened.plugins.has([change.uri for change in params.changes]):
         opened.plugins.load()
     if any(change.uri.endswith(SUFFIX) for change in params.changes):

@@ -30,9 +30,7 @@ def definition(document: Document, params: types.DefinitionParams) -> types.Loca
 
 
 def references(opened: OpenDocuments, params: types.ReferenceParams) -> list[types.Location]:
-    """Return all uses of the name at a position: in the scene, in scenes that it uses, and in scenes that use its
-    file.
-    """
+    """Return all uses of the name at a position, in this scene, its used scenes, and scenes that use its file."""
     document = opened.documents[params.text_document.uri]
     found = name_at(document, document.offset(params.position))
     if found is None:
@@ -72,12 +70,12 @@ def find_all_uses(
 
 
 def uri_of(text: Document, uri: str, document: Document) -> str:
-    """Return the URI of a text that a scene consists of; `uri` is that of the scene itself."""
+    """Return the URI of one of the texts of a scene; `uri` is that of the scene itself."""
     return uri if text is document or text.file is None else text.file.resolve().as_uri()
 
 
 def _find_using_scenes(opened: OpenDocuments, uri: str, target: Target) -> Iterator[tuple[str, Document]]:
-    """Yield other scenes, open or in the folder of the declaring file, that may use the name."""
+    """Yield other scenes that may use a name: open scenes, and scenes in the folder of the declaring file."""
     home = target.module.file
     if home is None:
         return
@@ -98,12 +96,12 @@ def _find_using_scenes(opened: OpenDocuments, uri: str, target: Target) -> Itera
 
 
 def _may_use(text: str, home: Path, name: str) -> bool:
-    """Return whether a text may use a file and one of its names: a quick filter that avoids parsing most texts."""
+    """Return whether a text may use a file and one of its names; this quick filter avoids parsing most texts."""
     return name in text and re.search(rf'\buse[^"\n]*"[^"\n]*{re.escape(home.name)}"', text) is not None
 
 
 def _file_named(document: Document, offset: int) -> Path | None:
-    """Return the file that a quoted text at a position names: a used scene, a mesh, a measurement."""
+    """Return the file that a quoted text at a position names, such as a used scene, a mesh or a measurement."""
     for node in document.tree.declarations:
         if not node.span.start <= offset <= node.span.end:
             continue

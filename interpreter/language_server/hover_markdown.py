@@ -1,4 +1,4 @@
-"""Dictionary entries as Markdown; formulas keep their layout."""
+"""Descriptions of constructors and fields as Markdown; formulas keep their layout."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from softmark.interpreter.language_server.text_document import Document
 
 
 def hover(document: Document, params: types.HoverParams) -> types.Hover | None:
-    """Return the hover text of the word at a position, or None."""
+    """Return the hover text of the word at a position, or None if it has none."""
     index = _token_index(document, document.offset(params.position))
     if index is None:
         return None
@@ -32,7 +32,7 @@ def hover(document: Document, params: types.HoverParams) -> types.Hover | None:
 
 
 def _token_index(document: Document, offset: int) -> int | None:
-    """Return the index of the token at an offset: inside it, at its start, or else at its end."""
+    """Return the index of the token that contains or starts at an offset, else of the token that ends there."""
     index = bisect_left(document.tokens, offset + 1, key=lambda t: t.start) - 1
     near = [i for i in (index, index - 1) if i >= 0 and offset <= document.tokens[i].end]
     return next((i for i in near if document.tokens[i].kind in (*NAMES, "NUMBER", "UNIT")), near[0] if near else None)
@@ -52,7 +52,7 @@ def _hover_of_token(document: Document, index: int, token: Token) -> str:
 
 
 def _quantity(tokens: list[Token], index: int) -> str:
-    """Return a number with its unit in SI, or the explanation of a unit."""
+    """Return the text of a number with its unit converted to SI, or the explanation of a unit."""
     number, unit = (tokens[index], tokens[index + 1 : index + 2]) if tokens[index].kind == "NUMBER" else (None, [])
     if number is None:
         unit, before = [tokens[index]], tokens[index - 1] if index else None
@@ -76,7 +76,7 @@ def _quantity(tokens: list[Token], index: int) -> str:
 
 
 def _name(here: CursorContext, name: str, following: str) -> str:
-    """Return the meaning of a name at its place: a kind, a field, a constructor, a choice, or a declaration."""
+    """Return the meaning of a name in its context: a kind, a field, a constructor, a choice, or a declaration."""
     frame = here.frames[-1] if here.frames else None
     if not here.before and name in here.document.vocabulary:
         return _page(here, name)
@@ -91,7 +91,7 @@ def _name(here: CursorContext, name: str, following: str) -> str:
 
 
 def _hover_of_call(here: CursorContext, name: str) -> str:
-    """Return the text of a constructor, of the expected kind if there are several, or of a function."""
+    """Return the text of a function or constructor; of several constructors, the one of the expected kind."""
     field = here.call.field if here.call else None
     kind = field.kind if field else here.kind
     words = here.document.vocabulary
@@ -101,7 +101,7 @@ def _hover_of_call(here: CursorContext, name: str) -> str:
 
 
 def _of_field(here: CursorContext, name: str) -> str:
-    """Return the text of a choice of a field, an element, or a constructor without brackets."""
+    """Return the text of a field's choice, of an element, or of a constructor without brackets."""
     field = here.call.field if here.call else None
     if field is None:
         return ""

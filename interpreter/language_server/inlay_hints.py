@@ -1,7 +1,7 @@
-"""Inlay hints shown after parts of the text: `textDocument/inlayHint`.
+"""Inlay hints, which editors show after parts of the text: `textDocument/inlayHint`.
 
-They give the SI values of parameters and arguments written in another unit or as an expression, and the last results
-of expectations and metrics (`measured_values.py`).
+They give the SI values of parameters and arguments written in another unit or as an expression, and the last results of
+expectations and metrics (`measured_values.py`).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ DIGITS = 6
 
 
 def hints(document: Document, params: types.InlayHintParams) -> list[types.InlayHint]:
-    """Return the hints in a range."""
+    """Return the hints in a range of lines."""
     first, last = params.range.start.line, params.range.end.line
     nodes = [n for n in document.tree.declarations if n.span.line - 1 <= last and n.span.end_line - 1 >= first]
     found = [*_values(document, nodes), *_evidence(document, nodes)]
@@ -35,7 +35,7 @@ def hints(document: Document, params: types.InlayHintParams) -> list[types.Inlay
 
 
 def _values(document: Document, nodes: list[tree.Declaration]) -> Iterator[types.InlayHint]:
-    """Yield hints such as `= 0.178 m` after values that are not written in SI."""
+    """Yield hints such as `= 0.178 m` after values that are not written in SI units."""
     scope = document.scope  # with its own diagnostics, since those of the scene may be full
     table = scope.table
     if not table.modules:
@@ -69,7 +69,7 @@ def _arguments(node: tree.Call, vocabulary: Vocabulary, kind: str) -> Iterator[t
 
 
 def _in_si(node: tree.Expression, evaluator: Evaluator) -> str:
-    """Return the value of an expression in SI; empty if it is written so, or cannot be evaluated."""
+    """Return the SI value of an expression; empty if it is written in SI units or cannot be evaluated."""
     if _is_plain(node):
         return ""
     try:
@@ -80,7 +80,7 @@ def _in_si(node: tree.Expression, evaluator: Evaluator) -> str:
 
 
 def _is_plain(node: tree.Expression) -> bool:
-    """Return whether an expression is one or several numbers in SI."""
+    """Return whether an expression consists of one or several numbers in SI units."""
     match node:
         case tree.Number():
             return _is_si(node.unit)

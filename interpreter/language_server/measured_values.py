@@ -1,4 +1,4 @@
-"""Latest results of each `expect` and each metric, from reports in nearby folders.
+"""Latest results of the expectations and metrics of a scene, from reports in nearby folders.
 
 A report belongs to a scene by its file name. It is current if its digest fits the text, and if the used scenes and
 named files have not been written since the run. Reports are searched where `dsl run` writes them: in NAME-report/ of
@@ -41,7 +41,7 @@ Json = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class MeasuredHint:
-    """Hint beside a line with its tooltip, and whether it fits the current text."""
+    """Hint at the end of a line with its tooltip, and whether it is from the current text."""
 
     text: str
     more: str
@@ -63,7 +63,7 @@ class LastReport:
         return self.same and not self.since
 
     def of(self, document: Document, node: tree.Declaration) -> MeasuredHint | None:
-        """Return the result of an expectation or a metric; None for other declarations and without a result."""
+        """Return the hint for an expectation or a metric; None for other declarations, or without a result."""
         said = None
         if isinstance(node, tree.Expect):
             said = self._expectation(document, node)
@@ -81,13 +81,13 @@ class LastReport:
 
     @property
     def _given(self) -> list[str]:
-        """Overrides of the run."""
+        """Overrides with which the run was started."""
         over = self.report["scene"].get("overrides") or []
         return [f"with {', '.join(map(str, over))}"] if over else []
 
     @property
     def _from(self) -> str:
-        """Return the source of the report, in words."""
+        """Description of the report's source as text."""
         when = str((self.report.get("environment") or {}).get("started") or "").replace("T", " ")
         what = f"What it reads, {self.since}," if self.same else "The scene"
         changed = "" if self.current else f"{what} has changed since: run it again for current results. "
@@ -96,7 +96,7 @@ class LastReport:
     # ------------------------------------------------------------------ expectations
 
     def _expectation(self, document: Document, node: tree.Expect) -> tuple[str, list[str]] | None:
-        """Return the verdict with its number, and the reasons."""
+        """Return the verdict of an expectation with its number, and the reasons; None without a result."""
         text = Expectation(node.condition, Location(document.source, node.span)).text
         judged = [e for e in self.report["expectations"] if e["text"] == text]
         if not judged:
@@ -109,7 +109,7 @@ class LastReport:
         return said, [f"**{verdict}**" + (f": {value}" if value else ""), *([reason] if reason else [])]
 
     def _about(self, node: tree.Expect, own: Json) -> str:
-        """Return the first number of an expectation's comparison, with the error if it is a metric."""
+        """Return the first number of an expectation's comparison as text, with its stated error if it is a metric."""
         value, unit = own.get("value"), own.get("unit")
         if value is None:
             return ""
@@ -123,7 +123,7 @@ class LastReport:
     # ------------------------------------------------------------------ metrics
 
     def _metric(self, name: str) -> tuple[str, list[str]] | None:
-        """Return a metric's value for each model and reference, and how many of its expectations are met."""
+        """Return a metric's value for each model and reference, and the number of its expectations that are met."""
         rows = list(self._values(name))
         if not rows:
             return None
@@ -137,7 +137,7 @@ class LastReport:
         return said + (f"; {expected}" if expected else ""), table + ([expected] if expected else [])
 
     def _values(self, name: str) -> Iterator[tuple[str, str]]:
-        """Yield each model or reference with its value, or the reason why it has none."""
+        """Yield each model or reference with its value of a metric, or with the reason why it has none."""
         for owner, result in {**self.report["models"], **self.report["references"]}.items():
             found = (result.get("metrics") or {}).get(name)
             if found is None:
@@ -169,7 +169,7 @@ def _format_result(value: float, unit: str, model: ModelResult | None, metric: s
 
 
 def _remarks_on_metric(found: Json) -> str:
-    """Return the remarks of a metric on its value: reached within time or not, larger than its error or not."""
+    """Return remarks on a metric's value: reached in time or not, within the uncertainty of the reference."""
     own = "" if "verdict" not in found else ", in time" if found["verdict"] else ", NOT in time"
     return own + ("" if found.get("meaningful", True) else ", within the uncertainty of the reference")
 
@@ -200,7 +200,7 @@ def find_last_report(document: Document) -> LastReport | None:
 
 
 def _find_newer_file(document: Document, file: Path, report: Json) -> str:
-    """Return the file read by the scene that was written or replaced after the run began; empty if there is none."""
+    """Return the file that the scene reads and that changed after the run began; empty if there is none."""
     plugins = report["scene"].get("plugins") or ()
     if not plugins and any(d.severity == "error" for d in document.found):
         return "state of its files"  # the same text was run
@@ -215,7 +215,7 @@ def _find_newer_file(document: Document, file: Path, report: Json) -> str:
 
 
 def _written(path: Path) -> float:
-    """Return the time when a file, or anything in a folder, was written or renamed; 0 if it does not exist."""
+    """Return the time when a file, or anything in a folder, was last written or renamed; 0 if it does not exist."""
     from itertools import islice
 
     try:
@@ -230,7 +230,7 @@ def _written(path: Path) -> float:
 
 
 def _reports(scene: Path) -> Iterator[tuple[Path, int, Json]]:
-    """Yield the reports of a scene's file with the times of writing, the latest first."""
+    """Yield the report files of a scene with the time of writing and the content, the latest first."""
     own = scene.resolve()
     folders = dict.fromkeys([own.parent, *list(own.parents)[1 : ABOVE + 1], Path.cwd()])
     found = []
@@ -247,7 +247,10 @@ def _reports(scene: Path) -> Iterator[tuple[Path, int, Json]]:
 
 
 def _is_of(scene: Path, folder: Path, file: str) -> bool:
-    """Return whether a report belongs to a scene: by the file's name, unless that name leads to another scene."""
+    """Return whether a report belongs to a scene, by the file name in it.
+
+    It does not if that name leads to another existing scene.
+    """
     if Path(file).name != scene.name:
         return False
     try:
@@ -259,7 +262,7 @@ def _is_of(scene: Path, folder: Path, file: str) -> bool:
 
 @lru_cache(maxsize=8)
 def _read(file: Path, written: int, size: int) -> Json | None:
-    """Read a report written at a time, cached; None if it is not a report."""
+    """Read a report; cached by time of writing and size. None if the file is not a report."""
     try:
         report = json.loads(read_regular(file, LARGEST))
         whole = report["schema"] == SCHEMA and isinstance(report["scene"], dict)

@@ -1,8 +1,8 @@
-"""Reader of an editor's JSON-RPC messages that answers malformed ones with an error and continues.
+"""Reader of an editor's JSON-RPC messages, which answers malformed messages with an error and continues.
 
-For such a message pygls logs a traceback and sends no answer, and it allocates all the memory that a header announces.
-This reader parses each message once. For a malformed one it yields the notification MALFORMED, for which the protocol
-sends the error.
+For a malformed message pygls logs a traceback and sends no answer, and it allocates all the memory that a header
+announces. This reader parses each message once. For a malformed one it yields the notification MALFORMED, for which the
+protocol sends the error.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Message = dict[str, Any]
 
 
 def read_messages(incoming: BinaryIO) -> Iterator[Message]:
-    """Yield the messages of a stream until the editor closes it, also in the middle of a message."""
+    """Yield the messages of a stream until the editor closes it, possibly in the middle of a message."""
     while (size := _announced(incoming)) is not None:
         message = _whole(incoming, size)
         if message is None:
@@ -33,7 +33,10 @@ def read_messages(incoming: BinaryIO) -> Iterator[Message]:
 
 
 def _announced(incoming: BinaryIO) -> int | None:
-    """Return the length that the next header announces, 0 if it is no valid length; None at the end of the stream."""
+    """Return the message length that the next header announces; None at the end of the stream.
+
+    An invalid length is returned as 0.
+    """
     size: int | None = None
     while line := incoming.readline(LINE):
         if found := LENGTH.search(line):
@@ -45,7 +48,7 @@ def _announced(incoming: BinaryIO) -> int | None:
 
 
 def _whole(incoming: BinaryIO, size: int) -> Message | None:
-    """Return the message behind a header; None if the stream ends before it."""
+    """Return the message of `size` bytes after a header; None if the stream ends before its end."""
     if size == 0:
         return _malformed(INVALID_REQUEST, "a header does not give the length of a message")
     if size > LARGEST:

@@ -24,7 +24,7 @@ ALIAS = "use"  # kind of the alias of a `use`
 
 @dataclass(frozen=True)
 class Target:
-    """Declaration of a name, or the `use` that introduces it; `span` is the place of the name there."""
+    """Declaration of a name, or the `use` that introduces it; `span` is the position of the name in its text."""
 
     kind: str
     name: str
@@ -33,13 +33,13 @@ class Target:
 
     @property
     def key(self) -> tuple[object, str]:
-        """Key shared by all names of one object: its text, and its name there."""
+        """Key that all names of one object share: its text, and its name in that text."""
         return text_of(self.module), self.name
 
 
 @dataclass(frozen=True)
 class Occurrence:
-    """One part of a name: its place in a text and its target."""
+    """One part of a name, with its position in a text and its target."""
 
     module: Module
     span: Span
@@ -58,7 +58,7 @@ def _resolved(file: Path) -> Path:
 
 
 def occurrences(table: ModuleTable, module: Module) -> Iterator[Occurrence]:
-    """Yield all names of a text, in their order."""
+    """Yield all names in a text, in their order."""
     known = NameResolver(table)
     for node in module.tree.declarations:
         declared = known.declared(module, node)
@@ -69,14 +69,14 @@ def occurrences(table: ModuleTable, module: Module) -> Iterator[Occurrence]:
 
 
 def name_at(document: Document, offset: int) -> Occurrence | None:
-    """Return the name at a position of the scene's own text, also at its end."""
+    """Return the name at a position of the scene's own text; the position after its last character counts."""
     table = document.table
     found = occurrences(table, table.modules[0]) if table.modules else ()
     return next((one for one in found if one.span.start <= offset <= one.span.end), None)
 
 
 def uses(document: Document, target: Target) -> Iterator[Occurrence]:
-    """Yield each use of a name in the scene's own text and in all scenes that it uses, once."""
+    """Yield each use of a name once, in the scene's own text and in all scenes that it uses."""
     seen: set[tuple[object, int]] = set()
     for module in document.table.modules:
         for one in occurrences(document.table, module):
@@ -87,14 +87,14 @@ def uses(document: Document, target: Target) -> Iterator[Occurrence]:
 
 
 def document_of(document: Document, module: Module) -> Document:
-    """Return the document of a module, for positions in the protocol."""
+    """Return the document of a module, which converts positions for the protocol."""
     if module is document.table.modules[0]:
         return document
     return Document(module.source.text, module.folder, module.file, vocabulary=document.vocabulary)
 
 
 class NameResolver:
-    """Resolver of names in the texts of a table."""
+    """Resolver of names in the texts of a module table."""
 
     def __init__(self, table: ModuleTable) -> None:
         self.table = table
@@ -111,12 +111,12 @@ class NameResolver:
         return None
 
     def alias(self, prefix: str, name: str) -> Target | None:
-        """Return the `use` that introduces a name."""
+        """Return the `use` declaration that introduces a name as prefix, or None."""
         node, owner = self.table.aliases.get(prefix + name), self.modules.get(prefix)
         return None if node is None or owner is None else Target(ALIAS, name, owner, node.alias_span)
 
     def symbol(self, full: str) -> Target | None:
-        """Return the parameter or declaration with a full name."""
+        """Return the parameter or declaration with a full name, or None."""
         found = self.table.symbols.get(full)
         if found is None:
             return None
@@ -150,7 +150,7 @@ def _segments(name: tree.Name) -> Iterator[tuple[str, Span]]:
 
 
 def find_mentioned_names(node: tree.Declaration, vocabulary: Vocabulary) -> Iterator[tree.Name]:
-    """Yield the names in the expressions of a declaration that may be declared ones, in the order of the text."""
+    """Yield the names in the expressions of a declaration that may be declared names, in the order of the text."""
     if isinstance(node, tree.Declare):
         yield from _names_in_expression(node.value, vocabulary, Field("", "", "value", "", True, None, kind=node.kind))
         return
@@ -182,7 +182,7 @@ def _of_call(node: tree.Call, vocabulary: Vocabulary, due: Field | None) -> Iter
 
 
 def fields_of(node: tree.Call, vocabulary: Vocabulary, kind: str) -> tuple[Field, ...]:
-    """Return the fields of the constructor of a call: of a kind, or the first with this name."""
+    """Return the fields of the constructor that a call names, of a kind or else the first with this name."""
     made = vocabulary.constructor(kind, node.function.text) if kind in vocabulary else None
     found = made or next(iter(vocabulary.find(node.function.text)), None)
     return found.fields if found else ()

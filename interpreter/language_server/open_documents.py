@@ -32,7 +32,7 @@ class OpenDocuments:
         self._waiting: set[str] = set()  # for plugins
 
     def open(self, item: types.TextDocumentItem) -> None:
-        """Add a text that has been opened."""
+        """Add a text that the editor has opened."""
         self._have(item.uri, self._document(item.uri, item.text, item.version))
 
     def change(
@@ -45,7 +45,7 @@ class OpenDocuments:
         self._have(which.uri, now)
 
     def again(self, uri: str) -> None:
-        """Discard cached knowledge of a text: files that it names may have changed."""
+        """Discard cached results of a text and check it again, because files that it names may have changed."""
         self._have(uri, replace(self.documents[uri], vocabulary=self.plugins.vocabulary))
 
     def close(self, uri: str) -> None:
@@ -70,7 +70,7 @@ class OpenDocuments:
         return document(uri, text, version, self._snippets, earlier, self.plugins.vocabulary)
 
     def _renew(self, changed: bool) -> None:
-        """Check all texts again if loaded plugins changed the vocabulary, else only those that have waited."""
+        """Check all texts again if loaded plugins `changed` the vocabulary, else only texts that waited for plugins."""
         waiting, self._waiting = self._waiting, set()
         for uri in list(self.documents if changed else waiting & self.documents.keys()):
             self.again(uri)
@@ -85,7 +85,7 @@ def document(
     uri: str, text: str, version: int | None = None, snippets: bool = False, earlier: Scene | None = None,
     vocabulary: Vocabulary = CATALOGUE,
 ) -> Document:  # fmt: skip
-    """Return the document of a text; one without a file looks for named files in the working folder."""
+    """Return the document of a text; if it has no file, named files are searched in the working folder."""
     path = to_fs_path(uri)
     if path is not None and "\0" in path:  # URI without a file
         path = None
@@ -94,7 +94,7 @@ def document(
 
 
 def apply_change(before: Document, change: types.TextDocumentContentChangeEvent) -> str:
-    """Return the text after one change of a part or of the whole."""
+    """Return the text after one change, which replaces a range or the whole text."""
     if not isinstance(change, types.TextDocumentContentChangePartial):
         return change.text
     start, end = before.offset(change.range.start), before.offset(change.range.end)

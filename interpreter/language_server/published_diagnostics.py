@@ -1,4 +1,4 @@
-"""Diagnostics of `dsl check` in the form of the protocol."""
+"""Conversion of the diagnostics of `dsl check` to the form of the protocol."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ UNUSED = frozenset({"W309"})  # codes of unused names, which editors show faded
 
 
 def diagnostics(document: Document, found: list[Diagnostic] | None = None) -> list[types.Diagnostic]:
-    """Return messages about a text and the texts that it uses; by default all of `dsl check`."""
+    """Return the messages about a text and the texts that it uses; by default all messages of `dsl check`."""
     return [diagnostic(document, one) for one in (document.checked[1] if found is None else found)]
 
 
 def diagnostic(document: Document, found: Diagnostic) -> types.Diagnostic:
-    """Convert one message; one about another text is placed at the start of this one, with a link to its place."""
+    """Convert one message; a message about another text is placed at the start of this one, with a link."""
     here = _is_here(document, found.source)
     remarks = [found.message, *([f"help: {found.help}"] if found.help else []), *(f"note: {n}" for n in found.notes)]
     also = list(found.also)
@@ -44,13 +44,13 @@ def diagnostic(document: Document, found: Diagnostic) -> types.Diagnostic:
 
 
 def _description(code: str) -> types.CodeDescription | None:
-    """Return the page of a code, as a file that an editor opens; None if it has no page."""
+    """Return a link to the documentation page of a message code, as a file; None if it has no page."""
     return types.CodeDescription((PAGES / f"{code}.md").as_uri()) if code in codes() else None
 
 
 @cache
 def codes() -> frozenset[str]:
-    """Return the codes that have a page."""
+    """Return the message codes that have a documentation page."""
     return frozenset(file.stem for file in PAGES.glob("*.md"))
 
 
@@ -71,5 +71,5 @@ def _related(document: Document, second: Second) -> types.DiagnosticRelatedInfor
 
 
 def _file_of(document: Document, name: str) -> Path:
-    """Return the file of a used text, from its name in messages."""
+    """Return the file of a used text, given its name in messages."""
     return ROOT / name[4:] if name.startswith("std/") else Path(name)

@@ -15,7 +15,7 @@ KINDS = [types.CodeActionKind.QuickFix, types.CodeActionKind.SourceFixAll]
 
 
 def actions(document: Document, params: types.CodeActionParams) -> list[types.CodeAction]:
-    """Return an action for each message in a range with a replacement, and one that applies all of the text's."""
+    """Return an action for each message in a range that has a replacement, and one that applies all in the text."""
     uri, only = params.text_document.uri, params.context.only or KINDS
     found = [fix for fix in _fixes(document) if _overlap(fix[2].range, params.range) or _overlap(fix[1], params.range)]
     if not any(_is_requested(types.CodeActionKind.QuickFix, one) for one in only):
@@ -26,7 +26,7 @@ def actions(document: Document, params: types.CodeActionParams) -> list[types.Co
 
 
 def _fixes(document: Document) -> Iterator[tuple[Diagnostic, types.Range, types.Diagnostic]]:
-    """Yield messages about the text itself with a replacement, the replaced range, and the protocol's message."""
+    """Yield each message about the text with a replacement, the replaced range, and the message in the protocol."""
     for found in document.found:
         new = replacement(found)
         if new is not None and found.source is not None and found.source.text == document.text:

@@ -23,7 +23,7 @@ class RequestRefused(JsonRpcException):
 
 
 def silence_refusals() -> None:
-    """Keep errors that are answers out of the log of pygls: a traceback for them would look like a fault."""
+    """Filter refused requests from the log of pygls, where their tracebacks would look like program errors."""
     json_rpc.logger.addFilter(_unforeseen)
 
 
@@ -34,6 +34,6 @@ def _unforeseen(record: logging.LogRecord) -> bool:
 
 
 def report(error: BaseException) -> None:
-    """Report why an answer failed: for a plugin its line and error, for our code the whole traceback."""
+    """Report why an answer failed: line and error for a plugin, the whole traceback for built-in code."""
     sys.stderr.write(f"{find_faulty_plugin(error) or ''.join(traceback.format_exception(error))}\n")
     sys.stderr.flush()

@@ -1,4 +1,4 @@
-"""Semantic tokens, the role of each word for highlighting: `textDocument/semanticTokens`.
+"""Semantic tokens, which give the role of each word for highlighting: `textDocument/semanticTokens`.
 
 Words of declarations with errors are classified only lexically: reserved words, numbers, texts, units and comments.
 """
@@ -81,7 +81,7 @@ def _name_roles(document: Document) -> Iterator[tuple[int, tuple[Span, Role]]]:
 
 
 def _of_part(part: tree.Expression | tree.Argument) -> Iterator[tuple[int, tuple[Span, Role]]]:
-    """Yield roles in a part of an expression: constructors, functions, fields, and names not declared in the scene."""
+    """Yield roles in a part of an expression: constructors, functions, fields, and names that the scene lacks."""
     if isinstance(part, tree.Argument) and part.name_span is not None:
         yield part.name_span.start, (part.name_span, (Kind.Property, 0))
     elif isinstance(part, tree.Name):
@@ -97,8 +97,9 @@ def _bits(*modifiers: Modifier) -> int:
 
 
 def _encoded(document: Document, words: list[tuple[Span, Role]]) -> list[int]:
-    """Encode words as in the protocol, five numbers each: line and column relative to the word before, length, kind,
-    modifiers.
+    """Encode words as in the protocol, with five numbers each.
+
+    These are line and column relative to the word before, length, kind, and modifiers.
     """
     plain = max(document.text, default="") <= "\uffff" and not document.text.startswith("\ufeff")
     numbers: list[int] = []

@@ -1,7 +1,7 @@
-"""Language server: requests of an editor, each answered by a function of a module of this package.
+"""Language server, whose requests are each answered by a function in a module of this package.
 
 To answer a further request: write a module with a function `f(document, params)` that returns the method's result in
-`lsprotocol.types`, and a line in FEATURES. If the parameters name no text document, or the feature is `wide`, the
+`lsprotocol.types`, and add a line in FEATURES. If the parameters name no text document, or the feature is `wide`, the
 function gets all open documents (`open_documents.py`) instead. An exception is reported on standard error and the
 answer is None, except for a refusal with a reason (`request_error.py`), which the editor shows.
 """
@@ -35,7 +35,7 @@ TRIGGERS = ["(", ",", "=", ".", '"', "/", " "]  # characters that trigger comple
 
 
 class Feature(NamedTuple):
-    """Module and function that answer a request, and the capability announced to the editor."""
+    """Feature of the server: module and function that answer a request, and the capability announced to the editor."""
 
     answer: str
     options: Any = None
@@ -70,15 +70,16 @@ FEATURES: dict[str, Feature] = {
 
 
 class Protocol(LanguageServerProtocol):
-    """Protocol of pygls with our own documents: those of pygls also split lines at form feeds, unlike the
-    specification.
+    """Protocol of pygls with a document class of our own.
+
+    The documents of pygls also split lines at form feeds, unlike the specification.
     """
 
     _server: Server
 
     @lsp_method(types.INITIALIZE)
     def lsp_initialize(self, params: types.InitializeParams) -> Generator[Any, Any, types.InitializeResult]:
-        """Use UTF-16 columns, which every client supports, and load plugins while the client reads our capabilities."""
+        """Announce UTF-16 columns, which every client supports, and load plugins while the client reads the answer."""
         if params.capabilities.general:
             params.capabilities.general.position_encodings = None
         answer = yield from super().lsp_initialize(params)
@@ -87,7 +88,7 @@ class Protocol(LanguageServerProtocol):
         return answer
 
     def structure_message(self, data: dict[str, Any]) -> Any:
-        """Parse a message of the client; answer a request whose parameters do not fit its method with an error."""
+        """Parse a message of the client; answer a request with invalid parameters with an error."""
         try:
             return super().structure_message(data)
         except JsonRpcException as error:
@@ -106,7 +107,7 @@ class Protocol(LanguageServerProtocol):
 
     @property
     def left(self) -> bool:
-        """True if the editor has requested shutdown before its exit."""
+        """True if the editor requested shutdown before it exited."""
         return self._shutdown
 
     @lsp_method(types.TEXT_DOCUMENT_DID_OPEN)
@@ -126,7 +127,7 @@ class Protocol(LanguageServerProtocol):
 
 
 class Server(LanguageServer):
-    """Server of one editor, with its open documents."""
+    """Language server of one editor, with its open documents."""
 
     def __init__(self, plugins: Sequence[str] = ()) -> None:
         super().__init__("softmark", __version__, protocol_cls=Protocol)
@@ -136,7 +137,10 @@ class Server(LanguageServer):
             self.feature(method, feature.options)(self._answering(feature))
 
     def listen(self, incoming: BinaryIO, outgoing: BinaryIO) -> None:
-        """Handle the messages of an editor until it leaves; `start_io` of pygls would parse each once more."""
+        """Handle the messages of an editor until it exits.
+
+        `start_io` of pygls would parse each message once more.
+        """
         self._stop_event = Event()
         self.protocol.set_writer(StdoutWriter(outgoing))
         try:
@@ -174,10 +178,10 @@ class Server(LanguageServer):
 
 
 def serve(incoming: BinaryIO, outgoing: BinaryIO, plugins: Sequence[str] = ()) -> int:
-    """Answer an editor until it exits; modules for its first text are loaded during initialisation.
+    """Answer an editor's requests until it exits, and return the exit status of the protocol.
 
-    `plugins` are files or names of plugins to load in addition to those in the editor's settings. Returns the exit
-    status of the protocol: 0 if the editor requested shutdown before its exit, else 1.
+    The status is 0 if the editor requested shutdown before its exit, else 1. `plugins` are files or names of plugins to
+    load in addition to those in the editor's settings. Modules for the first text are loaded during initialisation.
     """
     gc.set_threshold(*LATER)
     silence_refusals()

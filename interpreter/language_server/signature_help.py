@@ -1,4 +1,4 @@
-"""Fields of the call that is being written: `textDocument/signatureHelp`."""
+"""Signature help: the fields of the call that is being written, `textDocument/signatureHelp`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def signature(document: Document, params: types.SignatureHelpParams) -> types.Si
 
 
 def _of_constructor(c: Constructor) -> types.SignatureInformation:
-    """Return `fem(element, strain, size)` with optional fields in square brackets."""
+    """Return a signature such as `fem(element, strain, size)`, with optional fields in square brackets."""
     label, fields = f"{c.name}(", []
     for place, f in enumerate(c.fields):
         label += ", " if place else ""

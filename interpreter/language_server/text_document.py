@@ -1,4 +1,4 @@
-"""One state of a scene's text in an editor, with its analysis and the conversion of positions.
+"""State of a scene's text in an editor, with its analysis and the conversion of positions.
 
 Each result is computed on first use and cached. The protocol counts lines from 0 and columns in UTF-16 code units;
 spans count lines and columns from 1 in code points, offsets from 0.
@@ -30,7 +30,7 @@ CHECKING = threading.RLock()  # one check at a time
 
 @dataclass(frozen=True)
 class Document:
-    """Text with its `folder`, in which named files are looked for, and its `file`, None if it has none.
+    """Text with its `file`, None if it has none, and its `folder`, in which named files are searched.
 
     `version` is the editor's number of this state. `snippets` is true if the editor supports placeholders in
     completions. `vocabulary` has all constructors, including those of the editor's plugins.
@@ -52,12 +52,12 @@ class Document:
 
     @cached_property
     def source(self) -> Source:
-        """Text with its name in messages."""
+        """Source text with its name for messages."""
         return Source(str(self.file) if self.file else "<text>", self.text)
 
     @property
     def is_too_large(self) -> bool:
-        """Return whether the text exceeds the size limit of a scene; it is then refused without further checks."""
+        """Return whether the text exceeds the size limit of a scene, so that it is refused without further checks."""
         return len(self.text) > LARGEST
 
     @cached_property
@@ -72,25 +72,26 @@ class Document:
 
     @cached_property
     def tree(self) -> Tree:
-        """Declarations without syntax errors."""
+        """Syntax tree of the declarations without syntax errors."""
         modules = self.table.modules
         return modules[0].tree if modules else Tree(())
 
     @cached_property
     def compiled(self) -> tuple[Scene, list[Diagnostic]]:
-        """Scene as far as it can be compiled, and the diagnostics."""
+        """Scene as far as it can be compiled, and the diagnostics of compilation."""
         return compile_scene(self.source, self.folder, self.file, (), self.vocabulary)
 
     @property
     def read(self) -> Scene | None:
-        """Compiled scene, or that of an earlier state if this one is not compiled yet, for requests that must not
-        wait.
+        """Compiled scene of this state, or that of an earlier state if this one is not compiled yet.
+
+        It is meant for requests that must not wait.
         """
         return self.compiled[0] if "compiled" in self.__dict__ else self.earlier
 
     @property
     def known(self) -> Scene:
-        """Compiled scene of this or an earlier state; compiled now if there is none."""
+        """Compiled scene of this or an earlier state; if there is none, the text is compiled now."""
         return self.read or self.compiled[0]
 
     @property
@@ -106,20 +107,21 @@ class Document:
 
     @property
     def found(self) -> list[Diagnostic]:
-        """All diagnostics of `dsl check` or, until these are known, those of compilation, for requests that must not
-        wait.
+        """All diagnostics of `dsl check`, or those of compilation until the former are known.
+
+        It is meant for requests that must not wait.
         """
         return self._checked[1] if "_checked" in self.__dict__ else self.compiled[1]
 
     @cached_property
     def table(self) -> ModuleTable:
-        """All readable names of the scene and of the scenes that it uses."""
+        """Table of all readable names of the scene and of the scenes that it uses."""
         table = self.compiled[0].table
         return ModuleTable(self.vocabulary) if table is None else table
 
     @cached_property
     def scope(self) -> Scope:
-        """Names, with the values of all valid parameters."""
+        """Scope of the names, with the values of all valid parameters."""
         scope = Scope(self.table.again([]))
         evaluate_parameters(scope, {})
         return scope
@@ -132,7 +134,7 @@ class Document:
         return [0, *(m.end() for m in re.finditer(BREAK, self.text))]
 
     def offset(self, position: Position) -> int:
-        """Return the offset of a position, limited to the end of its line and of the text."""
+        """Return the offset of a position; positions beyond a line or the text count as its end."""
         if position.line >= len(self.starts):
             return len(self.text)
         start = self.starts[position.line]

@@ -1,4 +1,4 @@
-"""Completion of units after a number, by the dimension expected there."""
+"""Completion of units after a number, by the dimension that is expected there."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PRODUCTS = frozenset({"TIMES", "CIRCUMFLEX"})
 
 
 def follows_number(here: CursorContext) -> bool:
-    """Return whether a unit may follow: a number, a vector or a list ends before, on the same line."""
+    """Return whether a unit may follow at the cursor, after a number, a vector or a list on the same line."""
     if not here.before or any(c in here.document.text[here.before[-1].end : here.start] for c in "\r\n"):
         return False
     last = here.before[-1]
@@ -40,14 +40,14 @@ def _ends_call(tokens: tuple[Token, ...]) -> bool:
 
 
 def units_at(here: CursorContext) -> Iterator[CompletionOffer]:
-    """Yield the fitting units, or the usual units of all dimensions if any may be used."""
+    """Yield the units of the expected dimension, or the usual units of all dimensions if any is allowed."""
     due = expected_dimension(here)
     for unit in units_of(due) if due is not None else (unit for unit, _ in common_units()):
         yield CompletionOffer(unit, Kind.Unit, describe_unit(unit))
 
 
 def expected_dimension(here: CursorContext) -> Dimension | None:
-    """Return the dimension expected of a number, or None if any may be used."""
+    """Return the dimension that a number at the cursor must have, or None if any is allowed."""
     for frame in reversed(here.frames):
         if any(token.kind in PRODUCTS for token in frame.value):
             return None
@@ -75,7 +75,7 @@ def _of_field(here: CursorContext, frame: OpenBracket) -> Dimension | None:
 
 
 def _of_target(here: CursorContext, frame: OpenBracket, field: Field) -> Dimension | None:
-    """Return the dimension of a sweep's target: a parameter, or a field of a declaration."""
+    """Return the dimension of the parameter or field that a sweep varies."""
     tokens = here.before[here.before.index(frame.opener) + 1 :]
     name = next((t.text for t in tokens if t.kind in NAMES and t.text not in ("target", "over")), "")
     found = dimension(here.document, name)
@@ -86,7 +86,10 @@ def _of_target(here: CursorContext, frame: OpenBracket, field: Field) -> Dimensi
 
 
 def _of_statement(here: CursorContext) -> Dimension | None:
-    """Return the dimension expected in a parameter (that of its value) or an expectation (that of its other side)."""
+    """Return the dimension expected in a parameter or an expectation.
+
+    For a parameter it is that of its value, for an expectation that of the other side of the comparison.
+    """
     if any(token.kind in PRODUCTS for token in here.before):
         return None
     for token in here.before[2:] if here.kind == "param" else here.before[1:]:

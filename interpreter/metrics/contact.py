@@ -19,7 +19,7 @@ else:
 
 
 class ContactMetric(ForceMetric):
-    """Base class of the metrics of one contact."""
+    """Base class of metrics that evaluate one contact."""
 
     of_surface = True
     numbers: ClassVar[tuple[str, ...]] = ("pressure",)  # contact results at nodes that reports colour
@@ -33,17 +33,17 @@ class ContactMetric(ForceMetric):
         return self.of
 
     def touch(self, rest: EquilibriumForces) -> ContactNumbers:
-        """Return the contact results of the contact. Raises Undefined if only its force is known."""
+        """Return the numbers of the contact. Raises Undefined if only its force is known."""
         if self.of not in rest.touches:
             raise Undefined(f"only the force of `{self.of}` is known here")
         return rest.touches[self.of]
 
     def size(self, value: Floats) -> float:
-        """Return the magnitude of the first entry, which is the value of the metric."""
+        """Return the magnitude of the first entry of `value`, which is the value of the metric."""
         return abs(self._along(value))
 
     def _along(self, value: Floats) -> float:
-        """Return the first entry."""
+        """Return the first entry of `value`."""
         return float(value.flat[0])
 
 
@@ -69,7 +69,7 @@ class ContactArea(ContactMetric):
         return np.array(self.touch(rest).area)
 
     def acting(self, rest: EquilibriumForces) -> float:
-        """Return the largest area of all contacts, m^2."""
+        """Return the largest contact area of all contacts, m^2."""
         return max(touch.area for touch in rest.touches.values())
 
 
@@ -96,12 +96,15 @@ class ContactPressure(ContactMetric):
     natural: ClassVar[str] = "Pa"
 
     def amount(self, rest: EquilibriumForces) -> Floats:
-        """Return the requested pressure and the largest pressure, Pa. Raises Undefined without contact results."""
+        """Return the requested pressure and the largest pressure of the contact, Pa.
+
+        Raises Undefined without contact results.
+        """
         touch = self.touch(rest)
         return np.array([touch.pressure if self.at is None else self._pressure_at_point(touch), touch.pressure])
 
     def _pressure_at_point(self, touch: ContactNumbers) -> float:
-        """Return the pressure at the requested point, Pa."""
+        """Return the contact pressure at the requested point, Pa."""
         if touch.field is None:
             raise Undefined(f"only the largest pressure of `{self.of}` is known here: remove `at`")
         assert self.at is not None
@@ -111,11 +114,11 @@ class ContactPressure(ContactMetric):
         return found
 
     def acting(self, rest: EquilibriumForces) -> float:
-        """Return the largest pressure of all contacts, Pa."""
+        """Return the largest contact pressure of all contacts, Pa."""
         return max(touch.pressure for touch in rest.touches.values())
 
     def details(self, value: Floats) -> dict[str, Any]:
-        """Return the largest pressure."""
+        """Return the report entry of the largest pressure."""
         return {"largest_Pa": float(value[1])}
 
 
@@ -147,16 +150,16 @@ class ContactGap(ContactMetric):
     numbers: ClassVar[tuple[str, ...]] = ()
 
     def amount(self, rest: EquilibriumForces) -> Floats:
-        """Return the least gap and the mean gap in contact, m. Raises Undefined if the contact has no results."""
+        """Return the least gap and the mean gap in contact, m. Raises Undefined without contact results."""
         touch = self.touch(rest)
         if touch.gap is None:
             raise Undefined(f"`{self.of}` is not in contact, and no parts of the surface face each other")
         return np.array([touch.gap, touch.left])
 
     def acting(self, rest: EquilibriumForces) -> float:
-        """Return the largest displacement, m."""
+        """Return the largest nodal displacement of the body, m."""
         return rest.moved
 
     def details(self, value: Floats) -> dict[str, Any]:
-        """Return the mean gap in contact."""
+        """Return the report entry of the mean gap in contact."""
         return {"left_m": float(value[1])}

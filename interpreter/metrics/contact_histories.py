@@ -1,4 +1,4 @@
-"""Time histories of contact metrics, and their largest, least or mean value over time."""
+"""Time histories of contact metrics, and their largest, least or mean values over time."""
 
 from __future__ import annotations
 
@@ -14,20 +14,26 @@ if TYPE_CHECKING:
 
 
 def _amounts(metric: Any, states: ContactHistory) -> tuple[Floats, Floats]:
-    """Return times (t,), s, and the metric's amount at each time (t, ...), in its natural unit. Raises Undefined."""
+    """Return times (t,), s, and the amount of a contact metric at each time (t, ...), in the metric's natural unit.
+
+    Raises Undefined.
+    """
     times, each = states.states(metric.of_surface)
     return times, np.array([metric.amount(rest) for rest in each])
 
 
 def build_history(metric: Any, states: ContactHistory) -> MetricCurve:
-    """Return the metric's value at every time. Raises Undefined."""
+    """Return the value of a contact metric at every time, as a curve. Raises Undefined."""
     times, values = _amounts(metric, states)
     key = metric.natural.replace("*", "").replace("^", "")
     return MetricCurve(times, np.array([metric._along(value) for value in values]), ("s", key))
 
 
 def reduce_history(metric: Any, states: ContactHistory) -> Floats:
-    """Return the amount of the largest, least or mean value over time, by the metric's `over`. Raises Undefined."""
+    """Return the largest, least or mean amount of a contact metric over time, as its field `over` selects.
+
+    Raises Undefined.
+    """
     times, values = _amounts(metric, states)
     if metric.when == "mean" and len(times) > 1:
         mean: Floats = np.trapezoid(values, times, axis=0) / (times[-1] - times[0])

@@ -61,7 +61,7 @@ class CurveError(CurveMetric):
         return self.statistic
 
     def measure(self, seen: MetricInput) -> Measurement:
-        """Return the statistic of the difference. Raises Undefined."""
+        """Return the requested statistic of the difference between the two curves. Raises Undefined."""
         if seen.curve is None or seen.known is None or seen.known.curve is None:
             raise Undefined(f"`{self.against}` is not a curve, or there is no curve to compare it with")
         x, y, (along, own), reference = seen.curve.x, seen.curve.y, seen.curve.units, seen.known.curve
@@ -79,7 +79,7 @@ class CurveError(CurveMetric):
         return Measurement(value, details, uncertainty=uncertainty, curve=seen.curve)
 
     def _point(self, x: float, y: float, reference: Curve, units: tuple[str, str]) -> Measurement:
-        """Compare a single state with the reference at the same x."""
+        """Return the comparison of a curve of a single point (x, y) with the reference at the same x."""
         if self.statistic in ("unexplained", "slope"):
             raise Undefined(f"`{self.statistic}` needs a curve of two or more states, and there is one")
         if not reference.x[0] <= x <= reference.x[-1]:
@@ -95,7 +95,12 @@ class CurveError(CurveMetric):
         return Measurement(abs(y - r) / size, details, uncertainty=u / size, curve=point)
 
     def stated(self, course: MetricCurve, off: Floats, along: Floats, reference: Curve | None) -> dict[str, float]:
-        """Bound the error due to chords between states, to the values and to their positions. Raises Undefined."""
+        """Return bounds of the error of the statistic, by cause.
+
+        The causes are straight lines between states, errors `off` (n,) of the values y, and errors `along` (n,) of
+        their
+        positions x. Raises Undefined.
+        """
         if reference is None:
             raise Undefined(f"`{self.against}` is not a curve")
         x, y = course.x, course.y
@@ -106,16 +111,21 @@ class CurveError(CurveMetric):
         }
 
     def apart(self, x: Floats, y: Floats, other: Floats, reference: Curve) -> float:
-        """Bound the change of the value if the curve y (n,) is replaced by another over the same x (n,). Raises
-        Undefined.
+        """Return a bound of the change of the statistic if the curve y (n,) is replaced by `other` (n,) over the same
+        x.
+
+        Raises Undefined.
         """
         return self.moved(x, y, other - y, reference)
 
     def moved(self, x: Floats, y: Floats, off: Floats, reference: Curve) -> float:
-        """Bound the change of the value if the curve y (n,) moves by `off` (n,), linear between its points.
+        """Return a bound of the change of the statistic if the curve y (n,) moves by `off` (n,).
 
-        By the triangle inequality the bound is the same statistic of `off`, relative to the reference. For int e^2 with
-        e = y - r it is int (2 |e d| + d^2), with int |e d| bounded by the product of both norms. Raises Undefined.
+        `off` is linear between its points. By the triangle inequality the bound is the same statistic of `off`,
+        relative to the
+        reference. For `unexplained`, int e^2 with e = y - r, it is int (2 |e d| + d^2), d being `off`, with int |e d|
+        bounded by
+        the product of both norms. Raises Undefined.
         """
         if len(x) == 1:
             return float(np.abs(off[0])) / _size(abs(float(np.interp(x[0], reference.x, reference.y))))
@@ -130,10 +140,11 @@ class CurveError(CurveMetric):
         return _STATISTICS[self.statistic](replace(o, y=o.r + o.y), self.initial)[0]
 
     def chord_error(self, x: Floats, y: Floats, reference: Curve) -> float:
-        """Estimate the change of the value due to straight lines between states.
+        """Return an estimate of the change of the statistic due to straight lines between states.
 
-        It is a third of the change when every second state is left out, because the error falls with the square of
-        their distance. Raises Undefined for fewer than three states.
+        It is a third of the change when every second state is left out, because the error falls with the square of the
+        distance
+        between states. Raises Undefined for fewer than three states.
         """
         if len(x) < 3:
             raise Undefined("the error of a curve with fewer than three states is not known")
@@ -144,38 +155,38 @@ class CurveError(CurveMetric):
 
 
 def _size(value: float) -> float:
-    """Return the value. Raises Undefined if it is zero, since nothing is relative to it."""
+    """Return the value as divisor. Raises Undefined if it is zero."""
     if value == 0.0:
         raise Undefined("the reference is zero there, so there is no relative error")
     return value
 
 
 def _rms(o: Overlay, initial: float) -> tuple[float, float | None]:
-    """Return the relative root mean square difference and its uncertainty."""
+    """Return the root mean square difference relative to the reference, and its uncertainty."""
     size = _size(curve_geometry.rms(o.x, o.r))
     return curve_geometry.rms(o.x, o.d) / size, curve_geometry.rms(o.x, o.u) / size
 
 
 def _max(o: Overlay, initial: float) -> tuple[float, float | None]:
-    """Return the relative largest difference and its uncertainty."""
+    """Return the largest difference relative to the largest reference value, and its uncertainty."""
     size, at = _size(float(np.abs(o.r).max())), int(np.abs(o.d).argmax())
     return float(np.abs(o.d[at])) / size, float(o.u[at]) / size
 
 
 def _area(o: Overlay, initial: float) -> tuple[float, float | None]:
-    """Return the relative area between the curves and its uncertainty."""
+    """Return the area between the curves relative to the area below the reference, and its uncertainty."""
     size = _size(curve_geometry.integrate_absolute(o.x, o.r))
     return curve_geometry.integrate_absolute(o.x, o.d) / size, curve_geometry.integrate(o.x, o.u) / size
 
 
 def _unexplained_variance(o: Overlay, initial: float) -> tuple[float, float | None]:
-    """Return 1 - R^2 and its uncertainty."""
+    """Return the unexplained fraction of the variance, 1 - R^2, and its uncertainty."""
     size = _variance(o)
     return curve_geometry.integrate_square(o.x, o.d) / size, curve_geometry.integrate_square(o.x, o.u) / size
 
 
 def _variance(o: Overlay) -> float:
-    """Return int (r - mean of r)^2. Raises Undefined for a constant reference."""
+    """Return int (r - mean of r)^2 dx of the reference r. Raises Undefined for a constant reference."""
     mean = curve_geometry.integrate(o.x, o.r) / (o.x[-1] - o.x[0])
     if (size := curve_geometry.integrate_square(o.x, o.r - mean)) == 0.0:
         raise Undefined("the reference is constant, so there is no variance to explain")
@@ -183,7 +194,7 @@ def _variance(o: Overlay) -> float:
 
 
 def _explained_variance(o: Overlay) -> float | None:
-    """Return R^2; None for a constant reference."""
+    """Return the coefficient of determination R^2; None for a constant reference."""
     try:
         return 1.0 - _unexplained_variance(o, 0.0)[0]
     except Undefined:
@@ -191,7 +202,7 @@ def _explained_variance(o: Overlay) -> float | None:
 
 
 def _slope(o: Overlay, initial: float) -> tuple[float, float | None]:
-    """Return the relative difference of the initial slopes and its uncertainty."""
+    """Return the difference of the initial slopes relative to that of the reference, and its uncertainty."""
     size = _size(abs(curve_geometry.fit_initial_slope(o.x, o.r, initial)))
     return abs(curve_geometry.fit_initial_slope(o.x, o.d, initial)) / size, curve_geometry.bound_slope_change(
         o.x, o.u, initial

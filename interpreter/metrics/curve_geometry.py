@@ -1,7 +1,7 @@
-"""Exact integrals and extremes of piecewise linear curves and of their differences; nothing is sampled.
+"""Exact integrals and extremes of piecewise linear curves and of their differences; curves are not sampled.
 
-Two curves are compared on the range that both cover. Between the points at which one of them bends, both curves and
-their difference are straight.
+Two curves are compared on the range of x that both cover. At the points where one of them bends, both are evaluated;
+between these points both curves and their difference are straight.
 """
 
 from __future__ import annotations
@@ -24,11 +24,13 @@ else:
 
 @dataclass(frozen=True)
 class Curve:
-    """Piecewise linear reference curve: values y (n,) at x (n,), and their uncertainty u (n,), all SI.
+    """Piecewise linear reference curve: values y (n,) at x (n,), and their uncertainty u (n,), all in SI.
 
-    `lost` belongs to a curve with loading and unloading: between two x, the share of the work of loading that unloading
-    does not return, and its uncertainty; None if the curve does not cover this range both ways. `band` holds the lower
-    and upper limits of y (n,) each, if they are not symmetric about y.
+    `lost` belongs to a curve with loading and unloading. For two values of x it returns the fraction of the work of
+    loading
+    that unloading does not return, and its uncertainty; None if the curve does not cover this range both ways. `band`
+    holds
+    the lower and the upper limits of y (n,), if they are not symmetric about y.
     """
 
     x: Floats
@@ -40,9 +42,10 @@ class Curve:
 
 @dataclass(frozen=True)
 class MetricCurve:
-    """Curve of a metric along another metric, over time or along a line: y (n,) at x (n,) in their order, SI.
+    """Curve of a metric over another metric, over time or along a line: y (n,) at x (n,) in their order, SI.
 
-    `units` belong to x and y, as they end the keys of details; `known` (n,) are the reference values at the same x.
+    `units` are the units of x and y as they appear in keys of details. `known` (n,) are the reference values at the
+    same x.
     """
 
     x: Floats
@@ -53,9 +56,11 @@ class MetricCurve:
 
 @dataclass(frozen=True)
 class Overlay:
-    """Curve y and reference r with its uncertainty u, (k,) each, at every x (k,) at which one of them bends.
+    """A curve and its reference at the same x (k,), all points at which one of them bends.
 
-    `covered` is the share of the reference's range that the curve covers.
+    It holds the values y (k,) of the curve, and the values r (k,) and uncertainties u (k,) of the reference. `covered`
+    is
+    the fraction of the reference's range that the curve covers.
     """
 
     x: Floats
@@ -67,7 +72,7 @@ class Overlay:
 
     @property
     def inside(self) -> float:
-        """Share of the range on which the curve lies in the band of the reference."""
+        """Fraction of the range on which the curve lies in the uncertainty band of the reference."""
         if self.band is None:
             return share_within(self.x, self.d, self.u)
         low, high = self.band
@@ -80,7 +85,7 @@ class Overlay:
 
 
 def overlay(x: Floats, y: Floats, reference: Curve, unit: str = "(SI)") -> Overlay:
-    """Overlay a curve on a reference, on the range that both cover. Raises Undefined if there is no such range."""
+    """Return a curve and its reference on the range that both cover. Raises Undefined if there is no such range."""
     x, y = _sort_by_x(x, y)
     low, high = max(x[0], reference.x[0]), min(x[-1], reference.x[-1])
     if not low < high:
@@ -97,7 +102,7 @@ def overlay(x: Floats, y: Floats, reference: Curve, unit: str = "(SI)") -> Overl
 
 
 def _sort_by_x(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return the curve in the order of increasing x. Raises Undefined if it turns back."""
+    """Return the curve in the order of increasing x. Raises Undefined if x does not change monotonically."""
     if len(x) < 2:
         raise Undefined("a curve needs two or more states, and there is one")
     steps = np.diff(x)
@@ -113,7 +118,7 @@ def _sort_by_x(x: Floats, y: Floats) -> tuple[Floats, Floats]:
 class Loop:
     """Loading and unloading curves y (n,) over the same increasing x (n,), on the range that both cover.
 
-    `turn` is the index of the point at which the original curve turns back; `ends` are those of the range.
+    `turn` is the index of the point at which the original curve turns back. `ends` are the ends of the range.
     """
 
     there: tuple[Floats, Floats]
@@ -128,14 +133,14 @@ class Loop:
 
     @property
     def lost(self) -> float:
-        """Lost share of work, 1 - work of unloading / work of loading. Raises Undefined."""
+        """Lost fraction of work, 1 - work of unloading / work of loading. Raises Undefined."""
         loading, unloading = self.works
         if loading == 0.0:
             raise Undefined("the work of loading is zero, so there is no lost share")
         return 1.0 - unloading / loading
 
     def within(self, low: float, high: float) -> Loop:
-        """Return the part of the loop between two x of its range."""
+        """Return the part of the loop between two values of x."""
         return replace(
             self,
             there=_cut_to_range(*self.there, low, high),
@@ -145,7 +150,10 @@ class Loop:
 
 
 def split_loop(x: Floats, y: Floats, unit: str = "(SI)") -> Loop:
-    """Split a curve that turns back once, where it is farthest from its start. Raises Undefined for any other curve."""
+    """Return the loading and unloading branches of a curve, split at the point farthest from its start.
+
+    Raises Undefined for a curve that does not turn back exactly once.
+    """
     turn = int(np.abs(x - x[0]).argmax())
     if turn == len(x) - 1:
         raise Undefined("it never turns back: a loop needs loading and unloading")
@@ -164,24 +172,24 @@ def split_loop(x: Floats, y: Floats, unit: str = "(SI)") -> Loop:
 
 
 def _cut_to_range(x: Floats, y: Floats, low: float, high: float) -> tuple[Floats, Floats]:
-    """Cut a curve of increasing x to the range from `low` to `high`, which lies on it."""
+    """Return the part of a curve of increasing x between `low` and `high`, which must lie in its range."""
     at = np.concatenate([[low], x[(x > low) & (x < high)], [high]])
     return at, np.interp(at, x, y)
 
 
 def integrate_square(x: Floats, d: Floats) -> float:
-    """Return the integral of d^2 over x."""
+    """Return the integral of d^2 over x; d is piecewise linear."""
     p, q = d[:-1], d[1:]
     return float((np.diff(x) * (p * p + p * q + q * q)).sum() / 3.0)
 
 
 def integrate(x: Floats, d: Floats) -> float:
-    """Return the integral of d over x."""
+    """Return the integral of d over x; d is piecewise linear."""
     return float((np.diff(x) * (d[:-1] + d[1:])).sum() / 2.0)
 
 
 def integrate_absolute(x: Floats, d: Floats) -> float:
-    """Return the integral of |d| over x: two triangles where d changes sign."""
+    """Return the integral of |d| over x; d is piecewise linear, and a change of its sign gives two triangles."""
     p, q = np.abs(d[:-1]), np.abs(d[1:])
     crosses = d[:-1] * d[1:] < 0.0
     total = np.where(crosses, p + q, 1.0)
@@ -190,21 +198,24 @@ def integrate_absolute(x: Floats, d: Floats) -> float:
 
 
 def rms(x: Floats, d: Floats) -> float:
-    """Return the root mean square of d over x."""
+    """Return the root mean square over x of the piecewise linear function d."""
     return float(np.sqrt(integrate_square(x, d) / (x[-1] - x[0])))
 
 
 def fit_initial_slope(x: Floats, y: Floats, share: float) -> float:
-    """Return the slope of the least squares line through the first part of the range.
+    """Return the slope of the least squares line through the first fraction `share` of the range.
 
-    int (x - m) y dx / int (x - m)^2 dx about the middle m, by Simpson's rule, which is exact here.
+    It is int (x - m) y dx / int (x - m)^2 dx, with m the middle of that part, by Simpson's rule, which is exact here.
     """
     x, y = initial_part(x, y, share)
     return _slope_integral(x, x - 0.5 * (x[0] + x[-1]), y)
 
 
 def bound_slope_change(x: Floats, u: Floats, share: float) -> float:
-    """Bound the change of the slope when values are off by up to u: int |x - m| u dx / int (x - m)^2 dx."""
+    """Return a bound of the change of the initial slope if values change by up to u.
+
+    It is int |x - m| u dx / int (x - m)^2 dx, as in `fit_initial_slope`.
+    """
     x, u = initial_part(x, u, share)
     middle = 0.5 * (x[0] + x[-1])
     u = np.interp(at := np.unique(np.append(x, middle)), x, u)
@@ -212,21 +223,21 @@ def bound_slope_change(x: Floats, u: Floats, share: float) -> float:
 
 
 def _slope_integral(x: Floats, arm: Floats, y: Floats) -> float:
-    """Return int arm y dx / int (x - m)^2 dx for piecewise linear `arm` and y."""
+    """Return int a y dx / int (x - m)^2 dx for piecewise linear y and a (argument `arm`)."""
     a, b, p, q = arm[:-1], arm[1:], y[:-1], y[1:]
     above = (np.diff(x) * (a * p + (a + b) * (p + q) + b * q)).sum() / 6.0
     return float(above / ((x[-1] - x[0]) ** 3 / 12.0))
 
 
 def initial_part(x: Floats, y: Floats, share: float) -> tuple[Floats, Floats]:
-    """Return the first part of a curve."""
+    """Return the first fraction `share` of a curve's range."""
     end = x[0] + share * (x[-1] - x[0])
     at = np.append(x[x < end], end)
     return at, np.interp(at, x, y)
 
 
 def share_within(x: Floats, d: Floats, u: Floats) -> float:
-    """Return the share of the range on which |d| <= u, both linear between the x."""
+    """Return the fraction of the range on which |d| <= u, both piecewise linear."""
     at, d = _insert_zeros(x, d)
     gap = np.abs(d) - np.interp(at, x, u)  # straight between these
     at, gap = _insert_zeros(at, gap)
@@ -235,13 +246,13 @@ def share_within(x: Floats, d: Floats, u: Floats) -> float:
 
 
 def _insert_zeros(x: Floats, d: Floats) -> tuple[Floats, Floats]:
-    """Return x and d with the zeros of d added."""
+    """Return x and d with the zero crossings of d inserted as points."""
     at = np.unique(np.concatenate([x, _zeros(x, d)]))
     return at, np.interp(at, x, d)
 
 
 def _zeros(x: Floats, d: Floats) -> Floats:
-    """Return the positions between the x at which d crosses zero."""
+    """Return the positions at which the piecewise linear d crosses zero between two x."""
     after = np.flatnonzero(d[:-1] * d[1:] < 0.0) + 1
     share = d[after - 1] / (d[after - 1] - d[after])
     zeros: Floats = x[after - 1] + share * (x[after] - x[after - 1])
@@ -249,7 +260,7 @@ def _zeros(x: Floats, d: Floats) -> Floats:
 
 
 def steepest_slopes(reference: Curve, x: Floats) -> Floats:
-    """Return the steepest slope of a reference next to each x (n,)."""
+    """Return the steeper of the two slopes of the reference next to each x (n,)."""
     steep = np.abs(np.diff(reference.y) / np.diff(reference.x))
     after = np.clip(np.searchsorted(reference.x, x), 1, len(steep))
     before = np.clip(np.searchsorted(reference.x, x, side="right"), 1, len(steep))

@@ -12,11 +12,14 @@ if TYPE_CHECKING:
 
 
 class CurveMetric(DerivedMetric):
-    """Base class of metrics of the curve that the metric `of` has over time, or in statics along the metric `over`."""
+    """Base class of metrics that evaluate the curve of the metric `of`, over time or along the metric `over`."""
 
     if TYPE_CHECKING:
         over: str | None
 
     def stated(self, course: MetricCurve, off: Floats, along: Floats, reference: Curve | None) -> dict[str, float]:
-        """Bound the error of the value, in parts, if y is off by `off` (n,) and x by `along` (n,). Raises Undefined."""
+        """Return bounds of the error of the value, by cause, if y has errors `off` (n,) and x errors `along` (n,).
+
+        Raises Undefined.
+        """
         raise NotImplementedError(f"{type(self).__name__} does not implement `stated`")

@@ -23,7 +23,7 @@ class Displacement(DisplacementMetric):
     uncertain: ClassVar[bool] = False
 
     def value(self, X: NDArray[np.float64], u: NDArray[np.float64], reference: None) -> float:
-        """Return u_n . along, m."""
+        """Return the displacement u_n . along of the last point, m."""
         return float(u[-1] @ self.along)
 
     @property

@@ -35,5 +35,5 @@ class Dissipation(ForceMetric):
         return self.body
 
     def amount(self, rest: EquilibriumForces) -> Floats:
-        """Return the dissipated energy, J. Raises Undefined if it is not known."""
+        """Return the dissipated energy, J. Raises Undefined if it is unknown."""
         return require_energy(rest.dissipated)

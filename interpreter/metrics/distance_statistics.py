@@ -18,7 +18,7 @@ SurfaceStatistic = Literal[
 
 
 class DistanceStatistic(Metric):
-    """Base class of metrics that reduce distances to one statistic; the statistic determines the unit."""
+    """Base class of metrics that reduce the distances of points to one statistic, which determines the unit."""
 
     statistic: str
 
@@ -36,12 +36,15 @@ class DistanceStatistic(Metric):
     def uncertain(self) -> bool:
         """True if an uncertainty of the reference in m bounds the statistic.
 
-        A standard deviation is unaffected by an offset, and a ratio is not in m.
+        This is not so for a standard deviation, which an offset does not change, and for a ratio, which is not in m.
         """
         return self.statistic in ("mean", "max", "rms")
 
     def summed(self, details: dict[str, Any], d: Floats, at_points: Floats | None) -> Measurement:
-        """Return a measurement with the requested statistic as value; d (n,), m, are its samples. Raises Undefined."""
+        """Return a measurement whose value is the requested statistic and whose samples are the distances d (n,), m.
+
+        Raises Undefined.
+        """
         value = details.get(f"{self.statistic}_{self.unit}".removesuffix("_1"))
         if value is None:
             raise Undefined("no point moves, so there is no relative error")
@@ -73,7 +76,10 @@ def _percentile(d: Floats, percent: float) -> float:
 
 
 def summarize_ratios(d: Floats, moved: Floats, name: str) -> dict[str, Any]:
-    """Return mean, population standard deviation and number of d_i / moved_i over the points that moved."""
+    """Return mean, population standard deviation and number of the ratios d_i / moved_i.
+
+    Only points are used whose displacement `moved` (n,), m, is not negligible. `name` begins the keys.
+    """
     some = moved > STILL
     found: dict[str, Any] = {f"{name}_points": int(some.sum())}
     if some.any():

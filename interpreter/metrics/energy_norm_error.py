@@ -54,7 +54,10 @@ class EnergyNormError(Metric):
     uncertain: ClassVar[bool] = False
 
     def measure(self, seen: MetricInput) -> Measurement:
-        """Return eta. Raises Undefined without a volume, a reference field, moduli, or any strain in the reference."""
+        """Return the relative error eta.
+
+        Raises Undefined without a volume, a reference field, moduli, or any strain in the reference.
+        """
         w, u, known = _comparison_fields(seen)
         step = STEP * float(np.linalg.norm(np.ptp(seen.X, axis=0)))
         if step == 0.0:
@@ -76,7 +79,10 @@ class EnergyNormError(Metric):
 
 
 def _comparison_fields(seen: MetricInput) -> tuple[Floats, Field, Field]:
-    """Return the weights, the model's field and the reference's field. Raises Undefined if one is missing."""
+    """Return the volume weights of the points, the model's displacement field and the reference's.
+
+    Raises Undefined if one of them is missing.
+    """
     if seen.weights is None:
         raise Undefined("an integral over the body needs a volume probe")
     if seen.displacement is None:
@@ -87,7 +93,10 @@ def _comparison_fields(seen: MetricInput) -> tuple[Floats, Field, Field]:
 
 
 def green_lagrange(u: Field, X: Floats, step: float) -> Floats:
-    """Return E = (F^T F - I) / 2 (n, 3, 3) at X (n, 3), by central differences over `step` (m)."""
+    """Return the Green-Lagrange strain E = (F^T F - I) / 2 (n, 3, 3) of a displacement field at points X (n, 3), m.
+
+    Gradients are central differences over `step`, m.
+    """
     grad = np.empty((len(X), 3, 3))  # grad[:, i, J] = du_i/dX_J
     for J, e in enumerate(step * np.eye(3)):
         grad[:, :, J] = (u(X + e) - u(X - e)) / (2.0 * step)
@@ -97,7 +106,7 @@ def green_lagrange(u: Field, X: Floats, step: float) -> Floats:
 
 
 def _energy(E: Floats, w: Floats, case: Case, X: Floats) -> float:
-    """Return sum w E : C : E, J, with the moduli at rest of the material at each point X (n, 3)."""
+    """Return sum w E : C : E, J, with the elastic moduli C at rest of the material at each point X (n, 3)."""
     materials = case.materials
     if not all(isinstance(material, Isotropic) for material in materials):
         raise Undefined("the material has no initial shear modulus and no initial Lamé constant")
@@ -116,7 +125,7 @@ def _energy(E: Floats, w: Floats, case: Case, X: Floats) -> float:
 
 
 def _moduli(material: Isotropic, X: Floats) -> tuple[Floats, Floats]:
-    """Return mu and lam (n,) at points X (n, 3), Pa."""
+    """Return Lame's moduli mu and lam (n,), Pa, of a material at points X (n, 3)."""
     if not material.uniform:
         from softmark.interpreter.problem.field_files import material_at
 

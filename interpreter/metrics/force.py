@@ -51,13 +51,13 @@ class Force(ForceMetric):
         return self.along
 
     def amount(self, rest: EquilibriumForces) -> Floats:
-        """Return the force (3,), N."""
+        """Return the force vector (3,), N."""
         return np.array(rest.reactions[self.of].force)
 
     def acting(self, rest: EquilibriumForces) -> float:
-        """Return the largest load or reaction, N."""
+        """Return the largest load or reaction on the body, N."""
         return rest.acting
 
     def details(self, value: Floats) -> dict[str, Any]:
-        """Return the magnitude of the force."""
+        """Return the report entry of the force's magnitude."""
         return {"size_N": self.size(value)}

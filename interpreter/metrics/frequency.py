@@ -36,8 +36,9 @@ class Frequency(Metric):
     uncertain: ClassVar[bool] = False
 
     def measure(self, seen: MetricInput) -> Measurement:
-        """Return the frequency, Hz. Raises Undefined for references, dynamic analyses, reduced models and unstable
-        states.
+        """Return the natural frequency, Hz.
+
+        Raises Undefined for references, dynamic analyses, reduced models and unstable states.
         """
         if seen.vibrations is None:
             raise Undefined("frequencies need a static equilibrium of a solid, a beam or a spring network")

@@ -1,4 +1,4 @@
-"""Hysteresis: the share of the work of loading that a body does not return."""
+"""Hysteresis: the fraction of the work of loading that a body does not return when it is unloaded."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Hysteresis(CurveMetric):
     of_all_states: ClassVar[bool] = True
 
     def measure(self, seen: MetricInput) -> Measurement:
-        """Return the lost share, or its difference from that of a measured curve. Raises Undefined."""
+        """Return the lost fraction of work, or its difference from that of a measured curve. Raises Undefined."""
         if seen.curve is None:
             raise Undefined("it has no curve")
         along, own = seen.curve.units
@@ -67,7 +67,10 @@ class Hysteresis(CurveMetric):
         return self._apart(loop, seen.known.curve, details, seen.curve)
 
     def _apart(self, loop: Loop, reference: Curve, details: dict[str, float], course: MetricCurve) -> Measurement:
-        """Return the difference from a measured loop, on the range that was measured. Raises Undefined."""
+        """Return the difference of the lost fraction from that of a measured loop, on the measured range.
+
+        Raises Undefined.
+        """
         (low, high), along = loop.ends, course.units[0]
         begin, end = max(low, float(reference.x[0])), min(high, float(reference.x[-1]))
         measured = reference.lost(begin, end) if reference.lost is not None and begin < end else None
@@ -82,7 +85,12 @@ class Hysteresis(CurveMetric):
         return Measurement(abs(own - share), details, uncertainty=uncertainty, curve=course)
 
     def stated(self, course: MetricCurve, off: Floats, along: Floats, reference: Curve | None) -> dict[str, float]:
-        """Bound the error due to chords between states, to the values and to their positions. Raises Undefined."""
+        """Return bounds of the error of the lost fraction, by cause.
+
+        The causes are straight lines between states, errors `off` (n,) of the values y, and errors `along` (n,) of
+        their
+        positions x. Raises Undefined.
+        """
         loop = curve_geometry.split_loop(course.x, course.y)
         shared = _is_unloading_on_loading_points(course, loop.turn, off, along)
         return {
@@ -93,7 +101,12 @@ class Hysteresis(CurveMetric):
 
 
 def _chord_error(course: MetricCurve, loop: Loop) -> float:
-    """Return a third of the change without every second state, as the error falls with the square of their distance."""
+    """Return an estimate of the error due to straight lines between states.
+
+    It is a third of the change of the lost fraction when every second state is left out, because the error falls with
+    the
+    square of the distance between states.
+    """
     last = len(course.x) - 1
     some = np.unique(
         [0, *range(loop.turn, 0, -2), *range(loop.turn, last, 2), last]
@@ -104,18 +117,19 @@ def _chord_error(course: MetricCurve, loop: Loop) -> float:
 
 
 def _steepest_slopes(course: MetricCurve) -> Floats:
-    """Return the steepest slope next to each point of the curve (n,), on either way."""
+    """Return the steepest slope next to each point of the curve (n,), on the loading and the unloading branch."""
     rises = np.abs(np.diff(course.y) / np.diff(course.x))
     before, after = np.append(rises[:1], rises), np.append(rises, rises[-1:])
     return np.asarray(np.maximum(before, after))
 
 
 def _bound_change(course: MetricCurve, loop: Loop, off: Floats, shared: bool) -> float:
-    """Bound the change of the lost share if values are off by `off` (n,).
+    """Return a bound of the change of the lost fraction of work if values have errors up to `off` (n,).
 
-    If the work of loading W and of unloading U are off by up to w and u, the bound is (u + |U / W| w) / (|W| - w). If
-    both ways pass through the same states, an error belongs to a state and not to a way: both works are off by the same
-    amount, and the bound is the share times w / (|W| - w).
+    If the works of loading W and of unloading U have errors up to w and u, the bound is (u + |U / W| w) / (|W| - w). If
+    both branches pass through the same states (`shared`), an error belongs to a state and not to a branch. Then both
+    works
+    have the same error, and the bound is the lost fraction times w / (|W| - w).
     """
     w, u = curve_geometry.split_loop(course.x, off).works
     loading, unloading = loop.works

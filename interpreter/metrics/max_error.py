@@ -23,5 +23,5 @@ class MaxError(DisplacementMetric):
     uncertain: ClassVar[bool] = True
 
     def value(self, X: NDArray[np.float64], u: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
-        """Return max |u_i - reference_i|, m."""
+        """Return the largest distance max |u_i - reference_i| over the points, m."""
         return math.sqrt(float(((u - reference) ** 2).sum(axis=1).max()))

@@ -39,7 +39,10 @@ class MeanError(DistanceStatistic):
     statistic: Annotated[Statistic, "statistic of the errors"] = "mean"
 
     def measure(self, seen: MetricInput) -> Measurement:
-        """Return the statistic of |u - u_ref| over the points. Raises Undefined without reference displacements."""
+        """Return the requested statistic of |u - u_ref| over the points.
+
+        Raises Undefined without reference displacements.
+        """
         if seen.known is None or seen.known.u is None:
             raise Undefined("the reference has no displacements at these points")
         d = ((seen.u - seen.known.u) ** 2).sum(axis=1) ** 0.5  # (n,)

@@ -1,4 +1,4 @@
-"""Input of a metric (one model or reference and its reference data) and its result, a measurement."""
+"""Input of a metric (results of one model or reference, and reference data) and its result, a measurement."""
 
 from __future__ import annotations
 
@@ -29,8 +29,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ReferenceData:
-    """Reference data that a metric compares with: displacements, a measured surface or curve, forces, stresses or
-    values.
+    """Reference data with which a metric compares a result.
+
+    They are displacements, a measured surface or curve, forces, stresses or values.
     """
 
     name: str
@@ -48,10 +49,11 @@ class ReferenceData:
 
 @dataclass(frozen=True)
 class MetricInput:
-    """Input of a metric: the results of one model or reference.
+    """Input of a metric: the results of one model or reference, and the reference data.
 
-    X, u: material points (n, 3) of the metric's probe and their displacements (n, 3), m, empty without a probe.
-    `triangles` (k, 3) over X for a probe of a surface; `weights` (n,) for a probe of a volume, m^3.
+    X and u are the material points (n, 3) of the metric's probe and their displacements (n, 3), m; they are empty
+    without a
+    probe. A probe of a surface has `triangles` (k, 3) over X; a probe of a volume has `weights` (n,), m^3.
     """
 
     owner: str
@@ -77,7 +79,7 @@ class MetricInput:
 
 @dataclass(frozen=True)
 class MetricNumber:
-    """Value of another metric, SI; `unit` is written as in the keys of details."""
+    """Value of another metric in SI, with its `unit` as written in the keys of details."""
 
     value: float
     unit: str
@@ -85,10 +87,11 @@ class MetricNumber:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Value in the metric's unit, with further numbers (`details`, SI) and the `samples` it was computed from.
+    """Value in the metric's unit, with further numbers (`details`, SI) and the `samples` that it was computed from.
 
-    `at_points` (n,) is the error at each point of the probe in m, for pictures; `curve` is the compared curve.
-    `uncertainty` is that of the reference in the metric's own unit, if it is not the same for all metrics.
+    `at_points` (n,) is the error at each point of the probe, m, for pictures. `curve` is the compared curve.
+    `uncertainty`
+    is that of the reference in the metric's own unit, if it depends on the metric.
     """
 
     value: float

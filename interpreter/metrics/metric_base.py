@@ -23,9 +23,11 @@ WHEN = "in a dynamic analysis: value at the end, largest value over time, or mea
 
 
 class Metric:
-    """A number computed from the results of a model or reference.
+    """Base class of metrics: numbers computed from the results of a model or reference.
 
-    Its fields `probe` and `against`, if it has them, name the points it evaluates and the reference it compares with.
+    The field `probe`, if a metric has one, names the probe at whose points it is evaluated. The field `against`, if it
+    has
+    one, names the reference or model with which it compares.
     """
 
     last: ClassVar[bool] = False  # true if it evaluates only the last point of its probe
@@ -34,64 +36,71 @@ class Metric:
 
     @property
     def unit(self) -> str:
-        """Unit of its value."""
+        """Unit of the value of the metric."""
         raise NotImplementedError(f"{type(self).__name__} has no unit")
 
     @property
     def uncertain(self) -> bool:
-        """True if an uncertainty of the reference, in m, bounds the value."""
+        """True if an uncertainty of the reference, in m, bounds the value of the metric."""
         return False
 
     @property
     def looked_at(self) -> str | None:
-        """Name of its probe; None for a metric of forces, energies or computing time."""
+        """Name of the metric's probe; None for a metric of forces, energies or computing time."""
         return vars(self).get("probe")
 
     @property
     def concerned(self) -> str | None:
-        """Name of the support, load, contact or body that it evaluates, if not a probe; None for all bodies."""
+        """Name of the support, load, contact or body that the metric evaluates, if it has no probe.
+
+        None if it concerns all bodies.
+        """
         return vars(self).get("body")
 
     def body_in(self, scene: Scene) -> str | None:
-        """Return the name of the body that it evaluates; None for all bodies."""
+        """Return the name of the body that the metric evaluates; None for all bodies."""
         if (name := self.looked_at or self.concerned) is None:
             return None
         declared = scene.declared[name]
         return name if declared.kind == "body" else vars(declared.thing).get("body")
 
     def probe_in(self, scene: Scene) -> str | None:
-        """Return the name of the probe at which it, or the metric it derives from, is evaluated; None without one."""
+        """Return the name of the probe of the metric, or of the metric that it evaluates; None without a probe."""
         return self.looked_at
 
     @property
     def measured_from(self) -> str | None:
-        """Name of the reference or model that it compares with."""
+        """Name of the reference or model with which the metric compares; None for a plain value."""
         return vars(self).get("against")
 
     @property
     def in_time(self) -> bool:
-        """True if it has a value at each time of a dynamic analysis: it has a history, and is no error or summary of
-        times.
+        """True if the metric has a value at each time of a dynamic analysis.
+
+        This requires a time history; it excludes errors and values that summarise all times.
         """
         return False
 
     @property
     def summed_by(self) -> str:
-        """Name of the statistic that reduces the values at points to one number."""
+        """Name of the statistic that reduces the values at the points to one number."""
         return "max"
 
     @property
     def direction(self) -> tuple[float, float, float] | None:
-        """Direction along which it measures; None if it has no direction."""
+        """Direction of the component that the metric measures; None if it has no direction."""
         return None
 
     def measure(self, seen: MetricInput) -> Measurement:
-        """Return its value and details. Raises Undefined, with a reason, if it has no value."""
+        """Return the value and details of the metric. Raises Undefined, with a reason, if there is no value."""
         raise NotImplementedError(f"{type(self).__name__} does not implement `measure`")
 
 
 class ForceMetric(Metric):
-    """Base class of metrics of forces and energies at equilibrium; a difference to another model is relative."""
+    """Base class of metrics of forces and energies at equilibrium.
+
+    Against another model or a theory, the value of such a metric is a relative difference.
+    """
 
     natural: ClassVar[str]  # unit of its value
     followed: ClassVar[bool] = True
@@ -100,27 +109,28 @@ class ForceMetric(Metric):
 
     @property
     def in_time(self) -> bool:
-        """True if it has a value at each time of a dynamic analysis."""
+        """True if the metric has a value at each time of a dynamic analysis."""
         return self.followed and self.measured_from is None and self.when == "end"
 
     @property
     def when(self) -> str:
-        """Value over time that the metric reports: `end`, `largest` or `mean`."""
+        """Reported value over time: `end`, `largest` or `mean`."""
         return str(vars(self).get("over", "end"))
 
     @property
     def unit(self) -> str:
-        """Unit of its value: 1 if it is a relative error."""
+        """Unit of the value; 1 for a relative error."""
         return self.natural if self.measured_from is None else "1"
 
     def amount(self, rest: EquilibriumForces) -> Floats:
-        """Return the metric's number (), or the vector (3,) whose component it is, in its natural unit. Raises
-        Undefined.
+        """Return the quantity of the metric in its natural unit: a number () or a vector (3,).
+
+        The value of the metric is the component of the vector along `direction`. Raises Undefined.
         """
         raise NotImplementedError(f"{type(self).__name__} has no value")
 
     def measure(self, seen: MetricInput) -> Measurement:
-        """Return its value, or its difference from another model relative to that model. Raises Undefined."""
+        """Return the value of the metric, or its relative difference from that of another model. Raises Undefined."""
         from softmark.interpreter.metrics.measurement import Measurement
 
         own = self._available_amount(seen.at_rest)
@@ -137,7 +147,7 @@ class ForceMetric(Metric):
         return Measurement(abs(self._along(own) - self._along(right)) / size, uncertainty=off)
 
     def _reference_amount(self, rest: EquilibriumForces | None) -> Floats:
-        """Return the amount of the solution it compares with. Raises Undefined if that solution does not have it."""
+        """Return the quantity in the reference solution. Raises Undefined if that solution does not have it."""
         nothing = Undefined(f"`{self.measured_from}` has no such value")
         try:
             right = self._available_amount(rest)
@@ -150,13 +160,15 @@ class ForceMetric(Metric):
         return right
 
     def size(self, value: Floats) -> float:
-        """Return the magnitude that an error is relative to: for a vector its norm, whatever the component."""
+        """Return the magnitude of the quantity, by which errors are divided; for a vector its norm."""
         return math.sqrt(float((value**2).sum()))
 
     def apart(self, rest: EquilibriumForces | None, right: EquilibriumForces | None) -> float:
-        """Return the difference from a solution taken as correct, in the metric's unit. Raises Undefined.
+        """Return the difference of a solution `rest` from `right`, which is taken as correct, in the metric's unit.
 
-        For vectors it includes all components, since one may agree by chance. It is relative if the metric is an error.
+        For vectors the difference includes all components, since one component may agree by chance. It is relative if
+        the
+        metric is an error. Raises Undefined.
         """
         far = self.distance(*(self._require_results(known) for known in (rest, right)))
         if self.measured_from is None:
@@ -166,27 +178,30 @@ class ForceMetric(Metric):
         return far / size
 
     def distance(self, rest: EquilibriumForces, right: EquilibriumForces) -> float:
-        """Return the difference of two solutions in the natural unit. Raises Undefined."""
+        """Return the difference of the quantity between two solutions, in its natural unit. Raises Undefined."""
         return self.size(self._reported_amount(rest) - self._reported_amount(right))
 
     def extent(self, rest: EquilibriumForces | None) -> float:
-        """Return the factor from a relative error to the metric's unit. Raises Undefined."""
+        """Return the factor that converts a relative error to the metric's unit. Raises Undefined."""
         return self.size(self._available_amount(rest)) if self.measured_from is None else 1.0
 
     def at_points(self, X: Floats) -> ForceMetric:
-        """Return the same metric at the points X (n, 3), m, of its probe, if it has one."""
+        """Return the same metric for the points X (n, 3), m, of its probe, if it has a probe."""
         return self
 
     def acting(self, rest: EquilibriumForces) -> float:
-        """Return the largest such quantity in the whole body, in the natural unit; rounding errors scale with it."""
+        """Return the largest quantity of this kind in the whole body, in the natural unit.
+
+        Rounding errors are proportional to it.
+        """
         return 0.0
 
     def details(self, value: Floats) -> dict[str, Any]:
-        """Return further numbers for the report."""
+        """Return further report entries, computed from the quantity `value`."""
         return {}
 
     def _along(self, value: Floats) -> float:
-        """Return the component along the metric's direction."""
+        """Return the component of the quantity along the metric's direction."""
         if self.direction is None:
             return float(value)
         return sum(
@@ -194,7 +209,7 @@ class ForceMetric(Metric):
         )  # a theory may leave components undefined (nan)
 
     def course(self, rest: EquilibriumForces | None) -> MetricCurve | None:
-        """Return its values over time in a dynamic analysis; None in statics. Raises Undefined."""
+        """Return the values of the metric over time in a dynamic analysis; None in statics. Raises Undefined."""
         if (known := self._require_results(rest)).followed is None:
             return None
         from softmark.interpreter.metrics.contact_histories import build_history
@@ -202,17 +217,17 @@ class ForceMetric(Metric):
         return build_history(self, known.followed)
 
     def _extreme_over_time(self, course: MetricCurve) -> dict[str, Any]:
-        """Return its largest or least value over time and the time of it, for the report."""
+        """Return report entries of the largest or least value over time, and the time at which it occurs."""
         at = int((course.y if self.extreme == "least" else -abs(course.y)).argmin())
         unit = course.units[1]
         return {f"{self.extreme}_in_time_{unit}": float(course.y[at]), f"{self.extreme}_at_s": float(course.x[at])}
 
     def _available_amount(self, rest: EquilibriumForces | None) -> Floats:
-        """Return the amount at the reported time. Raises Undefined if the solution does not have it."""
+        """Return the quantity at the reported time. Raises Undefined if the solution has no such results."""
         return self._reported_amount(self._require_results(rest))
 
     def _reported_amount(self, rest: EquilibriumForces) -> Floats:
-        """Return the amount at the reported time of a dynamic analysis. Raises Undefined."""
+        """Return the quantity at the reported time: at the end, or the largest or mean over time. Raises Undefined."""
         if rest.followed is None or self.when == "end":
             return self.amount(rest)
         from softmark.interpreter.metrics.contact_histories import reduce_history
@@ -220,7 +235,7 @@ class ForceMetric(Metric):
         return reduce_history(self, rest.followed)
 
     def _require_results(self, rest: EquilibriumForces | None) -> EquilibriumForces:
-        """Return the results at equilibrium. Raises Undefined if there are none for this metric."""
+        """Return the equilibrium results `rest`. Raises Undefined if they do not contain those of this metric."""
         if rest is None:
             raise Undefined("a reference has no forces")
         if not rest.knows(self.concerned):
@@ -229,23 +244,23 @@ class ForceMetric(Metric):
 
 
 class DerivedMetric(Metric):
-    """Base class of metrics that evaluate another metric, `of`, relative to its reference."""
+    """Base class of metrics that evaluate another metric, `of`, relative to a reference."""
 
     if TYPE_CHECKING:
         of: str
 
     @property
     def unit(self) -> str:
-        """Unit of its value, which is relative."""
+        """Unit of the value, which is relative."""
         return "1"
 
     @property
     def concerned(self) -> str:
-        """Name of the other metric."""
+        """Name of the evaluated metric, `of`."""
         return self.of
 
     def body_in(self, scene: Scene) -> str | None:
-        """Return the name of the body of the other metric."""
+        """Return the name of the body of the evaluated metric, `of`."""
         body: str | None = scene.declared[self.of].thing.body_in(scene)
         return body
 
@@ -254,13 +269,14 @@ class DisplacementMetric(Metric):
     """Base class of metrics that need only the displacements at points."""
 
     def value(self, X: Floats, u: Floats, reference: Any) -> float:
-        """Return the value from material points X (n, 3) and displacements u and reference (n, 3), m; reference may be
-        None.
+        """Return the value from material points X (n, 3), m, displacements u (n, 3), m, and those of the reference.
+
+        `reference` is (n, 3), m, or None.
         """
         raise NotImplementedError(f"{type(self).__name__} has no value")
 
     def measure(self, seen: MetricInput) -> Measurement:
-        """Return its value. Raises Undefined if the reference has no displacements."""
+        """Return the value of the metric. Raises Undefined if the reference has no displacements."""
         from softmark.interpreter.metrics.measurement import Measurement
 
         if self.measured_from and (seen.known is None or seen.known.u is None):

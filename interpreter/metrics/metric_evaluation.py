@@ -38,9 +38,10 @@ def evaluate_metrics(
     before: Sequence[Mapping[str, View]] = (),
     coming: Container[str] = (),
 ) -> tuple[dict[str, MetricResult], dict[str, Floats]]:
-    """Return the metrics of one model or reference, and their errors at the points of their probes (n,), m.
+    """Return the metrics of one model or reference, and their errors at the points of their probes (n,), m, by name.
 
-    `before` are the views in the previous states, in order; `coming` are the names of the models still to be solved.
+    `view` is the model's or reference's solution, `views` are all solutions by name, and `before` those in the previous
+    states, in order. `coming` are the names of the models still to be solved.
     """
     found, errors = {}, {}
     for metric in scene.of_kind("metric").values():
@@ -59,7 +60,10 @@ def evaluate_metrics(
 
 
 def _is_applicable(scene: Scene, metric: Declared, view: View) -> bool:
-    """Return whether a metric is about the body of a view and does not compare it with itself or with another body."""
+    """Return whether a metric can be evaluated for a solution.
+
+    It must be about the same body, and must not compare the solution with itself or with another body.
+    """
     against = metric.thing.measured_from
     if against == view.name:
         return False
@@ -77,7 +81,7 @@ def _is_applicable(scene: Scene, metric: Declared, view: View) -> bool:
 
 
 def _is_force_of_theory(scene: Scene, metric: Declared, view: View) -> bool:
-    """Return whether the metric is a force or energy that a theory may know."""
+    """Return whether a metric is a force or energy that the theory behind `view` may provide."""
     theory = scene.declared[view.name].kind != "model" and view.at_rest is not None
     return theory and isinstance(metric.thing, ForceMetric) and metric.thing.measured_from is None
 
@@ -85,7 +89,7 @@ def _is_force_of_theory(scene: Scene, metric: Declared, view: View) -> bool:
 def _evaluate_metric(
     scene: Scene, metric: Declared, view: View, views: Mapping[str, View], before: Sequence[Mapping[str, View]]
 ) -> tuple[MetricResult, Floats | None]:
-    """Evaluate one metric of a model or reference."""
+    """Return the result of one metric of a model or reference, and its errors at the points (n,), m, if any."""
     thing = metric.thing
     published = find_published_value(scene, metric.name, view.name)
     try:
@@ -117,7 +121,7 @@ def _evaluate_metric(
 
 
 def _missing_reference_result(scene: Scene, metric: Declared, view: View, coming: bool) -> MetricResult:
-    """Return a result without value: the model it compares with is not solved yet, or was left out of the run."""
+    """Return a result without value, because the reference model is not solved yet or was left out of the run."""
     against = metric.thing.measured_from
     why = "is not computed yet" if coming else f"was left out of this run: add `--model {view.name} --model {against}`"
     reason = f"it is compared with `{against}`, which {why}"
@@ -125,12 +129,12 @@ def _missing_reference_result(scene: Scene, metric: Declared, view: View, coming
 
 
 def _thin_samples(samples: Floats) -> tuple[float, ...]:
-    """Return at most SAMPLES values, evenly spaced in the list."""
+    """Return at most SAMPLES of the values, evenly spaced in the list."""
     return tuple(samples[:: -(-len(samples) // SAMPLES) or 1].tolist())
 
 
 def _thin_curve(course: MetricCurve) -> PlottedCurve:
-    """Thin a curve for the report; both ends are kept."""
+    """Return a curve for the report with a limited number of points, including both ends."""
     chosen = pick_evenly(len(course.x), FOLLOWED if course.units[0] == "s" else DRAWN)
     known = None if course.known is None else course.known[chosen]
     return PlottedCurve(course.x[chosen], course.y[chosen], course.units, known=known)
@@ -139,7 +143,7 @@ def _thin_curve(course: MetricCurve) -> PlottedCurve:
 def evaluate_curve(scene: Scene, thing: CurveMetric, views: Sequence[View]) -> MetricCurve:
     """Return the curve of the metric `of`: over time, or in statics from state to state. Raises Undefined.
 
-    `views` are those of one model in every state, in order.
+    `views` are the solutions of one model in every state, in order.
     """
     of = scene.declared[thing.of].thing
     if isinstance(views[-1].case.analysis, Dynamic):
@@ -161,14 +165,14 @@ def evaluate_curve(scene: Scene, thing: CurveMetric, views: Sequence[View]) -> M
 
 
 def force_history(of: ForceMetric, rest: EquilibriumForces | None) -> MetricCurve:
-    """Return the time history of a contact metric. Raises Undefined if it has none."""
+    """Return the time history of a contact metric. Raises Undefined if there is none."""
     if (course := of.course(rest)) is None:
         raise Undefined("it has no time history")
     return course
 
 
 def evaluate_number(scene: Scene, thing: ErrorOfValue, view: View) -> MetricNumber:
-    """Return the value of the metric that is compared with a given value. Raises Undefined."""
+    """Return the value of the metric `of`, which `thing` compares with a given value. Raises Undefined."""
     of = scene.declared[thing.of].thing
     return MetricNumber(_evaluate_value(of, view), unit_key(of.unit))
 
@@ -179,12 +183,12 @@ def _evaluate_value(thing: Metric, view: View) -> float:
 
 
 def unit_key(unit: str) -> str:
-    """Return a unit as the keys of details end in it: `Nm` for `N*m`."""
+    """Return a unit in the form that keys of details use: `Nm` for `N*m`."""
     return unit.replace("*", "").replace("^", "")
 
 
 def measure_metric(thing: Metric, seen: MetricInput) -> Measurement:
-    """Measure a metric; errors of a plugin become Undefined. Raises Undefined."""
+    """Return the measurement of a metric; exceptions of a plugin's metric become Undefined. Raises Undefined."""
     try:
         return thing.measure(seen)
     except Exception as error:
@@ -194,7 +198,7 @@ def measure_metric(thing: Metric, seen: MetricInput) -> Measurement:
 
 
 def collect_metric_input(thing: Metric, view: View, views: Mapping[str, View]) -> MetricInput:
-    """Collect the input of a metric. Raises Undefined if it is missing."""
+    """Return the input of a metric: results, probe points and reference data. Raises Undefined if some are missing."""
     nothing, name = np.zeros((0, 3)), thing.looked_at
     own = ProbeResult(nothing, nothing)
     if name is not None:
@@ -226,7 +230,7 @@ def collect_metric_input(thing: Metric, view: View, views: Mapping[str, View]) -
 
 
 def _collect_reference_data(against: str, reference: View | None, probe: str | None, own: ProbeResult) -> ReferenceData:
-    """Collect the reference data of a metric. Raises Undefined if the reference has no solution."""
+    """Return the reference data of a metric. Raises Undefined if the reference has no solution."""
     if reference is None:
         raise Undefined(f"there are no results of `{against}` to compare with")
     if reference.message is not None:
@@ -253,7 +257,7 @@ def _collect_reference_data(against: str, reference: View | None, probe: str | N
 
 
 def find_published_value(scene: Scene, metric: str, owner: str) -> float | None:
-    """Return the published value that the scene gives for a model and a metric, in the metric's unit, or None."""
+    """Return the published value of a metric for a model, in the metric's unit; None if the scene gives none."""
     for table in scene.of_kind("published").values():
         if table.thing.metric == metric and owner in table.thing.of:
             value: float = table.thing.values.values[table.thing.of.index(owner)]

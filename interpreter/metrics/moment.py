@@ -52,7 +52,7 @@ class Moment(ForceMetric):
         return self.along
 
     def amount(self, rest: EquilibriumForces) -> Floats:
-        """Return the moment (3,), N m."""
+        """Return the moment vector (3,), N m."""
         own = rest.reactions[self.of]
         if self.about is None:
             return np.array(own.own_moment)
@@ -60,9 +60,9 @@ class Moment(ForceMetric):
         return moment
 
     def acting(self, rest: EquilibriumForces) -> float:
-        """Return the largest load or reaction times the extent of the body, N m."""
+        """Return the largest load or reaction on the body times the extent of the body, N m."""
         return rest.acting * rest.extent
 
     def details(self, value: Floats) -> dict[str, Any]:
-        """Return the magnitude of the moment."""
+        """Return the report entry of the moment's magnitude."""
         return {"size_Nm": self.size(value)}

@@ -53,7 +53,7 @@ class Period(Metric):
     uncertain: ClassVar[bool] = False
 
     def measure(self, seen: MetricInput) -> Measurement:
-        """Return T. Raises Undefined for a static analysis or too few crossings."""
+        """Return the period T, s. Raises Undefined for a static analysis or too few crossings."""
         if seen.history is None:
             raise Undefined("a period needs a dynamic analysis")
         q = seen.history.displacement(seen.X[-1:])[:, 0] @ np.array(self.along)  # (t,)
@@ -78,7 +78,11 @@ class Period(Metric):
 
 
 def _find_oscillation(t: Floats, q: Floats) -> tuple[float, float, Floats, Floats]:
-    """Return the rest position, s, crossing times (k + 1,) and extremes (k,) of the half-waves between them."""
+    """Return the rest position c and the ratio s of an oscillation q (n,) at times t (n,), s, and its half-waves.
+
+    Half-waves are given by the crossing times (k + 1,), s, and the extremes between them (k,). c and s are defined at
+    `Period`.
+    """
     rest, decay = float(q[len(q) // 2 :].mean()), 1.0
     for _ in range(PASSES):
         times, peaks = _find_half_waves(t, q - rest)
@@ -96,7 +100,7 @@ def _find_oscillation(t: Floats, q: Floats) -> tuple[float, float, Floats, Float
 
 
 def _cycle_deviation(times: Floats, period: float) -> float:
-    """Return the standard deviation, s, of the cycle lengths. Raises Undefined if they are too uneven."""
+    """Return the standard deviation of the cycle lengths, s. Raises Undefined if they are too uneven."""
     cycles, halves = times[2:] - times[:-2], np.diff(times)
     spread = float(cycles.std(ddof=1)) if len(cycles) > 1 else 0.0
     if spread > UNEVEN * period or float(halves.std()) > LOPSIDED * 0.5 * period:
@@ -108,10 +112,11 @@ def _cycle_deviation(times: Floats, period: float) -> float:
 
 
 def _find_second_vibration(t: Floats, q: Floats, times: Floats, period: float) -> tuple[float | None, float | None]:
-    """Return period, s, and relative strength of the second strongest vibration, from a spectrum with Blackman's
-    window.
+    """Return the period, s, and the relative strength of the second strongest vibration.
 
-    Raises Undefined if it is of similar strength, or if the strongest one disagrees with the crossings.
+    They come from a spectrum with Blackman's window. Raises Undefined if the second vibration is of similar strength,
+    or if
+    the strongest one disagrees with the crossings.
     """
     length = float(times[-1] - times[0])
     if length < 3.0 * period:
@@ -143,7 +148,7 @@ def _find_second_vibration(t: Floats, q: Floats, times: Floats, period: float) -
 
 
 def _find_half_waves(t: Floats, q: Floats) -> tuple[Floats, Floats]:
-    """Return the times (k + 1,) at which q changes sign and the extreme (k,) of each half-wave between them."""
+    """Return the times (k + 1,), s, at which q changes sign, and the extreme (k,) of each half-wave between them."""
     after = np.flatnonzero((q[1:] > 0.0) != (q[:-1] > 0.0)) + 1
     share = q[after - 1] / (q[after - 1] - q[after])
     times = t[after - 1] + share * (t[after] - t[after - 1])
@@ -152,7 +157,7 @@ def _find_half_waves(t: Floats, q: Floats) -> tuple[Floats, Floats]:
 
 
 def _extreme(q: Floats, i: int) -> float:
-    """Return the extreme of the parabola through three samples around the largest one (equal steps)."""
+    """Return the extreme of the parabola through three samples around sample i, with equal time steps."""
     if not 0 < i < len(q) - 1:
         return float(q[i])
     left, middle, right = q[i - 1 : i + 2]

@@ -18,7 +18,7 @@ else:
 
 
 def _fluid(rest: EquilibriumForces) -> Fluid:
-    """Return the fluid results. Raises Undefined if there are none."""
+    """Return the fluid results of the body. Raises Undefined if it has none."""
     if rest.fluid is None:
         raise Undefined("the body has no fluid: make its material `biphasic(...)`")
     return rest.fluid
@@ -46,7 +46,10 @@ class PorePressure(ForceMetric):
         return self.body
 
     def amount(self, rest: EquilibriumForces) -> Floats:
-        """Return the pressure at the point, the least and the largest, Pa. Raises Undefined if there is no fluid."""
+        """Return the pore pressure at the point, and the least and the largest in the body, Pa.
+
+        Raises Undefined if there is no fluid.
+        """
         return np.array([_fluid(rest).pressure(self.at), *_fluid(rest).pressures])
 
     def size(self, value: Floats) -> float:
@@ -58,11 +61,11 @@ class PorePressure(ForceMetric):
         return float(value[0])
 
     def acting(self, rest: EquilibriumForces) -> float:
-        """Return the largest pressure, Pa."""
+        """Return the largest pore pressure in the body, Pa."""
         return max(map(abs, _fluid(rest).pressures))
 
     def details(self, value: Floats) -> dict[str, Any]:
-        """Return the least and the largest pressure."""
+        """Return the report entries of the least and the largest pressure in the body."""
         return {"least_Pa": float(value[1]), "largest_Pa": float(value[2])}
 
 
@@ -86,7 +89,7 @@ class Outflow(ForceMetric):
         return self.of
 
     def amount(self, rest: EquilibriumForces) -> Floats:
-        """Return the volume, m^3. Raises Undefined if there is no fluid."""
+        """Return the fluid volume that has left through the support, m^3. Raises Undefined if there is no fluid."""
         outflows = _fluid(rest).outflows
         if self.of not in outflows:
             raise Undefined(
@@ -95,5 +98,5 @@ class Outflow(ForceMetric):
         return np.array(outflows[self.of])
 
     def acting(self, rest: EquilibriumForces) -> float:
-        """Return the largest outflow, m^3."""
+        """Return the largest outflow of all supports, m^3."""
         return max(map(abs, _fluid(rest).outflows.values()))

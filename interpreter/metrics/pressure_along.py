@@ -42,7 +42,7 @@ class PressureAlong(ContactMetric):
     followed: ClassVar[bool] = False  # only the curve at the end is stored, no history
 
     def measure(self, seen: MetricInput) -> Measurement:
-        """Return the largest pressure, or the relative difference, and the curve. Raises Undefined."""
+        """Return the largest pressure, or the relative difference, with the curve of pressures. Raises Undefined."""
         own = self.amount_at(self._require_results(seen.at_rest), seen.X)
         if self.measured_from is None:
             return self._build_measurement(own, own, float(own.max(initial=0.0)), seen)
@@ -54,7 +54,10 @@ class PressureAlong(ContactMetric):
     def _build_measurement(
         self, own: Floats, judged: Floats, value: float, seen: MetricInput, right: Floats | None = None
     ) -> Measurement:
-        """Build the measurement; its position is that of the largest |judged| (n,)."""
+        """Return the measurement; its reported position is that of the largest |judged| (n,).
+
+        `own` (n,) are the pressures, Pa, and `right` (n,) those of the reference.
+        """
         details = {
             "largest_Pa": float(own.max()),
             "mean_Pa": float(own.mean()),
@@ -68,8 +71,9 @@ class PressureAlong(ContactMetric):
         return Measurement(value, details, samples=own if len(own) > 1 and right is None else None, curve=curve)
 
     def amount_at(self, rest: EquilibriumForces, X: Floats) -> Floats:
-        """Return the pressure (n,), Pa, at undeformed surface points X (n, 3), m. Raises Undefined for points off the
-        surface.
+        """Return the contact pressure (n,), Pa, at undeformed surface points X (n, 3), m.
+
+        Raises Undefined for points off the surface.
         """
         touch = self.touch(rest)
         if touch.field is None:
@@ -82,7 +86,10 @@ class PressureAlong(ContactMetric):
         return found
 
     def _reference_pressure(self, rest: EquilibriumForces | None, X: Floats) -> Floats:
-        """Return the pressure of the solution it compares with. Raises Undefined if it has none or is singular."""
+        """Return the pressure (n,), Pa, of the reference at points X (n, 3), m.
+
+        Raises Undefined if the reference has no pressure, or a singular one.
+        """
         right = self.amount_at(self._require_results(rest), X)
         if not np.all(np.isfinite(right)):
             raise Undefined(
@@ -92,7 +99,7 @@ class PressureAlong(ContactMetric):
         return right
 
     def at_points(self, X: Floats) -> ContactMetric:
-        """Return the same metric at these points, for its error estimate."""
+        """Return the same metric at points X (n, 3), m, for its error estimate."""
         return _PressureAtPoints(self.of, self.probe, self.against, X)
 
     def acting(self, rest: EquilibriumForces) -> float:
@@ -100,7 +107,7 @@ class PressureAlong(ContactMetric):
         return max(touch.pressure for touch in rest.touches.values())
 
     def size(self, value: Floats) -> float:
-        """Return the largest magnitude; for a comparison, the root mean square."""
+        """Return the largest magnitude of the pressures; for a comparison, their root mean square."""
         if self.measured_from is not None:
             return float(np.sqrt(np.mean(value**2)))
         return float(np.abs(value).max(initial=0.0))
@@ -108,10 +115,10 @@ class PressureAlong(ContactMetric):
 
 @dataclass(frozen=True)
 class _PressureAtPoints(PressureAlong):
-    """Contact pressure metric at given points X (n, 3), m."""
+    """Metric of the contact pressure at given points X (n, 3), m."""
 
     X: Any = None
 
     def amount(self, rest: EquilibriumForces) -> Floats:
-        """Return the pressures (n,), Pa."""
+        """Return the pressures at the points (n,), Pa."""
         return self.amount_at(rest, self.X)

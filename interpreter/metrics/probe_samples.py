@@ -1,9 +1,11 @@
-"""Sample points of a probe for metrics of stress or strain: integration points for a mean, or points for an extreme.
+"""Sample points of a probe for metrics of stress or strain.
 
-The mean over a line is the integral over the line divided by its length, by Gauss points on pieces that end where the
-material changes and are no longer than half a cell. The mean over a surface is that over its triangles, which are cut
-where the material changes. At a point that lies on an interface a mean counts the mean of both sides, and the largest
-value is taken from both.
+They are integration points for a mean, or candidate points for a largest value. The mean over a line is the integral
+over the line divided by its length. It is computed at Gauss points on pieces of the
+line that end where the material changes and are no longer than half a cell. The mean over a surface is the mean over
+its
+triangles, which are cut where the material changes. At a point on an interface of materials a mean uses the average of
+both sides, and the largest value is taken from both sides.
 """
 
 from __future__ import annotations
@@ -33,8 +35,9 @@ Over = Literal["largest", "mean"]
 class ProbeSamples:
     """Sample points X (n, 3), m, and their weights (n,) in a mean, which add up to 1.
 
-    `materials` are the numbers of the materials inside a surface or a volume: at points on its border, only values on
-    the sides of these materials count.
+    `materials` are the numbers of the materials inside a surface or a volume. At points on its border, only values on
+    the
+    sides of these materials are used.
     """
 
     X: Floats
@@ -42,14 +45,14 @@ class ProbeSamples:
     materials: Ints | None = None
 
     def sides(self, field: Stresses) -> TensorsBySide:
-        """Return the tensors of a field at the points, on each side that belongs to the probe."""
+        """Return the tensors of a field at the sample points, on each side that belongs to the probe."""
         found = field.sides(self.X)
         return found if self.materials is None else found.only(self.materials)
 
 
 @dataclass(frozen=True)
 class ProbePlace:
-    """Probe of a stress or strain metric: points X (n, 3), m, triangles or weights, and domain."""
+    """Location of a stress or strain metric's probe: points X (n, 3), m, triangles or weights, and domain."""
 
     X: Floats
     triangles: Ints | None = None
@@ -57,7 +60,10 @@ class ProbePlace:
     domain: ProbeDomain | None = None
 
     def sampled(self, over: Over, field: Stresses, number: Number | None = None) -> ProbeSamples:
-        """Return the samples for a field; for the largest value of a `number` they include nodes of the mesh."""
+        """Return the sample points of the probe for the mean or the largest value (`over`) of a field.
+
+        For the largest value of a scalar `number` they include nodes of the mesh.
+        """
         domain = self.domain or ProbeDomain()
         if over == "largest":
             X = self._extremes(domain, field, number)
@@ -75,7 +81,7 @@ class ProbePlace:
         return ProbeSamples(self.X, mean_weights(self.X, self.weights, self.triangles))
 
     def looked_at(self, over: Over) -> Floats:
-        """Return the probe's points (n, 3), m, and for a largest value also those on the border of its domain."""
+        """Return the points of the probe (n, 3), m; for a largest value also points on the border of its domain."""
         if over == "mean" or self.domain is None or self.domain.border is None:
             return self.X
         return np.concatenate([self.X, self.domain.border])
@@ -102,7 +108,7 @@ class ProbePlace:
 
 
 def _line_samples(ends: tuple[Floats, Floats], points: int, field: Stresses) -> ProbeSamples:
-    """Return Gauss points on the pieces of a line with that many `points` of its own."""
+    """Return Gauss points on the pieces of a line between `ends`, whose probe has a number of `points`."""
     begin, end = ends
     length = float(np.linalg.norm(end - begin))
     if length == 0.0:
@@ -132,10 +138,11 @@ def pair_sides(one: Stresses, other: Stresses, samples: ProbeSamples) -> tuple[T
 
 
 def mean_weights(X: Floats, weights: Floats | None, triangles: Ints | None) -> Floats:
-    """Return the weight of each point X (n, 3) in a mean (n,); the weights add up to 1.
+    """Return the weights (n,) of points X (n, 3) in a mean; they add up to 1.
 
-    A weight is the volume or the area of a point, by `weights` (n,) or `triangles` (k, 3). Without these all are equal,
-    except that the ends of evenly spaced points on a straight line count half (trapezoidal rule).
+    A weight is the volume or the area that a point represents, from `weights` (n,) or `triangles` (k, 3). Without these
+    all
+    weights are equal, except that both ends of evenly spaced points on a straight line count half (trapezoidal rule).
     """
     if weights is not None:
         told: Floats = weights / weights.sum()
@@ -149,7 +156,7 @@ def mean_weights(X: Floats, weights: Floats | None, triangles: Ints | None) -> F
 
 
 def _trapezoidal_weights(X: Floats) -> Floats:
-    """Return the weights (n,) of points (n, 3) without areas, which add up to 1."""
+    """Return weights (n,), which add up to 1, of points (n, 3) that have no areas or volumes."""
     count = len(X)
     w: Floats = np.ones(count)
     steps = np.diff(X, axis=0)

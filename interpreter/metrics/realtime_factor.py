@@ -48,7 +48,10 @@ class RealTimeFactor(Metric):
     uncertain: ClassVar[bool] = False
 
     def measure(self, seen: MetricInput) -> Measurement:
-        """Return t_99 / limit. Raises Undefined for references, without times, and for steps that were not solved."""
+        """Return the real-time factor t_99 / limit.
+
+        Raises Undefined for references, without computing times, and for time steps that did not converge.
+        """
         if not seen.clock and seen.history is None:
             raise Undefined("a reference has no frames")
         if seen.history is not None:
@@ -56,7 +59,7 @@ class RealTimeFactor(Metric):
         return self._static(seen)
 
     def _dynamic(self, history: History) -> Measurement:
-        """Measure a dynamic analysis, whose frames are time steps."""
+        """Return the measurement of a dynamic analysis, whose frames are time steps."""
         unsolved, steps = history.solved.count(False), len(history.step_s)
         if unsolved:
             raise Undefined(
@@ -68,7 +71,7 @@ class RealTimeFactor(Metric):
         return self._compare_with_limit(history.step_s, history.step_cpu_s, history.step, late, more)
 
     def _static(self, seen: MetricInput) -> Measurement:
-        """Measure a static analysis, whose frames are solutions from rest."""
+        """Return the measurement of a static analysis, whose frames are solutions from rest."""
         wall, cpu = seen.clock.get("solve_s"), seen.clock.get("solve_cpu_s")
         if wall is None:
             raise Undefined("nothing was solved, so there is no time")
@@ -85,7 +88,10 @@ class RealTimeFactor(Metric):
     def _compare_with_limit(
         self, wall: tuple[float, ...], cpu: tuple[float, ...], limit: float, late: str, more: dict[str, Any]
     ) -> Measurement:
-        """Compare frame times with `limit` (s); `late` gives a reason against real time that holds at any value."""
+        """Return the measurement of frame times `wall`, s, compared with `limit`, s.
+
+        `late` is a reason why the result is not real time whatever the frame times are; `more` are further details.
+        """
         if not wall:
             raise Undefined("no time step was computed, so there is no time")
         t = np.array(wall)  # (frames,)
@@ -112,5 +118,5 @@ class RealTimeFactor(Metric):
 
 
 def _percentile_time(t: np.ndarray[Any, np.dtype[np.float64]], percent: float) -> float:
-    """Return the smallest of the times t (n,) within which `percent` of them lie."""
+    """Return the smallest of the times t (n,) within which `percent` % of them lie."""
     return float(np.percentile(t, percent, method="inverted_cdf"))

@@ -29,7 +29,7 @@ class RelativeDisplacementError(DisplacementMetric):
     uncertain: ClassVar[bool] = False
 
     def value(self, X: NDArray[np.float64], u: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
-        """Return eta for displacements u and reference (n, 3), m."""
+        """Return the relative error eta of displacements u (n, 3), m, compared with `reference` (n, 3), m."""
         size = float((reference**2).sum())
         if size == 0.0:
             raise Undefined("the reference does not move, so there is no relative error")

@@ -19,7 +19,7 @@ else:
 
 
 class FrictionMetric(ContactMetric):
-    """Base class of the metrics of a contact with friction."""
+    """Base class of metrics that evaluate the friction of one contact."""
 
     numbers: ClassVar[tuple[str, ...]] = ("slip", "sticks")
 
@@ -47,11 +47,11 @@ class Slip(FrictionMetric):
     natural: ClassVar[str] = "m"
 
     def amount(self, rest: EquilibriumForces) -> Floats:
-        """Return the slip distance, m. Raises Undefined if there is no friction."""
+        """Return the largest slip distance, m. Raises Undefined if there is no friction."""
         return np.array(self.friction(rest).slip)
 
     def acting(self, rest: EquilibriumForces) -> float:
-        """Return the largest displacement, m."""
+        """Return the largest nodal displacement of the body, m."""
         return rest.moved
 
 
@@ -76,5 +76,5 @@ class StickArea(FrictionMetric):
         return np.array(self.friction(rest).area)
 
     def acting(self, rest: EquilibriumForces) -> float:
-        """Return the largest area of all contacts, m^2."""
+        """Return the largest contact area of all contacts, m^2."""
         return max(touch.area for touch in rest.touches.values())

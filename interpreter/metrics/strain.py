@@ -43,7 +43,7 @@ class Strain(TensorMetric):
     natural: ClassVar[str] = "1"
 
     def values(self, tensors: Tensors) -> Floats:
-        """Return the component of each tensor (n,)."""
+        """Return the requested component or invariant of each tensor (n,)."""
         from softmark.solvers.stress_recovery.stress_measures import extract_component
 
         return extract_component(self.tensors(tensors), self.component)

@@ -18,7 +18,7 @@ else:
 
 
 def require_energy(energy: float) -> Floats:
-    """Return an energy in J as an array (). Raises Undefined if it is not known."""
+    """Return an energy, J, as an array of shape (). Raises Undefined if it is unknown (NaN)."""
     if energy != energy:
         raise Undefined("its law defines stress but no energy there (W368)")
     return np.array(energy)
@@ -43,12 +43,13 @@ class StrainEnergy(ForceMetric):
         return self.body
 
     def amount(self, rest: EquilibriumForces) -> Floats:
-        """Return the strain energy U, J. Raises Undefined if it is not known."""
+        """Return the strain energy U, J. Raises Undefined if it is unknown."""
         return require_energy(rest.energy)
 
     def distance(self, rest: EquilibriumForces, right: EquilibriumForces) -> float:
-        """Return the energy difference, at least the relative difference of reactions: local errors may cancel in the
-        sum.
+        """Return the difference of the energies, J, but at least the energy times the relative difference of reactions.
+
+        Local errors may cancel in the energy, which is a sum.
         """
         own = super().distance(rest, right)
 
@@ -60,5 +61,5 @@ class StrainEnergy(ForceMetric):
 
 
 def _wrench(reaction: Reaction, extent: float) -> Floats:
-    """Return force, N, and moment over the body's `extent`, N, of a reaction (2, 3); a pure twist has no force."""
+    """Return the force of a reaction, N, and its moment divided by the body's `extent`, N, as rows (2, 3)."""
     return np.array([reaction.force, np.asarray(reaction.own_moment) / (extent or 1.0)])

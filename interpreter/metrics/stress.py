@@ -68,11 +68,11 @@ class Stress(TensorMetric):
 
     @property
     def made_of(self) -> Part:
-        """Part of the tensor that matters: without pressure for von Mises stress and shear along the axes."""
+        """Part of the tensor that determines the value: the deviator for von Mises stress and shear along the axes."""
         return "stress deviator" if self.component in ("von_mises", "xy", "yz", "zx") else "stress"
 
     def values(self, tensors: Tensors) -> Floats:
-        """Return the component of each tensor (n,), Pa."""
+        """Return the requested component or invariant of each tensor (n,), Pa."""
         from softmark.solvers.stress_recovery.stress_measures import extract_component
 
         return extract_component(self.tensors(tensors), self.component)

@@ -41,7 +41,7 @@ class Stretch(TensorMetric):
     natural: ClassVar[str] = "1"
 
     def values(self, tensors: Tensors) -> Floats:
-        """Return the stretch of each tensor (n,)."""
+        """Return the requested stretch of each tensor (n,)."""
         return tensors.stretches(self.component)
 
     def tensors(self, tensors: Tensors) -> Floats:

@@ -65,7 +65,10 @@ class SurfaceDistance(DistanceStatistic):
                      "search distance along a normal; default: extent of the measured surface"] = None  # fmt: skip
 
     def measure(self, seen: MetricInput) -> Measurement:
-        """Return the statistic of the distances. Raises Undefined without a surface, or if no normal intersects it."""
+        """Return the requested statistic of the distances.
+
+        Raises Undefined without a surface, or if no normal intersects it.
+        """
         target, x = find_target_surface(seen), seen.X + seen.u
         found = self._along_normals if self.along == "normal" else self._nearest
         signed, foot, more = found(seen, x, target)
@@ -85,15 +88,17 @@ class SurfaceDistance(DistanceStatistic):
         return self.summed(details, d, d if met.all() else None)
 
     def _nearest(self, seen: MetricInput, x: Floats, target: SurfaceSearch) -> tuple[Floats, Floats, dict[str, Any]]:
-        """Return signed distances (n,), closest points (n, 3) and further details."""
+        """Return signed distances (n,), m, of points x (n, 3) to the target, closest points (n, 3) and details."""
         closest = target.closest(x)
         return closest.distances * side_of_surface(x, closest, target), closest.points, {}
 
     def _along_normals(
         self, seen: MetricInput, x: Floats, target: SurfaceSearch
     ) -> tuple[Floats, Floats, dict[str, Any]]:
-        """Return signed distances along normals (n,), points found (n, 3) and further details; inf without an
-        intersection.
+        """Return signed distances along normals (n,), m, from points x (n, 3), intersections (n, 3) and further
+        details.
+
+        The distance is inf without an intersection.
         """
         if seen.triangles is None or not len(seen.triangles):
             raise Undefined("distances along normals need a surface probe")
@@ -107,8 +112,11 @@ class SurfaceDistance(DistanceStatistic):
 
 
 def summarize_relative_distances(d: Floats, X: Floats, u: Floats, foot: Floats) -> dict[str, Any]:
-    """Return statistics of d (n,) divided by the motion from X to `foot` (n, 3), less the motion of the least moved
-    point.
+    """Return statistics of distances d (n,) divided by the displacements of the points in the measurement.
+
+    These are the vectors from X to `foot` (n, 3), the points found on the measured surface, minus the vector of the
+    point
+    that moves least in the model.
     """
     held = int((u**2).sum(axis=1).argmin())
     offset = foot[held] - X[held]

@@ -1,6 +1,6 @@
-"""Target surface of a distance metric, and the side of it on which a point lies.
+"""Target surface of a distance metric, and a test whether points lie inside or outside of it.
 
-Distances themselves are in `softmark.references.surface_geometry`.
+The distances are computed in `softmark.references.surface_geometry`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ ROUNDING = 1e-9  # a smaller barycentric coordinate counts as zero: the point li
 
 
 def find_target_surface(seen: MetricInput) -> SurfaceSearch:
-    """Return the target surface: a measured surface, or that of the probe as the reference deforms it.
+    """Return the target surface: a measured surface, or the surface of the probe as the reference deforms it.
 
     Raises Undefined if the reference has neither.
     """
@@ -36,12 +36,13 @@ def find_target_surface(seen: MetricInput) -> SurfaceSearch:
 
 
 def side_of_surface(x: Floats, closest: ClosestPoints, target: SurfaceSearch) -> Floats:
-    """Return 1 for points x (n, 3) outside a surface and -1 inside (n,), from their closest points.
+    """Return 1 for points x (n, 3) outside a surface and -1 for points inside (n,), from their closest points.
 
-    It is the sign of (x - closest) . N, with N the normal of the face; on an edge the sum of both face normals; at a
-    corner the sum of all adjacent face normals, weighted by their angles. Any other normal fails at some corner.
-    Source:
-    Baerentzen and Aanaes 2005, IEEE Transactions on Visualization and Computer Graphics 11:243.
+    The side is the sign of (x - closest) . N, with N the normal of the face. On an edge N is the sum of both face
+    normals,
+    and at a corner the sum of all adjacent face normals, weighted by their angles. Any other normal fails at some
+    corner.
+    Source: Baerentzen and Aanaes 2005, IEEE Transactions on Visualization and Computer Graphics 11:243.
     """
     t, share = closest.triangles, _barycentric(closest, target)
     N, zero = unit_normals(target.points, target.triangles[t]), share < ROUNDING  # (n, 3)
@@ -53,7 +54,7 @@ def side_of_surface(x: Floats, closest: ClosestPoints, target: SurfaceSearch) ->
 
 
 def _edge_normals(target: SurfaceSearch) -> Floats:
-    """Return the sum of the face normals at each edge (t, 3, 3): [:, i] is the edge opposite to corner i."""
+    """Return the sum of the two face normals at each edge (t, 3, 3); [:, i] is the edge opposite to corner i."""
     ends = np.sort(target.triangles[:, [[1, 2], [2, 0], [0, 1]]], axis=2).reshape(-1, 2)
     number = np.unique(ends, axis=0, return_inverse=True)[1].ravel()
     sums = np.zeros((number.max() + 1, 3))
@@ -62,7 +63,10 @@ def _edge_normals(target: SurfaceSearch) -> Floats:
 
 
 def _barycentric(closest: ClosestPoints, target: SurfaceSearch) -> Floats:
-    """Return barycentric coordinates of the closest points (n, 3); a third each in triangles without area."""
+    """Return the barycentric coordinates of the closest points in their triangles (n, 3).
+
+    In triangles without area all three are one third.
+    """
     apart = target.points[target.triangles[closest.triangles]] - closest.points[:, None]  # (n, 3, 3)
     parts = np.stack([np.cross(apart[:, (i + 1) % 3], apart[:, (i + 2) % 3]) for i in range(3)], axis=1)
     whole = parts.sum(axis=1)  # twice the area vector

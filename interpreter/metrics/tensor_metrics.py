@@ -1,4 +1,4 @@
-"""Base class of metrics of stress, strain and stretch: a number of a tensor at each point of a probe."""
+"""Base class of metrics of stress, strain and stretch, which reduce the tensor at each point to a number."""
 
 from __future__ import annotations
 
@@ -25,9 +25,11 @@ WORST = 1.5**0.5  # largest von Mises stress relative to the tensor's norm
 
 
 class TensorMetric(Metric):
-    """Base class of metrics of a model's stress or strain at the points of its probe.
+    """Base class of metrics of a model's stress or strain at the points of a probe.
 
-    Against another model, the value is the difference of the two, point by point, relative to that model's tensors.
+    Against another model, the value is the difference between both models, point by point, relative to the tensors of
+    the
+    other model.
     """
 
     probe: str
@@ -36,28 +38,32 @@ class TensorMetric(Metric):
 
     @property
     def unit(self) -> str:
-        """Unit of its value: 1 if it is a relative error."""
+        """Unit of the value; 1 for a relative error."""
         return self.natural if self.measured_from is None else "1"
 
     @property
     def made_of(self) -> Part:
-        """Part of the tensor in which cells must agree for this number to be resolved."""
+        """Part of the tensor that must agree between adjacent cells for the value to be resolved."""
         return "strain"
 
     def values(self, tensors: Tensors) -> Floats:
-        """Return the number of each tensor (n,), in the metric's unit."""
+        """Return the requested number of each tensor (n,), in the metric's unit."""
         raise NotImplementedError(f"{type(self).__name__} has no values")
 
     def tensors(self, tensors: Tensors) -> Floats:
-        """Return the tensors whose numbers are taken (n, 3, 3), in the metric's unit."""
+        """Return the stress or strain tensors (n, 3, 3) of which the metric takes a number, in the metric's unit."""
         raise NotImplementedError(f"{type(self).__name__} has no tensors")
 
     def apart(self, one: Stresses, other: Stresses, samples: ProbeSamples, right: Stresses) -> float:
-        """Return the distance of two fields at sample points, in the metric's unit, by the norm of the whole tensor.
+        """Return the difference of two fields at sample points in the metric's unit, by the norm of the whole tensor.
 
-        One component may agree by chance. The norm of the difference bounds that of every component and principal value
-        (Weyl 1912), and that of von Mises stress with sqrt(3/2). The error of each field against `right` changes by at
-        most that (triangle inequality). On an interface each side is compared with the same side. Raises Undefined.
+        The norm is used because one component may agree by chance. The norm of the difference bounds that of every
+        component
+        and principal value (Weyl 1912), and that of von Mises stress with sqrt(3/2). By the triangle inequality the
+        errors of
+        the two fields relative to `right` differ by at most this. On an interface each side is compared with the same
+        side.
+        Raises Undefined.
         """
         sides, theirs = pair_sides(one, other, samples)
         difference, shares = self.tensors(sides.tensors) - self.tensors(theirs), sides.per_row(samples.shares)
@@ -68,7 +74,7 @@ class TensorMetric(Metric):
         return WORST * float(np.linalg.norm(difference, axis=(1, 2)).max())
 
     def scale(self, right: Stresses, samples: ProbeSamples) -> float:
-        """Return the denominator of an error, in its natural unit; 1 if the metric is no error. Raises Undefined."""
+        """Return the divisor of a relative error, in the natural unit; 1 for a plain value. Raises Undefined."""
         if self.measured_from is None:
             return 1.0
         if (size := self._size(right, samples)) == 0.0:
@@ -76,23 +82,23 @@ class TensorMetric(Metric):
         return size
 
     def extent(self, own: Stresses, right: Stresses, samples: ProbeSamples) -> float:
-        """Return the factor from a displacement error to the metric's unit. Raises Undefined.
+        """Return the factor that converts a relative displacement error to the metric's unit. Raises Undefined.
 
-        It is the size of the tensors at the samples or, if larger, in the body.
+        It is the norm of the tensors at the samples or, if larger, in the whole body.
         """
         return max(self._size(own, samples), self.usual(own)) / self.scale(right, samples)
 
     def _size(self, field: Stresses, samples: ProbeSamples) -> float:
-        """Return the norm of a field at the samples: the largest, or the mean."""
+        """Return the norm of a field over the sample points: the largest, or the mean."""
         sides = samples.sides(field)
         return self._norm(self.tensors(sides.tensors), sides.per_row(samples.shares))
 
     def norms(self, change: Tensors) -> Floats:
-        """Return the norms of small changes of a tensor (n,), in the metric's unit."""
+        """Return the norms (n,) of small changes of the tensors, in the metric's unit."""
         return np.asarray(np.linalg.norm(self.tensors(change), axis=(1, 2)), dtype=np.float64)
 
     def _norm(self, tensors: Floats, shares: Floats) -> float:
-        """Return the largest norm of the tensors, or their weighted mean."""
+        """Return the largest norm of the tensors, or the mean of the norms with the weights `shares`."""
         norms = np.linalg.norm(tensors, axis=(1, 2))
         return float(np.average(norms, weights=shares) if self.over == "mean" else norms.max())
 
@@ -101,11 +107,11 @@ class TensorMetric(Metric):
         return place.sampled(self.over, field, None if self.measured_from is not None else self.values)
 
     def usual(self, field: Stresses) -> float:
-        """Return the root mean square of the tensor in the body, in the metric's unit."""
+        """Return the root mean square of the tensor's norm in the body, in the metric's unit."""
         raise NotImplementedError(f"{type(self).__name__} has no size")
 
     def measure(self, seen: MetricInput) -> Measurement:
-        """Return the value, its position, and the disagreement of the cells there. Raises Undefined."""
+        """Return the value, its position, and the disagreement of adjacent cells there. Raises Undefined."""
         field = stress_field_of(seen.stress)
         place = ProbePlace(seen.X, seen.triangles, seen.weights, seen.domain)
         if self.measured_from is not None:
@@ -124,22 +130,27 @@ class TensorMetric(Metric):
             "cells_apart_Pa": float(field.unresolved(at)[0]),
             "cells_apart_1": float(field.disagreement(at, self.made_of)[0]),
             "usual_stress_Pa": field.usual[0],
-            "where_materials_meet": self._two_valued(field, sides, samples, seen),
+            "where_materials_meet": self._count_two_valued_points(field, sides, samples, seen),
         }
         here = values[sides.rows == sides.rows[row]]
         if len(here) > 1:
             details[f"sides_{self._suffix}"] = here.tolist()
         return Measurement(value, details, samples=values if len(values) > 1 else None)
 
-    def _two_valued(self, field: Stresses, sides: TensorsBySide, samples: ProbeSamples, seen: MetricInput) -> int:
-        """Return the number of points with two values; for a mean, 0 if they have no weight in the integral."""
+    def _count_two_valued_points(
+        self, field: Stresses, sides: TensorsBySide, samples: ProbeSamples, seen: MetricInput
+    ) -> int:
+        """Return the number of points with two values, one on each side of an interface of materials.
+
+        For a mean it is 0 if these points have no weight in the integral.
+        """
         if self.over == "largest":
             return int(field.shared(seen.X))
         part = float(sides.per_row(samples.shares)[sides.two_valued].sum())
         return round(part * len(seen.X)) or int(part > 0.0)
 
     def _compared(self, field: Stresses, place: ProbePlace, seen: MetricInput) -> Measurement:
-        """Measure the difference to the values of the reference model, at the same points."""
+        """Return the measurement of the difference from the reference model at the same points."""
         samples = self.samples(place, field)
         try:
             right = stress_field_of(None if seen.known is None else seen.known.stress)
@@ -164,7 +175,7 @@ class TensorMetric(Metric):
         return values
 
     def reduced(self, values: Floats, shares: Floats) -> tuple[int, float]:
-        """Return the row of the largest magnitude, and the value there or the mean."""
+        """Return the index of the value with the largest magnitude, and that value or the weighted mean of all."""
         row = int(np.abs(values).argmax())
         return row, float(values[row] if self.over == "largest" else shares @ values)
 

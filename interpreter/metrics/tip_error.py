@@ -24,5 +24,5 @@ class TipError(DisplacementMetric):
     uncertain: ClassVar[bool] = True
 
     def value(self, X: NDArray[np.float64], u: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
-        """Return |u_n - reference_n|, m."""
+        """Return the distance |u_n - reference_n| at the last point, m."""
         return math.sqrt(float(((u[-1] - reference[-1]) ** 2).sum()))

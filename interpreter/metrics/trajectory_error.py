@@ -1,4 +1,4 @@
-"""Error between two motions, over points and time."""
+"""Error between two motions, over the points of a probe and over time."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class TrajectoryError(Metric):
     uncertain: ClassVar[bool] = False
 
     def measure(self, seen: MetricInput) -> Measurement:
-        """Return the norm. Raises Undefined if one of the two has no history."""
+        """Return the relative norm of the error. Raises Undefined if the model or the reference has no history."""
         known = seen.known
         if seen.times is None or seen.course is None:
             raise Undefined("it has no time history: the analysis is static, or the probe is a surface")
@@ -54,7 +54,10 @@ class TrajectoryError(Metric):
 
 
 def _time_intervals(t: Floats) -> Floats:
-    """Return the time interval (k,) of each time t: half-way to both neighbours; at the ends, the full interval."""
+    """Return the time interval (k,), s, that each time t (k,) represents in the sum.
+
+    It reaches half-way to both neighbours; at the ends it is the full interval to the only neighbour.
+    """
     if len(t) < 2:
         return np.ones(len(t))
     steps = np.diff(t)
@@ -63,7 +66,10 @@ def _time_intervals(t: Floats) -> Floats:
 
 
 def _interpolate_history(t: Floats, times: Floats, course: Floats) -> Floats:
-    """Interpolate a history (m, n, 3) known at `times` (m,) linearly at the times t (k,): (k, n, 3)."""
+    """Return a history, known at `times` (m,), linearly interpolated at the times t (k,), shape (k, n, 3).
+
+    `course` (m, n, 3) are its known values.
+    """
     after = np.clip(np.searchsorted(times, t), 1, len(times) - 1)
     share = (t - times[after - 1]) / (times[after] - times[after - 1])
     between: Floats = course[after - 1] + share[:, None, None] * (course[after] - course[after - 1])

@@ -1,7 +1,7 @@
-"""Exception of a metric that has no value."""
+"""Exception that a metric raises if it has no value."""
 
 from __future__ import annotations
 
 
 class Undefined(Exception):
-    """The metric has no value here; the text gives the reason."""
+    """Exception of a metric that has no value; its text is the reason."""

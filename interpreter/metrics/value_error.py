@@ -37,14 +37,14 @@ class ErrorOfValue(DerivedMetric):
     relative_to: Annotated[Literal["value", "uncertainty"], "divisor of the difference"] = "value"
 
     def probe_in(self, scene: Scene) -> str | None:
-        """Return the name of the probe of the metric whose value it compares."""
+        """Return the name of the probe of the metric `of`, whose value is compared."""
         probe: str | None = scene.declared[self.of].thing.looked_at
         return probe
 
     def size(self, given: KnownValue, found: float | None = None) -> float:
-        """Return the divisor of the difference, in the unit of the metric; without `found`, the least it may be.
+        """Return the divisor of the difference, in the unit of the compared metric.
 
-        Raises Undefined.
+        Without `found`, it is the least divisor that is possible. Raises Undefined.
         """
         if self.relative_to == "value":
             size = abs(given.value)
@@ -55,7 +55,7 @@ class ErrorOfValue(DerivedMetric):
         return size
 
     def measure(self, seen: MetricInput) -> Measurement:
-        """Return the relative difference. Raises Undefined."""
+        """Return the difference from the given value, relative to it or to its uncertainty. Raises Undefined."""
         given = None if seen.known is None else seen.known.value
         if given is None or seen.number is None:
             raise Undefined(f"`{self.against}` is not a value, or there is no value to compare with it")

@@ -32,7 +32,7 @@ class VolumeChange(Metric):
     uncertain: ClassVar[bool] = False
 
     def measure(self, seen: MetricInput) -> Measurement:
-        """Return v / V - 1. Raises Undefined unless the triangles form a closed surface."""
+        """Return the relative volume change v / V - 1. Raises Undefined unless the triangles form a closed surface."""
         if seen.triangles is None or not len(seen.triangles):
             raise Undefined("a volume change needs a probe of the body's whole surface")
         if gaps := count_open_edges(seen.triangles):

@@ -37,11 +37,11 @@ class LoadWork(ForceMetric):
         return self.of
 
     def amount(self, rest: EquilibriumForces) -> Floats:
-        """Return f . u, J. Raises Undefined for a load that follows the surface."""
+        """Return the work f . u of the load, J. Raises Undefined for a load that follows the surface."""
         if (found := rest.work[self.of]) is None:
             raise Undefined(f"the work of `{self.of}` depends on the path: the load has no potential energy")
         return np.array(found)
 
     def acting(self, rest: EquilibriumForces) -> float:
-        """Return the largest force times the largest displacement, J."""
+        """Return the largest load or reaction times the largest displacement, J."""
         return rest.acting * rest.moved

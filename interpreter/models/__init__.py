@@ -1,17 +1,18 @@
-"""Models: methods to compute the deformation of a body. Each is a folder with a declaration and a builder.
+"""Models, that is methods to compute the deformation of a body. Each is a folder with a declaration and a builder.
 
-No code asks which model one is. A declaration is a class derived from `shared/model_declaration.py: Model`, with the
-fields that a scene can set. It states which loads, supports and analyses it supports, so that validation refuses the
-others; the errors and warnings about it (`doubts`); its description (`outline`, `kind`); its resolution and convergence
-order; and which model it reduces. It does not import numpy. A builder is a module with `load(model)` for its imports
-and `prepare(model, declared, case, workshop)`, which creates arrays and returns what
-`shared/prepared_model.py: Prepared` describes; `Meshless` has defaults for a model without a mesh.
+No code asks for the class of a model. A declaration is a class derived from `shared/model_declaration.py:
+Model`, with the fields that a scene can set. It states which loads, supports and analyses the model supports,
+so that validation refuses all others. It also has the errors and warnings about the model (`doubts`), its
+description (`outline`, `kind`), its resolution and convergence order, and the model that it reduces, if any. It
+does not import numpy. A builder is a module with `load(model)`, which imports its libraries, and
+`prepare(model, declared, case, workshop)`, which creates arrays and returns an object with the interface
+`shared/prepared_model.py: Prepared`. `Meshless` has defaults for a model without a mesh.
 
 To add a model:
     declaration   a class, and a line in MODELS here
     builder       a module, and a line in BUILDERS (model_builders.py)
-    verification  forces computed again by other formulas, and an error estimate: a module and a line in VERIFIERS
-                  (verification/by_model). Without them the model runs with a warning and states no error.
+    verification  a module that recomputes forces by other formulas and estimates the error, and a line in VERIFIERS
+                  (verification/by_model). Without it the model runs with a warning and states no error.
 """
 
 from __future__ import annotations

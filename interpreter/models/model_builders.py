@@ -1,7 +1,7 @@
-"""Builders of models by class of declaration. Declarations need no arrays; builders, which do, are imported on demand.
+"""Table of the builder module of each model class. Builders need arrays; they are imported only when used.
 
-To add a model, add its declaration to MODELS and its builder module here. The module has `load(model)`, which imports
-what building needs, and `prepare(model, declared, case, workshop)`, which raises Fault.
+To add a model, add its declaration to MODELS and its builder module here. The module has `load(model)`, which
+imports the libraries that building needs, and `prepare(model, declared, case, workshop)`, which raises Fault.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Builder:
-    """Builder of a model that a plugin defines."""
+    """Interface of the builder of a model that a plugin defines."""
 
     load: Callable[[Any], None]
     prepare: Callable[[Any, Declared, Case, BuildContext], Prepared]
@@ -64,12 +64,15 @@ SOAKED: dict[type[Any], str] = {
 
 
 def load(model: Any) -> None:
-    """Import what building a model needs, so that it is not timed. Raises KeyError for an unknown model."""
+    """Import the modules that building a model needs, before timing starts. Raises KeyError for an unknown model."""
     _builder(model).load(model)
 
 
 def build(declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
-    """Build a model of a scene as arrays, ready to solve; it may build others through the workshop. Raises Fault."""
+    """Return a model of a scene built as arrays, ready to solve. Raises Fault.
+
+    The builder may build other models through the workshop.
+    """
     workshop.build = build
     builder = _builder(declared.thing)
     if case.remembers:

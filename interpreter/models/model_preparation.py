@@ -1,4 +1,4 @@
-"""Preparation of one model with timing, and reading of measurements."""
+"""Preparation of a model with timing, and reading of measured references."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from softmark.pausing import collection_paused
 
 
 def prepared_model(declared: Declared, case: Case, workshop: BuildContext) -> tuple[Prepared, tuple[float, float]]:
-    """Build a model for a case; return it with the wall and CPU seconds, imports excluded. Raises Fault."""
+    """Return a model built for a case, and the wall and CPU time, s, that this took without imports. Raises Fault."""
     with collection_paused():
         model_builders.load(declared.thing)
     workshop.borrowed = (0.0, 0.0)
@@ -32,7 +32,10 @@ def from_a_model(reference: Declared) -> bool:
 
 
 def measurement(scene: Scene, declared: Declared) -> Any:
-    """Return a measurement, moved onto the held face of the body if the scene requests that."""
+    """Return the data of a measured reference.
+
+    If the scene requests this, the data are moved onto the held face of the body.
+    """
     thing, register = declared.thing, declared.thing.registered
     if register == "clamp":
         from softmark.interpreter.problem.probe_points import held_face
@@ -43,14 +46,14 @@ def measurement(scene: Scene, declared: Declared) -> Any:
 
 @dataclass
 class Measurements(Mapping[str, Any]):
-    """Measured data of references, each read on first use; `seconds` is the (wall, CPU) time of reading."""
+    """Data of measured references, by name, each read on first use; `seconds` is the (wall, CPU) time of reading."""
 
     scene: Scene
     seconds: tuple[float, float] = (0.0, 0.0)
     _read: dict[str, Any] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Any:
-        """Return the data of a reference. Raises KeyError if it is not measured, or cannot be read."""
+        """Return the data of a reference. Raises KeyError if the reference is not measured or cannot be read."""
         if name not in self._read:
             wall, cpu = time.perf_counter(), time.process_time()
             self._read[name] = self._loaded(name)

@@ -6,5 +6,5 @@ run_state        results found so far
 saved_results, cached_results   results saved by an earlier run, and their reuse
 probe_sampling, model_runs, reference_runs, report_assembly   the steps
 contact_surface_fields, stress_surface_fields, rigid_body_shapes   fields and shapes for pictures
-run_environment, scene_declarations   the report's entries about its scene and the machine
+run_environment, scene_declarations   entries of the report about its scene and the machine
 """

@@ -1,7 +1,8 @@
-"""Reuse of results of an earlier run, found by a `RunCache`.
+"""Reuse of the results of an earlier run, found by a `RunCache`.
 
-A model's result is reused as it was at the end of that run, measured and drawn, with its warnings, each repeated at the
-step that gave it. References are reused only if all models are, since computing a reference needs whole models.
+The result of a model is reused as it was at the end of the earlier run, with its metrics, its drawn surface and its
+warnings. Each warning is repeated in the step that first gave it. References are reused only if all models are, since
+computing a reference needs complete models.
 """
 
 from __future__ import annotations
@@ -21,41 +22,41 @@ if TYPE_CHECKING:
 
 
 class RunCache(Protocol):
-    """Cache of results of runs, for later runs."""
+    """Cache that saves the results of runs for later runs."""
 
     def known(self, scene: Scene, plan: Plan, options: RunOptions) -> SavedResults:
-        """Return the saved results of a plan that this run would compute identically."""
+        """Return the saved results that this run would compute identically."""
 
     def without_saved_results(self) -> RunCache:
-        """Return the same cache without the saved results."""
+        """Return a cache that saves the results of this run but has none from earlier runs."""
 
     def worth_saving_early(self, works: Sequence[StateRun], name: str) -> bool:
-        """Return whether a model that was just solved is worth saving, and can be saved, before the run has ended."""
+        """Return whether the model `name`, just solved, can be and is worth being saved before the run has ended."""
 
     def keep_early(self, works: Sequence[StateRun], name: str) -> None:
-        """Save such a model, once it is measured."""
+        """Save the model `name` before the run has ended; its metrics must have been evaluated."""
 
     def keep(self, works: Sequence[StateRun]) -> None:
-        """Save the new results of a run."""
+        """Save the new results of a run; `works` are the runs of its states."""
 
 
 class OutdatedResults(Exception):
-    """Reused results do not agree with computed ones."""
+    """Error when reused results do not agree with computed ones."""
 
 
 def load_saved_results(scene: Scene, plan: Plan, options: RunOptions, keeper: RunCache | None) -> SavedResults:
-    """Return the saved results that a plan can reuse; empty without a keeper."""
+    """Return the saved results that a plan can reuse; empty if `keeper` is None."""
     return NOTHING if keeper is None else keeper.known(scene, plan, options)
 
 
 def save_results(works: Sequence[StateRun], keeper: RunCache | None) -> None:
-    """Save the results if there is a keeper."""
+    """Save the results of a run, unless `keeper` is None."""
     if keeper is not None:
         keeper.keep(works)
 
 
 def reuse_prepared_model(work: StateRun, name: str) -> bool:
-    """Return whether a model is reused; if so, repeat the warnings given when it was built."""
+    """Repeat the warnings from building a model if its saved result is reused; return whether it is reused."""
     if (kept := work.known.models.get(name)) is None:
         return False
     _repeat_warnings(work, kept.told[work.number].get("prepare", ()))
@@ -63,7 +64,7 @@ def reuse_prepared_model(work: StateRun, name: str) -> bool:
 
 
 def reuse_solved_model(work: StateRun, name: str) -> bool:
-    """Return whether a model is reused; if so, take its result and repeat the warnings given when it was solved."""
+    """Take the saved result of a model, if there is one, with the warnings of its solution; return whether there is."""
     if (kept := work.known.models.get(name)) is None:
         return False
     work.models[name] = replace(kept.results[work.number], kept=kept.computed)
@@ -73,7 +74,10 @@ def reuse_solved_model(work: StateRun, name: str) -> bool:
 
 
 def reuse_everything(works: Sequence[StateRun]) -> bool:
-    """Return whether everything is reused, after restoring it in the original order. Raises OutdatedResults."""
+    """Restore all models and references in their original order if all are saved; return whether they are.
+
+    Raises OutdatedResults.
+    """
     for work in works:
         if (whole := work.known.references) is None:
             return False
@@ -97,11 +101,13 @@ def _repeat_warnings(work: StateRun, told: Sequence[WarningGroup]) -> None:
 
 
 def record_doubts(work: StateRun, names: Iterable[str]) -> None:
-    """Record warnings that concern models before errors are stated. Raises OutdatedResults if they differ from the
-    earlier run.
+    """Record for each model the codes of accuracy warnings that concern it, before it states its errors.
 
     Warnings about shared objects, such as a support, concern all models, whichever of them gave the warning first. A
-    model that stated its error before such a warning states it again.
+    model
+    that stated its error before such a warning states it again. Raises OutdatedResults if the codes differ from those
+    of
+    the earlier run.
     """
     from softmark.interpreter.verification.accuracy_warnings import accuracy_warning_codes
 

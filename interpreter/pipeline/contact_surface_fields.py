@@ -1,4 +1,4 @@
-"""Contact fields on the surface of a model for pictures, only for scenes with metrics of them."""
+"""Contact fields on the surface of a model for pictures, only for scenes with metrics of such fields."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ WORDS = {  # names and units of contact fields
 
 
 def _requested_metrics(scene: Scene) -> dict[tuple[str, str], list[Declared]]:
-    """Return the metrics by contact and requested quantity."""
+    """Return the contact metrics of a scene, grouped by contact and quantity."""
     found: dict[tuple[str, str], list[Declared]] = {}
     for metric in scene.of_kind("metric").values():
         if isinstance(metric.thing, ContactMetric):

@@ -1,4 +1,4 @@
-"""Runs of the models: preparation, solution, verification and statement of their errors."""
+"""Runs of the models: preparation, solution, verification and error estimates."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ NEAR_REST = 1e-4  # of the displacement in the state before: below, the undeform
 
 
 def prepare_models(work: StateRun) -> None:
-    """Build every model and report all that cannot be built together. Raises SceneError."""
+    """Build every model. Raises SceneError that lists all models that cannot be built."""
     faults, workshop = [], BuildContext(meshes=work.meshes, scene=work.scene, measured=work.measured)
     for name in work.plan.models:
         work.about = "prepare", name
@@ -65,7 +65,7 @@ def prepare_models(work: StateRun) -> None:
 
 
 def solve_model(work: StateRun, name: str) -> None:
-    """Solve a model and keep its result."""
+    """Solve a model and store its result."""
     work.about = "solve", name
     if cached_results.reuse_solved_model(work, name):
         return
@@ -144,7 +144,7 @@ def solve_model(work: StateRun, name: str) -> None:
 def contact_results(
     case: Case, prepared: Prepared, rest: EquilibriumForces, facts: Mapping[str, Any]
 ) -> dict[str, ContactResult]:
-    """Return the contact results for the report, by name."""
+    """Return the results of the contacts of a model for the report, by contact name."""
     if not rest.touches:
         return {}
     from softmark.interpreter.verification.contact_error import force_excess
@@ -162,9 +162,10 @@ def contact_results(
 def _solve_from_previous_state(
     work: StateRun, name: str, prepared: Prepared
 ) -> tuple[Solution, list[float], list[float]]:
-    """Return the solution and its times, started from the preceding state; none if that state failed.
+    """Return the solution started from the preceding state, with wall and CPU seconds.
 
-    A state that turns out to be almost undeformed is solved again from the undeformed state.
+    There is no solution if the preceding state failed. A state that turns out to be almost undeformed is solved again
+    from the undeformed state.
     """
     if work.before is None or work.before.state is None:
         return _solve_timed(work, name, prepared)
@@ -186,8 +187,9 @@ def _solve_from_previous_state(
 
 
 def _is_nearly_undeformed(found: Solution, before: DeformedMesh) -> bool:
-    """Return whether a state is negligible compared with the one before, so that its rounding errors would be large in
-    it.
+    """Return whether the deformation in a state is negligible compared with the preceding state.
+
+    Rounding errors of the preceding state would then be large in it.
     """
     if found.mesh is None:
         return False
@@ -196,8 +198,9 @@ def _is_nearly_undeformed(found: Solution, before: DeformedMesh) -> bool:
 
 
 def _mesh_facts(case: Case, prepared: Prepared) -> dict[str, Any]:
-    """Return facts about the mesh of a body with a known surface; empty, without any import, for others or without
-    mesh.
+    """Return report entries about the mesh of a body whose exact surface is known.
+
+    They are empty for other bodies or without a mesh, and then no module is imported.
     """
     if case.shape.skin is None or prepared.mesh is None:
         return {}
@@ -207,7 +210,10 @@ def _mesh_facts(case: Case, prepared: Prepared) -> dict[str, Any]:
 
 
 def _filled_surface_facts(case: Case, prepared: Prepared) -> dict[str, Any]:
-    """Return how closely the mesh of a filled surface follows it; empty, without any import, for other bodies."""
+    """Return report entries about the distance between a filled surface and its mesh.
+
+    They are empty for other bodies, and then no module is imported.
+    """
     if not isinstance(case.shape, SurfaceBody):
         return {}
     from softmark.interpreter.models.shared import filled_mesh_notes
@@ -216,7 +222,7 @@ def _filled_surface_facts(case: Case, prepared: Prepared) -> dict[str, Any]:
 
 
 def _solve_timed(work: StateRun, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
-    """Return the solution, and wall and CPU seconds of each repetition; kernels are compiled beforehand."""
+    """Return the solution, and wall and CPU seconds of each repetition; kernels are compiled before timing."""
     wall: list[float] = []
     cpu: list[float] = []
     solution = Solution("failed", "not run", {})
@@ -229,7 +235,7 @@ def _solve_timed(work: StateRun, name: str, prepared: Prepared) -> tuple[Solutio
         )
 
     try:
-        _warm(work, name, prepared)
+        _compile_kernels(work, name, prepared)
         for _ in range(work.options.repeat):
             start = time.perf_counter(), time.process_time()
             solution = prepared.solve(watch)
@@ -250,7 +256,7 @@ def _solve_timed(work: StateRun, name: str, prepared: Prepared) -> tuple[Solutio
     return solution, wall, cpu
 
 
-def _warm(work: StateRun, name: str, prepared: Prepared) -> None:
+def _compile_kernels(work: StateRun, name: str, prepared: Prepared) -> None:
     kernels: Any = sys.modules.get("softmark.solvers.runtime.kernel_cache")
     cold = not work.compiling and kernels is not None and not kernels.is_compiled()
     work.compiling |= cold
@@ -263,7 +269,10 @@ def _warm(work: StateRun, name: str, prepared: Prepared) -> None:
 
 
 def state_errors(work: StateRun, names: Iterable[str]) -> None:
-    """Let models state the errors of their results: requested ones at a cost, others only if it is `free`."""
+    """Let models estimate the errors of their results.
+
+    Requested models do so at additional cost. With the option `free`, other models state errors that cost nothing.
+    """
     asked = () if work.options.stated is None else work.options.stated or tuple(work.models)
     if not asked and not work.options.free:
         return

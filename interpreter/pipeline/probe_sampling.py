@@ -1,4 +1,4 @@
-"""Probes: their points, found before anything is solved, and displacements there."""
+"""Sampling at probes: their points, found before any model is solved, and displacements at these points."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from softmark.interpreter.results.run_report import ProbeResult
 
 
 def place_probes(work: StateRun) -> None:
-    """Find the points of every probe and report all that cannot be found. Raises SceneError."""
+    """Find the points of every probe. Raises SceneError that lists all probes without points."""
     plan, faults, work.about = work.plan, [], ("place", "")
     bodies = {work.case(work.scene.declared[name]).body.name: None for name in (*plan.models, *plan.references)}
     for probe in (probe for body in bodies for probe in work.probes(body)):
@@ -50,7 +50,7 @@ def require_inside(work: StateRun, body: str, prepared: Prepared) -> None:
 def sample_probes(
     work: StateRun, body: str, displacement: Callable[[Any], Any], history: History | None = None
 ) -> dict[str, ProbeResult]:
-    """Sample a displacement field, and its history, at the probes of a body."""
+    """Return a displacement field, and its history if any, at the probes of a body, by probe name."""
     found = {}
     for probe in work.probes(body):
         place = work.place(probe)
@@ -63,13 +63,13 @@ def sample_probes(
 
 
 def probe_weights(work: StateRun, body: str) -> dict[str, np.ndarray]:
-    """Return the weights of probe points, for probes that have them."""
+    """Return the weights of the points of each probe, by probe name, for probes that have weights."""
     places = {p.name: work.place(p) for p in work.probes(body)}
     return {name: place.weights for name, place in places.items() if place.weights is not None}
 
 
 def probe_domains(work: StateRun, body: str) -> dict[str, ProbeDomain]:
-    """Return the domains of a body's probes at which stress or strain metrics are evaluated."""
+    """Return the domains of a body's probes, by probe name, if stress or strain metrics are evaluated there."""
     asked = {
         metric.thing.probe for metric in work.scene.of_kind("metric").values() if isinstance(metric.thing, TensorMetric)
     }

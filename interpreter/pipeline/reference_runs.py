@@ -48,7 +48,7 @@ DRAWN = 400  # maximum number of points of a measured curve in a report
 
 @dataclass(frozen=True)
 class TheoryResults:
-    """Further results of a theory: forces, stress as in a model, and why the theory may be inexact here."""
+    """Additional results of a theory: forces, stress in a model's form, and reasons for inexact results."""
 
     rest: EquilibriumForces | None = None
     stress: Callable[[], Any] | None = None
@@ -56,7 +56,7 @@ class TheoryResults:
 
 
 def read_measurements(work: StateRun) -> None:
-    """Read measured data first: probes and supports may be defined by measured points."""
+    """Read the measured data before any other step, since measured points may define probes and supports."""
     for name in work.plan.references:
         thing = work.scene.declared[name].thing
         if thing.how == "measured" and not _reuse_previous_state(work, name):
@@ -66,7 +66,7 @@ def read_measurements(work: StateRun) -> None:
 
 @contextmanager
 def _report_progress(work: StateRun, name: str, doing: str = "") -> Iterator[None]:
-    """Report the current reference as progress, and its time if it was slow."""
+    """Report the reference `name` as the current task, and its computing time if it was slow."""
     work.options.say("reference", f"{doing}{name}{work.where}")
     begin = time.perf_counter()
     yield
@@ -75,7 +75,7 @@ def _report_progress(work: StateRun, name: str, doing: str = "") -> Iterator[Non
 
 
 def _read(work: StateRun, declared: Declared) -> None:
-    """Read one file of measured data; after an error in it the models are still computed."""
+    """Read one file of measured data; after an error in the file the models are still solved."""
     try:
         work.measured[declared.name] = _measurement(work, declared)
     except Exception as failure:
@@ -153,7 +153,7 @@ def _reference(work: StateRun, declared: Declared) -> None:
 
 
 def _keep_refined(work: StateRun, declared: Declared) -> None:
-    """Store the converged limit of refined models, over all requested points."""
+    """Store the converged limit of refined models as reference, at the points of all requested probes."""
     from softmark.interpreter.verification.refinement_family import find_reference
 
     places = [work.place(p).X for p in work.probes(work.case(declared).body.name)]
@@ -172,7 +172,7 @@ def _keep_reference(
     facts: Mapping[str, Any] | None = None,
     more: TheoryResults | None = None,
 ) -> None:
-    """Store a reference that has a displacement field, or only forces."""
+    """Store a reference that has a displacement field, or only forces if `displacement` is None."""
     cls, case = type(declared.thing), work.case(declared)
     seen = {} if displacement is None else probe_sampling.sample_probes(work, case.body.name, displacement)
     if not (np.isfinite(error) and all(map(is_finite_probe, seen.values()))):
@@ -201,7 +201,7 @@ def _keep_reference(
 
 
 def _keep_curve(work: StateRun, declared: Declared, data: MeasuredCurve) -> None:
-    """Store a measured curve, which has no displacements of points."""
+    """Store a measured curve as reference; it has no displacements of points."""
     cls, case, thing = type(declared.thing), work.case(declared), declared.thing
     work.views[declared.name] = View(
         declared.name, case.body.name, case, curve=Curve(data.x, data.y, data.u, data.lost_between, data.band)
@@ -220,7 +220,7 @@ def _keep_curve(work: StateRun, declared: Declared, data: MeasuredCurve) -> None
 
 
 def _keep_value(work: StateRun, declared: Declared, data: KnownValue) -> None:
-    """Store a value of one state, which has no displacements of points."""
+    """Store a value of one state as reference; it has no displacements of points."""
     case, unit = work.case(declared), units.si_unit(declared.thing.values.dimension)
     work.views[declared.name] = View(declared.name, case.body.name, case, value=data)
     facts = {"value": data.value, "uncertainty": data.uncertainty, "unit": unit}
@@ -231,7 +231,7 @@ def _keep_value(work: StateRun, declared: Declared, data: KnownValue) -> None:
 
 
 def _keep_measured(work: StateRun, declared: Declared, data: Any) -> None:
-    """Store a measured surface, the displacements of tracked points, a curve or a value."""
+    """Store measured data as reference: a surface, displacements of tracked points, a curve or a value."""
     if isinstance(data, MeasuredCurve):
         _keep_curve(work, declared, data)
         return
@@ -272,7 +272,7 @@ def _keep_measured(work: StateRun, declared: Declared, data: Any) -> None:
 
 
 def _virtual_scan(work: StateRun, declared: Declared) -> None:
-    """Compute a virtual scan of a shape from a model: the effect of an imaging chain on known truth."""
+    """Compute a virtual scan of a model's deformed shape: the effect of an imaging chain on a known true shape."""
     thing, model = declared.thing, work.views.get(declared.thing.of)
     if model is None or model.displacement is None:
         _failed(work, declared, f"the model `{thing.of}` has no displacements to scan")

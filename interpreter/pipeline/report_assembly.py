@@ -1,4 +1,4 @@
-"""Assembly of the report of a run: results are measured and drawn, expectations judged."""
+"""Assembly of the report of a run: evaluation of metrics, drawn surfaces and verdicts on expectations."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ FULL = f"the report page shows at most {MOST} surface fields"
 
 
 def unfinished_report(works: Sequence[StateRun]) -> Report:
-    """Return the report of the results so far, without shapes and verdicts."""
+    """Return the report of the results so far, without drawn surfaces and verdicts."""
     for work in works:
         _measure(work, partial=True)
     return _report(works, partial=True)
 
 
 def measure_model(works: Sequence[StateRun], name: str) -> None:
-    """Measure and draw one model as at the end of the run, while others are still to be solved."""
+    """Evaluate and draw one solved model as at the end of the run, while other models are still to be solved."""
     for work in works:
         _measure(work, partial=False, coloured=work is works[-1], only=name)
 
@@ -61,10 +61,11 @@ def finished_report(works: Sequence[StateRun]) -> Report:
 
 
 def _measure(work: StateRun, partial: bool, coloured: bool = False, only: str = "") -> None:
-    """Compute metrics and shapes of the results; in an unfinished report, only of the new ones.
+    """Evaluate metrics and draw surfaces of the results in one state.
 
-    If the scene asks for stress or contact fields, shapes may be `coloured` by them; a page shows only the last
-    state's.
+    An unfinished report (`partial`) gets only those of new results, and `only` selects one model. If `coloured`,
+    surfaces
+    have the stress and contact fields that the scene asks for; a page shows only those of the last state.
     """
     results: list[dict[str, Any]] = [work.models, work.references]
     for kept in results:
@@ -82,7 +83,7 @@ def _measure(work: StateRun, partial: bool, coloured: bool = False, only: str = 
 
 
 def _shape(work: StateRun, name: str, errors: dict[str, np.ndarray]) -> DrawnSurface | None:
-    """Return the surface of a body in a model or a theory, coloured by its error if there is one."""
+    """Return the drawn surface of a body in a model or theory, coloured by the error of its points if it is known."""
     view = work.views[name]
     if view.displacement is None:
         return None
@@ -103,14 +104,14 @@ def _shape(work: StateRun, name: str, errors: dict[str, np.ndarray]) -> DrawnSur
 
 
 def _with_rigid_bodies(view: View, shape: DrawnSurface) -> DrawnSurface:
-    """Return the surface with the rigid bodies that it may touch."""
+    """Return a drawn surface with the rigid bodies that the body may touch."""
     from softmark.interpreter.pipeline.rigid_body_shapes import drawn_rigid_bodies
 
     return replace(shape, instruments=drawn_rigid_bodies(view.case, shape, view.solve.get("rigid")))
 
 
 def _with_fields(work: StateRun, name: str, shape: DrawnSurface) -> DrawnSurface:
-    """Return the surface of a model with the requested stress and contact fields."""
+    """Return the drawn surface of a model with the stress and contact fields that the scene asks for."""
     view, found = work.views[name], list[SurfaceField]()
     X = work.surfaces[view.body].X
     if asks_for_stress(work.scene):
@@ -125,12 +126,15 @@ def _with_fields(work: StateRun, name: str, shape: DrawnSurface) -> DrawnSurface
 
 
 def _limit_fields(found: Sequence[SurfaceField]) -> tuple[SurfaceField, ...]:
-    """Return the first MOST fields with values: the page stores each for every surface point of every model."""
+    """Return the first MOST fields that have values, because a page stores each field at every surface point."""
     return *found[:MOST], *(replace(n, values=None, reason=n.reason or FULL) for n in found[MOST:])
 
 
 def _surface_displacements(work: StateRun, view: View) -> np.ndarray:
-    """Return displacements (n, 3) of a body's surface, m; those of the reference, needed for all models, are cached."""
+    """Return the displacements (n, 3), m, of the surface points of a body in a model or reference.
+
+    Those of a reference are cached, because the errors of all models need them.
+    """
     if view.displacement is None:
         raise ValueError(f"{view.name} has no displacements")
     if view.name in work.drawn:
@@ -157,7 +161,7 @@ def _report(works: Sequence[StateRun], partial: bool) -> Report:
 
 
 def _collect_warnings(works: Sequence[StateRun]) -> dict[Diagnostic, str]:
-    """Return all warnings, each with its states unless it concerns all."""
+    """Return all warnings, each with the text of the states that it concerns, "" if it concerns all."""
     found: dict[Diagnostic, list[str]] = {}
     for work in works:
         for d in dict.fromkeys(work.warnings):
@@ -169,7 +173,7 @@ def _collect_warnings(works: Sequence[StateRun]) -> dict[Diagnostic, str]:
 
 
 def _combine_states(known: Sequence[dict[str, Any]], states: Sequence[float]) -> dict[str, Any]:
-    """Return results by name, combined over the states."""
+    """Return the results of all states combined, by model or reference name."""
     if not states:
         return dict(known[0])
     whole = {name: join_states([own[name] for own in known], states) for name in known[-1]}
@@ -177,7 +181,7 @@ def _combine_states(known: Sequence[dict[str, Any]], states: Sequence[float]) ->
 
 
 def _surface_with_state_frames(result: ModelResult | ReferenceResult, states: Sequence[float]) -> DrawnSurface | None:
-    """Return the surface in the last state with those of all states as frames, if all have one."""
+    """Return the drawn surface in the last state, with the surfaces of all states as frames; None if one is missing."""
     seen = [own.shape for own in result.each if own.shape is not None]
     if len(seen) < max(2, len(states)) or len({s.position.shape for s in seen}) > 1:
         return result.shape
@@ -188,6 +192,6 @@ def _surface_with_state_frames(result: ModelResult | ReferenceResult, states: Se
 
 
 def _join_rigid_body(states: Sequence[DrawnRigidBody]) -> DrawnRigidBody:
-    """Return one rigid body at its positions in all states."""
+    """Return one drawn rigid body with its positions in all states."""
     turns, shifts = (np.concatenate([getattr(s, name) for s in states]) for name in ("turns", "shifts"))
     return replace(states[-1], turns=turns, shifts=shifts)

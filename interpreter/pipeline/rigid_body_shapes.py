@@ -1,7 +1,7 @@
-"""Rigid bodies next to a deformable one, for pictures: surfaces moved by supports or by their free motion.
+"""Rigid bodies for pictures: their surfaces next to a deformable body, moved by supports or in free motion.
 
-For a plane body they are cut by z = 0, as in contact, and as thick as the body; for a body of revolution half of the
-cut is shown, as of the body.
+For a plane body, rigid bodies are cut at z = 0, as in contact, and drawn as thick as the body. For a body of revolution
+half of the cut is shown, as for the body itself.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def drawn_rigid_bodies(
     case: Case, body: DrawnSurface, flights: Mapping[str, Any] | None = None
 ) -> tuple[DrawnRigidBody, ...]:
-    """Return every rigid body that a body may touch, once, at the times of its frames, or in the final state.
+    """Return each rigid body that a body may touch, at the times of the drawn frames, or in the final state.
 
     `flights` are the motions of free rigid bodies by name, as in `solve.rigid` of a report.
     """
@@ -44,8 +44,9 @@ def _instrument(case: Case, touch: Touch, body: DrawnSurface, flight: Mapping[st
 
 
 def _free_motion(flight: Mapping[str, Any], times: Floats | None) -> tuple[Floats, Floats]:
-    """Return rotations (t, 3, 3) and translations (t, 3), m, of a free body, interpolated linearly between known
-    times.
+    """Return rotations (t, 3, 3) and translations (t, 3), m, of a free rigid body at the times of the frames.
+
+    They are interpolated linearly between the computed times.
     """
     from scipy.spatial.transform import Rotation, Slerp
 
@@ -57,16 +58,14 @@ def _free_motion(flight: Mapping[str, Any], times: Floats | None) -> tuple[Float
 
 
 def _support_motion(touch: Touch, body: DrawnSurface) -> tuple[Floats, Floats]:
-    """Return rotations (t, 3, 3) and translations (t, 3), m, of a body moved by supports."""
+    """Return rotations (t, 3, 3) and translations (t, 3), m, of a rigid body moved by supports, for each frame."""
     poses = [pose_at(touch, share) or RigidMotion() for share in _motion_fractions(touch, body)]
     turns = np.stack([np.eye(3) if pose.turn is None else pose.turn for pose in poses])
     return turns, np.concatenate([pose.moved(np.zeros((1, 3))) for pose in poses])
 
 
 def _motion_fractions(touch: Touch, body: DrawnSurface) -> Sequence[float]:
-    """Return the fraction of its prescribed motion that a rigid body has completed in every frame; 1 in a static
-    state.
-    """
+    """Return the completed fraction of a rigid body's prescribed motion in every frame; 1 in a static state."""
     if body.times is None:
         return (1.0,)
     from softmark.interpreter.models.shared.solid_dynamics import amplitude_of_rigid

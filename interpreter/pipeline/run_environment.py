@@ -1,4 +1,4 @@
-"""Scene and machine in a report: everything that is needed to repeat the run."""
+"""Description of scene and machine in a report: everything that is needed to repeat the run."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.expression_evaluation import Quantity
 from softmark.interpreter.language.scene_sources import standard_name
-from softmark.solvers.runtime.parallel_compilation import processors
+from softmark.solvers.runtime.parallel_compilation import count_processors
 
 
 def describe_scene(scene: Scene) -> dict[str, Any]:
-    """Return title, file, digest, text and parameters of a scene."""
+    """Return title, file, digest, text and parameters of a scene, as report entries."""
     source: Source = scene.source
     parameters = {}
     for name, p in scene.parameters.items():
@@ -40,14 +40,14 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
 
 
 def _plugins(scene: Scene) -> dict[str, Any]:
-    """Return the plugins of the vocabulary; empty if there are none."""
+    """Return the report entry of the plugins that the scene uses; empty if there are none."""
     named = scene.table.vocabulary.plugins if scene.table else ()
     told = [{"name": p.name, "file": make_encodable(p.file), "sha256": p.sha256} for p in named]
     return {"plugins": told} if told else {}
 
 
 def describe_environment(started: datetime) -> dict[str, Any]:
-    """Return the facts about the machine and software that a number may depend on."""
+    """Return the report entries about machine and software on which results may depend."""
     import softmark
 
     return {
@@ -56,14 +56,14 @@ def describe_environment(started: datetime) -> dict[str, Any]:
         **_versions(),
         "platform": platform.platform(),
         "cpu": _cpu(),
-        "threads": processors(),
+        "threads": count_processors(),
         "started": started.isoformat(timespec="seconds"),
     }
 
 
 @cache
 def _versions() -> dict[str, str]:
-    """Return the versions of the numerical libraries, cached: reading them for every report takes milliseconds."""
+    """Return the versions of the numerical libraries; they are cached, since reading them takes milliseconds."""
     from importlib.metadata import version
 
     return {name: version(name) for name in ("numpy", "scipy", "numba")}

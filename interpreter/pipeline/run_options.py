@@ -19,7 +19,10 @@ Say = Callable[[str, str], None]  # (what is being done, detail)
 
 @frozen(frozen=True)
 class SceneText:
-    """Text of a scene; files that it names are relative to `folder`, and `overrides` have the form `NAME=VALUE`."""
+    """Text of a scene to be checked and run.
+
+    File names in the text are relative to `folder`. `overrides` have the form `NAME=VALUE`.
+    """
 
     source: Source
     folder: Path
@@ -30,7 +33,7 @@ class SceneText:
 
 @frozen(frozen=True)
 class CheckedScene:
-    """Scene without errors, and the warnings about it."""
+    """Scene that was checked and has no errors, with the warnings about it."""
 
     scene: Scene
     warnings: tuple[Diagnostic, ...]
@@ -38,7 +41,10 @@ class CheckedScene:
 
 @dataclass
 class RunOptions:
-    """Options of a run: models, number of timed repetitions, progress callbacks, and a place for unfinished reports."""
+    """Options of a run: selected models, number of timed repetitions, and callbacks.
+
+    Callbacks receive progress, warnings and unfinished reports.
+    """
 
     only: tuple[str, ...] = ()
     repeat: int = 1

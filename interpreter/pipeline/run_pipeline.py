@@ -23,10 +23,12 @@ __all__ = ["CheckedScene", "RunOptions", "SceneText", "check_text", "run_scene",
 
 
 def run_to_report(given: SceneText | CheckedScene, options: RunOptions, keeper: RunCache | None = None) -> Report:
-    """Return the report of a text, or of a scene checked before; an unfinished report follows each finished model.
+    """Return the report of a scene, given as a text or as a checked scene.
 
-    Saved results of a `keeper` are reused, and new ones are saved with it. Raises SceneError before solving if the
-    scene has errors or cannot be built, and OutdatedResults if reused results do not agree with computed ones.
+    After each solved model the callback `options.keep` gets an unfinished report. Saved results of a `keeper` are
+    reused,
+    and new ones are saved with it. Raises SceneError before solving if the scene has errors or cannot be built, and
+    OutdatedResults if reused results do not agree with computed ones.
     """
     sound = given if isinstance(given, CheckedScene) else check_text(given, options)  # grammar, language, validation
     options.begin(sound.scene)
@@ -62,7 +64,7 @@ def run_to_report(given: SceneText | CheckedScene, options: RunOptions, keeper: 
 
 
 def _keep_early(works: Sequence[StateRun], name: str, keeper: RunCache | None) -> None:
-    """Measure and save a slow model at once, so that an interrupted run need not solve it again."""
+    """Evaluate and save a slow model right after its solution, so that an interrupted run need not solve it again."""
     if keeper is None or name in works[0].taken or not keeper.worth_saving_early(works, name):
         return
     from softmark.interpreter.pipeline import cached_results, model_runs, report_assembly
@@ -75,7 +77,7 @@ def _keep_early(works: Sequence[StateRun], name: str, keeper: RunCache | None) -
 
 
 def check_text(text: SceneText, options: RunOptions) -> CheckedScene:
-    """Parse, compile and check a text, and show its warnings. Raises SceneError with all errors."""
+    """Parse, compile and check a scene text, and report its warnings. Raises SceneError with all errors."""
     scene, found = load_scene(text.source, text.folder, text.file, text.overrides, options.only, text.plugins)
     found = without_unrequested_warnings(scene, options.only, found)
     if scene is None:
@@ -87,5 +89,5 @@ def check_text(text: SceneText, options: RunOptions) -> CheckedScene:
 
 
 def run_scene(scene: Scene, warnings: Sequence[Diagnostic], options: RunOptions) -> Report:
-    """Return the report of a scene that was checked before. Raises SceneError if something cannot be built."""
+    """Return the report of a checked scene. Raises SceneError if some part of it cannot be built."""
     return run_to_report(CheckedScene(scene, tuple(warnings)), options)

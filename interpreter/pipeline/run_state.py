@@ -1,4 +1,4 @@
-"""State of a run: results found so far, which every step of the pipeline reads and extends."""
+"""State of a run: the results found so far, which every step of the pipeline reads and extends."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class StateRun:
-    """Run of a scene, in one of its states if it has several: its plan and its results so far."""
+    """Run of a scene, or of one of its states if it has several: its plan and its results so far."""
 
     scene: Scene
     plan: Plan
@@ -57,11 +57,14 @@ class StateRun:
     doubts: dict[str, tuple[str, ...]] = field(default_factory=dict)  # codes of warnings before its error statement
 
     def case(self, declared: Declared) -> Case:
-        """Return the case of a model or reference."""
+        """Return the case (body, loads, supports and analysis) of a model or reference."""
         return case_for(self.scene, declared)
 
     def place(self, probe: Declared) -> ProbePoints:
-        """Return the points of a probe, found once; only tracked points differ between states. Raises Fault."""
+        """Return the points of a probe, computed at the first call. Raises Fault.
+
+        Only the points of measurements may differ between states.
+        """
         if self.before is not None and probe.thing.tracked is None:
             return self.before.place(probe)
         if probe.name not in self.places:
@@ -70,7 +73,7 @@ class StateRun:
         return self.places[probe.name]
 
     def domain(self, probe: Declared) -> ProbeDomain:
-        """Return the domain of a probe whose points have been found, made once. Raises Fault."""
+        """Return the domain of a probe whose points are known, computed at the first call. Raises Fault."""
         if self.before is not None and probe.thing.tracked is None:
             return self.before.domain(probe)
         if probe.name not in self.domains:
@@ -78,14 +81,16 @@ class StateRun:
         return self.domains[probe.name]
 
     def probes(self, body: str) -> list[Declared]:
-        """Return the probes of a body, without those of tracked points that could not be read."""
+        """Return the probes of a body, except those whose measured points could not be read."""
         own = [p for p in self.scene.of_kind("probe").values() if p.thing.body == body]
         return [p for p in own if p.thing.tracked in (None, *self.measured)]
 
     def warn(self, found: Sequence[Diagnostic], here: Sequence[Diagnostic] = (), once: bool = False) -> None:
-        """Keep warnings for the report, and show those that no earlier state gave; those in `here` with their state.
+        """Store warnings for the report, and show those that no earlier state gave.
 
-        With `once`, warnings that another model has already given are left out.
+        Warnings in `here` are shown with the name of their state. With `once`, warnings that another model has already
+        given
+        are left out.
         """
         self.told.setdefault(self.about, []).append(WarningGroup(tuple(found), tuple(here), once))
         found = [d for d in found if d not in self.warnings] if once else found
@@ -95,7 +100,7 @@ class StateRun:
 
     @property
     def earlier(self) -> list[StateRun]:
-        """Return the runs of the earlier states, in order."""
+        """Runs of the earlier states, in order."""
         return [] if self.before is None else [*self.before.earlier, self.before]
 
     def _said(self, found: Diagnostic) -> bool:
@@ -104,14 +109,14 @@ class StateRun:
 
     @property
     def where(self) -> str:
-        """Return ` in the state 12.5 %` for progress messages; empty in a scene without states."""
+        """Text ` in the state 12.5 %` for progress messages; empty in a scene without states."""
         return "" if self.state is None else f" in the state {format_state(self.state)}"
 
 
 def make_state_runs(
     scene: Scene, plan: Plan, options: RunOptions, warnings: Sequence[Diagnostic], known: SavedResults = NOTHING
 ) -> tuple[StateRun, ...]:
-    """Return the runs of a scene's states in order, or its only one."""
+    """Return the runs of a scene's states in order, or a single run for a scene without states."""
     states = states_of(scene)
     if not states:
         return (StateRun(scene, plan, options, list(warnings), known=known),)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class WarningGroup:
-    """Warnings given together, see `Work.warn`."""
+    """Warnings that one call of `StateRun.warn` stored, with its arguments."""
 
     found: tuple[Diagnostic, ...] = ()
     here: tuple[Diagnostic, ...] = ()
@@ -24,7 +24,7 @@ class WarningGroup:
 
 @dataclass(frozen=True)
 class SavedModel:
-    """Saved model of an earlier run: for each state its result, its warnings by step, and shared warnings."""
+    """Saved model of an earlier run, for each state: result, warnings by step, and codes of accuracy warnings."""
 
     name: str
     computed: str  # when, UTC
@@ -35,7 +35,7 @@ class SavedModel:
 
 @dataclass(frozen=True)
 class SavedReferences:
-    """Saved references of an earlier run, and the warnings about probe positions, for each state."""
+    """Saved references of an earlier run: for each state their results, and the warnings about probe positions."""
 
     computed: str
     results: tuple[Mapping[str, ReferenceResult], ...]
@@ -44,7 +44,7 @@ class SavedReferences:
 
 @dataclass(frozen=True)
 class SavedResults:
-    """Saved results to reuse; references only together with all models."""
+    """Saved results that a run can reuse; `references` is None unless all models are saved."""
 
     models: Mapping[str, SavedModel] = field(default_factory=dict)
     references: SavedReferences | None = None

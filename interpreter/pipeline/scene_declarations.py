@@ -1,4 +1,4 @@
-"""Declared names of a scene for its report."""
+"""Declared names of a scene, as listed in its report."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PARTS = {1: "half", 2: "quarter", 3: "eighth"}  # by number of symmetry planes
 
 
 def names_of(scene: Scene) -> DeclaredNames:
-    """Return the names that the scene's own text declares, without those from `use`."""
+    """Return the names that the text of the scene itself declares, without those imported by `use`."""
     own = {name: declared for name, declared in scene.declared.items() if "." not in name}
     pulls = (d.thing.direction for d in own.values() if isinstance(d.thing, Gravity))
     down = next(pulls, DeclaredNames.down)
@@ -37,7 +37,10 @@ def _named(scene: Scene, declared: Declared) -> DeclaredName:
 
 
 def _part(scene: Scene, metric: Declared) -> str:
-    """Return `the quarter of layer that is modelled` for a metric summed over it; "" if that is the whole body."""
+    """Return the part of the body that a summed metric covers: `the quarter of layer that is modelled`.
+
+    The text is "" if the metric covers the whole body.
+    """
     thing = metric.thing
     if not isinstance(thing, ForceMetric) or thing.measured_from is not None or thing.natural not in SUMS:
         return ""
@@ -51,13 +54,13 @@ def _part(scene: Scene, metric: Declared) -> str:
 
 
 def _poisson(scene: Scene, material: object) -> float | None:
-    """Return Poisson's ratio of a material that declares it."""
+    """Return Poisson's ratio of a material, None if the material does not declare it."""
     known = (d for d in scene.of_kind("material").values() if d.thing is material and "poisson" in d.fields)
     return next((float(d.thing.poisson) for d in known if isinstance(d.thing.poisson, float | int)), None)
 
 
 def _expected_metrics(scene: Scene) -> tuple[str, ...]:
-    """Return the metrics of models that expectations name."""
+    """Return the names of model metrics in expectations, in order."""
     nodes = (e.node for e in scene.expectations if e.location.source is scene.source)
     names = (name.parts for node in nodes for name in find_metrics(node))
     return tuple(dict.fromkeys(metric for owner, metric in names if owner in scene.of_kind("model")))

@@ -1,4 +1,4 @@
-"""Stress, strain and stretch on the surface of a model for pictures, only for scenes with metrics of them."""
+"""Stress, strain and stretch on the surface of a model for pictures, only for scenes with such metrics."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def stress_fields(work: StateRun, view: View, X: Floats) -> tuple[SurfaceField, ...]:
-    """Return the fields that metrics of a model's body ask for, at points X (n, 3) of its surface."""
+    """Return the fields that the metrics of a model's body ask for, at points X (n, 3), m, of its surface."""
     asked = _group_metrics(work, view.body)
     if not asked:
         return ()
@@ -47,7 +47,7 @@ def stress_fields(work: StateRun, view: View, X: Floats) -> tuple[SurfaceField, 
 
 
 def _group_metrics(work: StateRun, body: str) -> list[list[Declared]]:
-    """Return stress and strain metrics of a body, grouped by the tensor and the number that they ask for."""
+    """Return the stress and strain metrics of a body, grouped by tensor and component."""
     found: dict[tuple[Any, ...], list[Declared]] = {}
     for metric in work.scene.of_kind("metric").values():
         thing = metric.thing

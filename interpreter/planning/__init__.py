@@ -1,5 +1,5 @@
-"""Plans of what a scene asks for: tasks of a run, values of sweeps, and walks of robustness studies.
+"""Plans of the work that a scene asks for: tasks of a run, values of sweeps, and points of robustness studies.
 
-No arrays are used here. Imports packages up to the metrics. To add a kind of task: write a function in `run_plan` that
-yields it.
+No arrays are used here. This package imports the packages up to the metrics. To add a kind of task: write a function in
+`run_plan` that yields it.
 """

@@ -1,6 +1,7 @@
-"""Scale of a walked parameter: a coordinate t that grows from 0, the rungs to visit, and the value at each t.
+"""Scale of a varied parameter: a coordinate t that grows from 0, the rungs to visit, and the value at each t.
 
-Values are rounded to six digits, so that the command that repeats a point is readable; the last rung is the limit.
+A rung is a value of t at which the scene is solved. Parameter values are rounded to six digits, so that the command
+that repeats a point is readable. The last rung is the limit of the scale.
 """
 
 from __future__ import annotations
@@ -21,7 +22,10 @@ INCOMPRESSIBLE = 0.5
 
 @dataclass(frozen=True)
 class ParameterScale:
-    """Scale in one direction. If its limit is `abrupt`, the interval before the last rung is not bisected."""
+    """Scale of a parameter in one direction from its value in the scene, at t = 0.
+
+    If the limit is `abrupt`, the interval before the last rung is not bisected.
+    """
 
     direction: Direction
     rungs: tuple[float, ...]  # t, increasing, above 0
@@ -30,11 +34,11 @@ class ParameterScale:
     abrupt: bool = False
 
     def at(self, t: float) -> float:
-        """Return the parameter value at t."""
+        """Return the parameter value at coordinate t."""
         return self.value(t)
 
     def between(self, a: float, b: float) -> float | None:
-        """Return the t halfway from a to b, or None if further bisection is useless."""
+        """Return the coordinate halfway from a to b, or None if further bisection is useless."""
         if b - a <= self.finest * 1.001 or (self.abrupt and b == self.rungs[-1]):
             return None
         t = 0.5 * (a + b)
@@ -42,7 +46,7 @@ class ParameterScale:
 
 
 def round_to_six_digits(value: float) -> float:
-    """Round to six significant digits."""
+    """Return a number rounded to six significant digits."""
     return float(f"{value:.6g}")
 
 
@@ -50,7 +54,10 @@ def round_to_six_digits(value: float) -> float:
 
 
 def logarithmic_ladder(nominal: float, limit: float, direction: Direction) -> ParameterScale | None:
-    """Return a logarithmic scale from a number to a limit of its sign, with at least three rungs, or None."""
+    """Return a logarithmic scale from the nominal value to a limit of the same sign, with at least three rungs.
+
+    None if the two are equal.
+    """
     span = abs(math.log10(limit / nominal))
     if span < 1e-6:
         return None
@@ -63,7 +70,7 @@ def logarithmic_ladder(nominal: float, limit: float, direction: Direction) -> Pa
 
 
 def _logarithmic_value(nominal: float, limit: float, sign: float, span: float, t: float) -> float:
-    """Return the value at t of a logarithmic scale."""
+    """Return the parameter value at coordinate t of a logarithmic scale."""
     return limit if t >= span else round_to_six_digits(nominal * 10 ** (sign * t)) if t > 0 else nominal
 
 
@@ -71,7 +78,7 @@ def _logarithmic_value(nominal: float, limit: float, sign: float, span: float, t
 
 
 def poisson_ladder(nominal: float, limit: float = INCOMPRESSIBLE) -> ParameterScale | None:
-    """Return a scale of Poisson's ratio by decades of 0.5 - nu, up to 0.5 itself if the limit allows it."""
+    """Return a scale of Poisson's ratio nu by decades of 0.5 - nu, up to 0.5 itself if the limit allows it."""
     gap, least = INCOMPRESSIBLE - nominal, INCOMPRESSIBLE - limit
     floor = max(least, SMALLEST_GAP)
     if gap <= floor * 1.001:
@@ -87,7 +94,7 @@ def poisson_ladder(nominal: float, limit: float = INCOMPRESSIBLE) -> ParameterSc
 
 
 def _poisson_value(gap: float, limit: float, exact: bool, span: float, t: float) -> float:
-    """Return Poisson's ratio at t."""
+    """Return Poisson's ratio at coordinate t of its scale."""
     if t > span or (t == span and not exact):
         return limit
     return round(INCOMPRESSIBLE - float(f"{gap * 10**-t:.3g}"), 13) if t > 0 else INCOMPRESSIBLE - gap
@@ -99,7 +106,7 @@ def _poisson_value(gap: float, limit: float, exact: bool, span: float, t: float)
 def linear_ladder(
     nominal: float, limit: float, direction: Direction, stops: tuple[float, ...] = ()
 ) -> ParameterScale | None:
-    """Return a linear scale from a number to the end of a range, or one through given values."""
+    """Return a linear scale from the nominal value to the end of a range, or through the given `stops`."""
     if limit == nominal:
         return None
     inner = [s for s in stops if min(nominal, limit) < s < max(nominal, limit)]
@@ -108,18 +115,18 @@ def linear_ladder(
 
 
 def _linear_value(nominal: float, limit: float, t: float) -> float:
-    """Return the value at t of a linear scale."""
+    """Return the parameter value at coordinate t of a linear scale."""
     return limit if t >= 1 else round_to_six_digits(nominal + t * (limit - nominal)) if t > 0 else nominal
 
 
 def decades_from_zero(limit: float, direction: Direction) -> ParameterScale:
-    """Return a scale from zero to the end of a range by decades of that end."""
+    """Return a scale from zero to the end of a range, `limit`, by decades of that end."""
     rungs = tuple(float(i) for i in range(1, DECADES + 2))
     return ParameterScale(direction, rungs, math.log10(RATIO), partial(_decade_value, limit))
 
 
 def _decade_value(limit: float, t: float) -> float:
-    """Return the value at t of a scale from zero."""
+    """Return the parameter value at coordinate t of a scale from zero."""
     return limit if t > DECADES else round_to_six_digits(limit * 10 ** (t - DECADES - 1)) if t > 0 else 0.0
 
 
@@ -127,7 +134,7 @@ def _decade_value(limit: float, t: float) -> float:
 
 
 def doubling_ladder(nominal: int, limit: int, direction: Direction) -> ParameterScale | None:
-    """Return a scale of a whole number by doubling, or halving, to its limit."""
+    """Return a scale of a whole number by doubling or halving up to its limit."""
     if limit == nominal:
         return None
     span = abs(math.log2(limit / nominal))
@@ -139,5 +146,5 @@ def doubling_ladder(nominal: int, limit: int, direction: Direction) -> Parameter
 
 
 def _doubled_value(nominal: int, limit: int, sign: float, span: float, t: float) -> float:
-    """Return the whole number at t."""
+    """Return the whole number at coordinate t of a doubling scale."""
     return float(limit) if t >= span else float(round(nominal * 2 ** (sign * t)))

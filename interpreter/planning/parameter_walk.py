@@ -1,7 +1,8 @@
-"""Walk of one model along one parameter in one direction: outward rung by rung, then bisection of each edge.
+"""Walk of one model along one parameter in one direction, to find the values at which the model fails.
 
-A walk proposes the next position (`wanted`) and records the result (`tell`). It computes nothing itself and is
-independent of scenes and solvers.
+The walk first goes outward rung by rung, then refines each edge by bisection. An edge is the position at which the
+outcome changes from right to wrong, or from an answer to none. A walk proposes the next position (`wanted`) and records
+the outcome (`tell`). It computes nothing itself and is independent of scenes and solvers.
 """
 
 from __future__ import annotations
@@ -22,14 +23,17 @@ BLIND = 3  # consecutive points without a true value after which a walk gives up
 
 @dataclass(frozen=True)
 class PointClass:
-    """Result of a point: its class, and whether the model had an answer (None: unknown)."""
+    """Outcome of one point of a walk: its class, and whether the model had an answer (None if unknown)."""
 
     word: str
     answered: bool | None
 
     @classmethod
     def of(cls, word: str, status: str | None = None) -> PointClass:
-        """Return the class of a point; if the reference has no answer, `status` decides whether the model has one."""
+        """Return the outcome of class `word`.
+
+        If the reference has no answer (`unjudged`), the model's `status` decides whether the model has one.
+        """
         if word == "unjudged":
             known = None if status is None else status in SOLVED
             return cls(word, known)
@@ -38,7 +42,7 @@ class PointClass:
 
 @dataclass(frozen=True)
 class Edge:
-    """Edges that a walk has found, as positions t of its ladder; 0 is the unchanged scene."""
+    """Edges that a walk has found, as positions t of its scale; t = 0 is the unchanged scene."""
 
     last_right: float | None
     first_wrong: float | None
@@ -51,7 +55,7 @@ class Edge:
 
 @dataclass(frozen=True)
 class WalkSummary:
-    """Numbers of judged and unjudged points of a walk, and the nearest correct position t."""
+    """Summary of a walk: numbers of judged and unjudged points, and the nearest right position t."""
 
     here: str  # the class of the scene as it is
     first_right: float | None  # the position nearest to the scene at which the model is right
@@ -61,18 +65,18 @@ class WalkSummary:
 
 @dataclass
 class Walk:
-    """State of one walk; `seen` are the results by position, with that of the unchanged scene at 0."""
+    """State of one walk; `seen` holds the outcomes by position t, with the unchanged scene at t = 0."""
 
     ladder: ParameterScale
     until: Until
     seen: dict[float, PointClass] = field(default_factory=dict)
 
     def tell(self, t: float, seen: PointClass) -> None:
-        """Record the result of the point at t."""
+        """Record the outcome of the point at position t."""
         self.seen[t] = seen
 
     def wanted(self) -> float | None:
-        """Return the next position to compute; None if the walk is complete."""
+        """Return the next position t to compute; None if the walk is complete."""
         rung = self._outward()
         if rung is not None:
             return rung
@@ -83,7 +87,7 @@ class Walk:
         return None
 
     def _outward(self) -> float | None:
-        """Return the next rung that was not computed, or None at the end of the walk."""
+        """Return the next rung that is not computed yet, or None if the walk has reached its end."""
         if self._ends(0.0):
             return None
         for rung in self.ladder.rungs:
@@ -94,7 +98,7 @@ class Walk:
         return None
 
     def _ends(self, t: float) -> bool:
-        """Return whether the walk ends at this position."""
+        """Return whether the outward walk ends at position t."""
         seen = self.seen[t]
         if self.until == "failure":
             return seen.answered is False
@@ -105,7 +109,7 @@ class Walk:
     # ------------------------------------------------------------------ edges
 
     def _brackets(self) -> list[tuple[float, float]]:
-        """Return neighbouring positions with an edge between them, of correctness or of having an answer."""
+        """Return the pairs of neighbouring positions between which an edge lies."""
         found = []
         ts = sorted(self.seen)
         for a, b in pairwise(ts):
@@ -136,7 +140,7 @@ class Walk:
         return Edge(farthest, wrong, word, max(answered, default=None), silence, blind, ts[-1])
 
     def verdicts(self) -> WalkSummary:
-        """Return how many points were judged so far: a point without a true value is neither right nor wrong."""
+        """Return the summary of the walk so far; points without a true value are neither right nor wrong."""
         last = self.edge().last_right
         right = [t for t, s in self.seen.items() if s.word == "right" and last is not None and t <= last]
         blind = [t for t, s in self.seen.items() if s.word == "unjudged"]

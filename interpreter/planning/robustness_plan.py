@@ -1,4 +1,4 @@
-"""Plan of a robustness study: the study with all its defaults resolved, and its errors."""
+"""Plan of a robustness study: the study with all its defaults filled in, and the errors in its declaration."""
 
 from __future__ import annotations
 
@@ -31,7 +31,10 @@ MAPPED = 3  # quantities up to which `maps = auto` maps every pair
 
 @dataclass(frozen=True)
 class ResolvedStudy:
-    """Resolved study: `against` is the reference of its metric, `probe` the probe of the metric, if any."""
+    """Robustness study with all defaults filled in.
+
+    `against` is the reference of its metric, and `probe` the probe of its metric, "" if the metric has none.
+    """
 
     name: str
     metric: str
@@ -45,7 +48,10 @@ class ResolvedStudy:
 
 
 def resolve_study(scene: Scene, study: Declared | None, only: tuple[str, ...] = ()) -> ResolvedStudy:
-    """Return the resolved study; by default, one of every number. The scene must have no errors from `doubts`."""
+    """Return a robustness study with all defaults filled in; without a `study`, one over every number of the scene.
+
+    `only` restricts the models. The scene must have no errors in its studies.
+    """
     thing = RobustnessStudy() if study is None else study.thing
     name = "everything" if study is None else study.name
     metric = scene.declared[thing.metric or next(find_judging_metrics(scene), "")]
@@ -61,19 +67,19 @@ def resolve_study(scene: Scene, study: Declared | None, only: tuple[str, ...] = 
 
 
 def find_judging_metrics(scene: Scene) -> Iterator[str]:
-    """Yield the metrics that can judge a model: relative errors whose reference error is known in their terms."""
+    """Yield the metrics that can judge a model: relative errors for which the error of the reference is known."""
     for metric in scene.of_kind("metric").values():
         thing = metric.thing
         relative = thing.measured_from and (thing.looked_at or thing.concerned) and thing.unit == "1"
-        if relative and _comparable(scene, metric):
+        if relative and _is_reference_error_known(scene, metric):
             yield metric.name
 
 
-def _comparable(scene: Scene, metric: Declared) -> bool:
-    """Return whether the error of the reference is known in the metric's terms.
+def _is_reference_error_known(scene: Scene, metric: Declared) -> bool:
+    """Return whether the error of the reference is known in the same quantity as the metric.
 
-    References state it as a displacement, values have their own uncertainty, theories of contact state the neglected
-    part of forces, and models estimate it for the metric.
+    References state their error as a displacement, and values have their own uncertainty. Theories of contact state the
+    neglected part of forces, and models estimate the error of the metric.
     """
     against = scene.declared.get(metric.thing.against)
     if isinstance(metric.thing, DisplacementMetric):
@@ -88,7 +94,7 @@ def _comparable(scene: Scene, metric: Declared) -> bool:
 
 
 def is_closed_form(scene: Scene, reference: Declared) -> bool:
-    """Return whether the reference gives values by an expression of parameters, so that they follow every change."""
+    """Return whether the values of a reference are an expression of parameters, so that they follow every change."""
     if not isinstance(reference.thing, GivenValues) or reference.thing.kind != "theory":
         return False
     words = re.findall(r"[A-Za-z_]\w*", reference.at("values").text)
@@ -96,7 +102,10 @@ def is_closed_form(scene: Scene, reference: Declared) -> bool:
 
 
 def follows_quantity(scene: Scene, metric: Declared, quantity: WalkedQuantity) -> bool:
-    """Return whether the true value of a metric follows a quantity: a closed form only follows its parameters."""
+    """Return whether the true value of a metric follows a varied quantity.
+
+    A closed form follows only its own parameters.
+    """
     if not isinstance(metric.thing, ErrorOfValue) or quantity.name in scene.parameters:
         return True
     owner, _, attribute = quantity.name.rpartition(".")
@@ -105,7 +114,7 @@ def follows_quantity(scene: Scene, metric: Declared, quantity: WalkedQuantity) -
 
 
 def _models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the models of the metric's body that are solved here, without the one it compares with."""
+    """Return the models of the metric's body that the study solves, without the model that is the reference."""
     body = metric.thing.body_in(scene)
     found = []
     for name, model in scene.of_kind("model").items():
@@ -122,7 +131,7 @@ def _models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str
 
 
 def find_study_errors(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
-    """Yield the errors of a robustness study in a scene without other errors."""
+    """Yield the errors in the declaration of a robustness study, for a scene without other errors."""
     yield from _metric(scene, study)
     seen: set[str] = set()
     judge = scene.declared.get(study.thing.metric or next(find_judging_metrics(scene), ""))
@@ -140,7 +149,7 @@ def find_study_errors(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
 
 
 def no_judge_error(scene: Scene, at: Location | None, name: str) -> Diagnostic:
-    """Return the error for a scene in which no metric can judge models."""
+    """Return the error message for a scene in which no metric can judge models."""
     references = {n: r for n, r in scene.of_kind("reference").items() if not isinstance(r.thing, TOLD)}
     against = next(iter(references), "theory")
     help = f"declare one: `metric eta = relative_l2_error(PROBE, against = {against})`"
@@ -156,9 +165,9 @@ def _reason_against_judge(scene: Scene, name: str) -> str:
     """Return the reason why a metric cannot judge models."""
     thing = scene.declared[name].thing
     against = thing.measured_from
-    what, why = "is not a relative error, so it cannot decide", "it has no reference"
+    what, why = "cannot decide", "it has no reference"
     if thing.unit != "1":
-        why = f"it is in {thing.unit}"
+        why = f"it is in {thing.unit}, not a relative error"
     elif against is not None:
         what = "cannot decide"
         why = f"the uncertainty of `{against}` is known for its displacements, not for this metric"
@@ -172,7 +181,7 @@ def _reason_against_judge(scene: Scene, name: str) -> str:
 
 
 def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
-    """Yield errors of the study's metric."""
+    """Yield the errors about the metric of a study."""
     usable = list(find_judging_metrics(scene))
     name = study.thing.metric
     if name is None:
@@ -186,10 +195,12 @@ def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
 def _target(
     scene: Scene, study: Declared, target: SweepTarget, again: bool, judge: Declared | None
 ) -> Diagnostic | None:
-    """Return the error of a quantity that the study cannot walk, or None."""
+    """Return the error about a quantity that the study cannot vary, or None."""
     at = Location(study.at("over").source, target.span)
     if again:
-        return diagnostic("E512", at, f"`{study.name}` varies `{target.name}` twice", "a repetition", "name it once")
+        return diagnostic(
+            "E512", at, f"`{study.name}` varies `{target.name}` twice", "a repetition", "name each quantity once"
+        )
     try:
         quantity = quantity_of(scene, target.name)
     except Unwalkable as unfit:
@@ -209,7 +220,7 @@ def _target(
 
 
 def _no_field(scene: Scene, at: Location, name: str) -> Diagnostic:
-    """Return the error for an unknown field."""
+    """Return the error message for an unknown field."""
     owner, _, attribute = name.rpartition(".")
     constructor = scene.declared[owner].constructor
     close = find_misspelling(attribute, [f.name for f in constructor.fields])

@@ -1,4 +1,4 @@
-"""Plan of a run: the tasks that the questions of a scene need, and no others.
+"""Plan of a run: the tasks that are needed to answer the questions of a scene, and no others.
 
 Questions are probes, metrics and expectations. A model or reference is solved only if a question is about it, and a
 mesh is made only if a model needs it. Each task records the place in the scene that needs it.
@@ -19,7 +19,10 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Task:
-    """One task: `asked` is the question that needs it, `needs` the tasks that precede it."""
+    """One task of a run.
+
+    `asked` is the location of the question that needs the task; `needs` are the names of the tasks that precede it.
+    """
 
     kind: str  # mesh | solve | reference | probe | metric | expect
     name: str
@@ -30,7 +33,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Plan:
-    """Tasks in a valid order; `idle` are declarations that no question needs."""
+    """Tasks of a run in a valid order; `idle` are the models and references that no question needs."""
 
     tasks: tuple[Task, ...]
     models: tuple[str, ...]
@@ -39,7 +42,7 @@ class Plan:
 
 
 def plan_of(scene: Scene, only: tuple[str, ...] = ()) -> Plan:
-    """Return the plan of a scene; `only` restricts the models. Raises Fault for a model whose body is ambiguous."""
+    """Return the plan of a scene; `only` restricts the models. Raises Fault if the body of a model is ambiguous."""
     asked = find_needed(scene)
     models = tuple(n for n in scene.of_kind("model") if n in asked and (not only or n in only))
     references = tuple(n for n in scene.of_kind("reference") if n in asked)
@@ -54,19 +57,25 @@ def plan_of(scene: Scene, only: tuple[str, ...] = ()) -> Plan:
 
 
 def find_needed(scene: Scene) -> dict[str, Location]:
-    """Return the needed models and references with their questions. Raises Fault for an ambiguous body."""
+    """Return the location of the first question about each needed model and reference, by name.
+
+    Raises Fault if a body is ambiguous.
+    """
     askers = _first_questions(scene)
     places = {n: askers.get(("body", body_of(scene, d))) or askers.get(("name", n)) for n, d in _workers(scene).items()}
     return {n: place for n, place in places.items() if place is not None}
 
 
 def _workers(scene: Scene) -> dict[str, Declared]:
-    """Return all models and references."""
+    """Return all models and references of a scene, by name."""
     return {**scene.of_kind("model"), **scene.of_kind("reference")}
 
 
 def _first_questions(scene: Scene) -> dict[tuple[str, str], Location]:
-    """Return the first question in the text about each `body`, model or reference `name`."""
+    """Return the location of the first question in the text about each subject.
+
+    A subject is a pair: `body` and the name of a body, or `name` and the name of a model or reference.
+    """
     found: dict[tuple[str, str], Location] = {}
     for question in (*scene.of_kind("probe").values(), *scene.of_kind("metric").values()):
         for body in _bodies(scene, question):
@@ -78,7 +87,7 @@ def _first_questions(scene: Scene) -> dict[tuple[str, str], Location]:
 
 
 def _bodies(scene: Scene, question: Declared) -> tuple[str, ...]:
-    """Return the body of a probe or metric; all bodies for a metric without one, such as computing time."""
+    """Return the body of a probe or metric; all bodies for a metric such as computing time, which has none."""
     if question.kind == "metric" and question.thing.looked_at is None:
         own = question.thing.body_in(scene)
         return tuple(scene.of_kind("body")) if own is None else (own,)
@@ -87,12 +96,12 @@ def _bodies(scene: Scene, question: Declared) -> tuple[str, ...]:
 
 
 def names_in_expectation(node: tree.Expression) -> set[str]:
-    """Return the models and references before the dots of an expectation."""
+    """Return the models and references that an expectation names, as in `rod.eta`."""
     return {name.parts[0] for name in find_metrics(node)}
 
 
 def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -> list[Task]:
-    """Return mesh tasks, one for all models that use the same mesh."""
+    """Return the tasks that make meshes, one task for all models that use the same mesh."""
     wanted: dict[tuple[object, ...], list[str]] = {}
     for name in models:
         model = scene.declared[name].thing
@@ -117,7 +126,7 @@ def _solve(scene: Scene, name: str, asked: Location) -> Task:
 
 
 def _describe_reference(reference: Declared) -> str:
-    """Describe a reference, for example `self_converged: quads and hexes at (12, 9, 6) mm, 6 solutions`."""
+    """Return a description of a reference: `self_converged: quads and hexes at (12, 9, 6) mm, 6 solutions`."""
     if reference.thing.how != "refined":
         return reference.constructor.name
     names, sizes = reference.thing.methods, reference.thing.sizes.values
@@ -126,7 +135,7 @@ def _describe_reference(reference: Declared) -> str:
 
 
 def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...]) -> list[Task]:
-    """Return the tasks of probes, metrics and expectations."""
+    """Return the tasks that evaluate probes, metrics and expectations."""
     found, workers = [], defaultdict[str, list[str]](list)
     for name in (*models, *references):
         workers[body_of(scene, scene.declared[name])].append(name)
@@ -155,7 +164,7 @@ def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...
 
 
 def _points(probe: Declared) -> str:
-    """Return the number of points of a probe, or its kind."""
+    """Return the number of points of a probe, as text, or the kind of probe."""
     if probe.thing.ends is not None:
         return f"{probe.thing.points} points"
     if probe.thing.stations is None:

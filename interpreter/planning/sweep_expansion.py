@@ -1,4 +1,4 @@
-"""Expansion of sweeps: combined sweeps, the override for each value, and the value of a field in a scene."""
+"""Expansion of sweeps: combined sweeps, the override that sets each value, and the value of a field in a scene."""
 
 from __future__ import annotations
 
@@ -12,14 +12,17 @@ from softmark.interpreter.vocabulary.study_words import Sweep
 
 
 def override_of(sweep: Sweep, variant: Variant) -> Override:
-    """Return the override that sets one value of a sweep."""
+    """Return the override that sets the swept parameter or field to one value of the sweep."""
     place = Place(variant.at.source, [])
     return Override(sweep.target.name, variant.node, place, sweep.target.span, written="sweep({}, over = [...])",
                     text=f"{sweep.target.name}={variant.text}")  # fmt: skip
 
 
-def chain(scene: Scene, sweep: Declared) -> list[Declared]:
-    """Return a sweep and the sweeps it is combined with, outermost first, up to the first name that is no sweep."""
+def combined_sweeps(scene: Scene, sweep: Declared) -> list[Declared]:
+    """Return a sweep and the sweeps that it is combined with, outermost first.
+
+    The list ends before the first name that is not a sweep.
+    """
     found = [sweep]
     while isinstance(last := found[-1].thing, Sweep) and last.with_ is not None:
         found.append(scene.declared[last.with_])
@@ -27,7 +30,7 @@ def chain(scene: Scene, sweep: Declared) -> list[Declared]:
 
 
 def value_of(scene: Scene, name: str) -> float | list[Any] | str | None:
-    """Return the value of a parameter or field: a number or list of numbers, SI, or a text; None if there is none."""
+    """Return the value of a parameter or field: one or several numbers in SI, or a text; None without a value."""
     if name in scene.parameters:
         value = scene.parameters[name].value
         return value.value if isinstance(value, Quantity) else list(value.values)
@@ -42,6 +45,6 @@ def value_of(scene: Scene, name: str) -> float | list[Any] | str | None:
 
 
 def value_in(scene: Scene, name: str) -> float | None:
-    """Return the number, SI, of a parameter or field; None if it is not a number."""
+    """Return the number in SI of a parameter or field; None if its value is not a number."""
     found = value_of(scene, name)
     return None if isinstance(found, str | list) else found

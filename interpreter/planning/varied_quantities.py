@@ -1,4 +1,6 @@
-"""Quantities that a robustness study can vary (numbers, whole numbers, scaled vectors, choices) and their ranges.
+"""Quantities that a robustness study can vary: numbers, whole numbers, scaled vectors and choices.
+
+Their ranges are defined here, too.
 
 To change the range of a field: a line in SPANS.
 """
@@ -47,7 +49,7 @@ USUAL = (
 
 
 class Unwalkable(ValueError):
-    """The name is not a quantity that can be varied; `help` gives possible ones."""
+    """Error when a name is not a quantity that can be varied; `help` lists possible quantities."""
 
     def __init__(self, reason: str, help: str = "") -> None:
         super().__init__(reason)
@@ -56,7 +58,10 @@ class Unwalkable(ValueError):
 
 @dataclass(frozen=True)
 class WalkedQuantity(JsonRecord):
-    """Varied quantity: its value in the scene, and the ladders outward. The value of a vector is the factor on it."""
+    """Varied quantity: its value in the scene, and its scales in both directions.
+
+    The value of a vector is the factor that multiplies it.
+    """
 
     name: str
     kind: Kind
@@ -70,7 +75,7 @@ class WalkedQuantity(JsonRecord):
 
     @property
     def unit(self) -> str:
-        """SI unit of its values."""
+        """SI unit of the values."""
         return "1" if self.vector else units.si_unit(self.dimension)
 
     def written(self, value: Value) -> str:
@@ -85,18 +90,18 @@ class WalkedQuantity(JsonRecord):
         return f"{number} {unit}".strip()
 
     def override(self, value: Value) -> str:
-        """Return the override `NAME=VALUE`."""
+        """Return the override `NAME=VALUE` that sets the quantity to a value."""
         return f"{self.name}={self.written(value)}"
 
     def entries(self) -> Mapping[str, object]:
-        """Entries of the quantity in the study's JSON."""
+        """Entries of the quantity in the JSON file of a study."""
         nominal = None if isinstance(self.nominal, str) else self.nominal
         return {"name": self.name, "unit": self.unit, "nominal": nominal, "text": self.text, "kind": self.kind,
                 "limits": self.limits or None, "options": self.options}  # fmt: skip
 
     @classmethod
     def from_json(cls, own: Mapping[str, Any]) -> Self:
-        """Read the quantity from its JSON entry, which has no ladders."""
+        """Return the quantity with these JSON entries; its scales are not stored and stay empty."""
         text, unit = str(own.get("text") or ""), str(own.get("unit") or "1")
         nominal, kind = own.get("nominal"), cast("Kind", own.get("kind") or "reach")
         limits, options = own.get("limits"), tuple(own.get("options") or ())
@@ -107,7 +112,7 @@ class WalkedQuantity(JsonRecord):
 
 
 def _shortest_number(value: float) -> str:
-    """Return the shortest text that reads back as this number, without a sign before zero."""
+    """Return the shortest text that reads back as this number; zero has no sign."""
     return repr(float(value) + 0.0).removesuffix(".0")
 
 
@@ -115,7 +120,7 @@ def _shortest_number(value: float) -> str:
 
 
 def quantity_of(scene: Scene, name: str) -> WalkedQuantity:
-    """Return the quantity that a target names. Raises Unwalkable, and KeyError for an unknown name."""
+    """Return the quantity with this name in a scene. Raises Unwalkable, and KeyError for an unknown name."""
     if name in scene.parameters:
         return _parameter_quantity(scene, scene.parameters[name])
     owner, _, attribute = name.rpartition(".")
@@ -143,7 +148,7 @@ def quantity_of(scene: Scene, name: str) -> WalkedQuantity:
 
 
 def default_quantities(scene: Scene) -> Iterator[WalkedQuantity]:
-    """Yield every number of a scene that is worth varying: parameters with a range, and the fields of USUAL."""
+    """Yield the quantities that a study varies by default: parameters with a range, and the fields listed in USUAL."""
     names = [n for n, p in scene.parameters.items() if "." not in n and p.interval is not None]
     for kind, attribute in USUAL:
         names += [f"{d.name}.{attribute}" for d in scene.of_kind(kind).values() if _has(d, attribute)]
@@ -163,7 +168,7 @@ def _has(declared: Declared, attribute: str) -> bool:
 
 
 def _choice_quantity(scene: Scene, name: str, field: Field, value: Any) -> WalkedQuantity:
-    """Return a quantity with a fixed set of choices."""
+    """Return a quantity whose values are the choices of a field."""
     alike = (
         word for word in scene.vocabulary.words() if (word in PLANE) == (value in PLANE)
     )  # for bodies of the same kind
@@ -173,7 +178,7 @@ def _choice_quantity(scene: Scene, name: str, field: Field, value: Any) -> Walke
 
 
 def _vector_quantity(name: str, value: tuple[float, ...], dimension: Dimension) -> WalkedQuantity:
-    """Return a quantity that scales a vector."""
+    """Return a quantity that multiplies a vector by a factor."""
     if not any(value):
         raise Unwalkable(f"`{name}` is zero, and multiples of zero are zero", "give it a size to start from")
     return _quantity_with_scales(
@@ -184,7 +189,7 @@ def _vector_quantity(name: str, value: tuple[float, ...], dimension: Dimension) 
 def _number(
     name: str, value: float, dimension: Dimension, span: tuple[float, float], interval: Interval | None
 ) -> WalkedQuantity:  # fmt: skip
-    """Return a quantity with logarithmic ladders, limited by its span and the range of its field."""
+    """Return a quantity with logarithmic scales, limited by its span in SPANS and by the range of its field."""
     if value == 0:
         help = "give it a size to start from, or vary a parameter with a range: `param a = 0 in 0 .. 10`"
         raise Unwalkable(f"`{name}` is zero, and multiples of zero are zero", help)
@@ -213,7 +218,7 @@ def _multiplied(value: float, limit: float, direction: parameter_scale.Direction
 
 
 def _integer_quantity(name: str, value: int, interval: Interval | None) -> WalkedQuantity:
-    """Return a quantity of whole numbers."""
+    """Return a quantity whose values are whole numbers."""
     if value < 1:
         raise Unwalkable(f"`{name}` is {value}, so doubling gives no other value", "start from one or more")
     low, high = 1, value * DOUBLINGS
@@ -225,7 +230,7 @@ def _integer_quantity(name: str, value: int, interval: Interval | None) -> Walke
 
 
 def _poisson_quantity(name: str, value: float, interval: Interval | None) -> WalkedQuantity:
-    """Return Poisson's ratio as a quantity: towards 0.5 by decades, and down past zero."""
+    """Return Poisson's ratio as a quantity: upward by decades towards 0.5, downward past zero."""
     low = max(LOWEST, interval.low) if interval else LOWEST
     high = min(parameter_scale.INCOMPRESSIBLE, interval.high) if interval else parameter_scale.INCOMPRESSIBLE
     ways = (
@@ -240,7 +245,7 @@ def _poisson_quantity(name: str, value: float, interval: Interval | None) -> Wal
 
 
 def _parameter_quantity(scene: Scene, parameter: Parameter) -> WalkedQuantity:
-    """Return the quantity of a parameter of the scene."""
+    """Return a parameter of the scene as a quantity."""
     value, name, interval = parameter.value, parameter.name, parameter.interval
     if isinstance(value, VectorValue):
         return _vector_quantity(name, value.values, value.dimension)
@@ -256,7 +261,7 @@ def _parameter_quantity(scene: Scene, parameter: Parameter) -> WalkedQuantity:
 
 
 def _number_quantity(name: str, value: float, dimension: Dimension, interval: Interval) -> WalkedQuantity:
-    """Return a quantity with ladders to both ends of a range: logarithmic if possible, linear otherwise."""
+    """Return a quantity with scales to both ends of a range: logarithmic if possible, linear otherwise."""
     ways: list[ParameterScale | None] = []
     ends: tuple[tuple[parameter_scale.Direction, float], ...] = (("up", interval.high), ("down", interval.low))
     for direction, end in ends:
@@ -274,7 +279,7 @@ def _number_quantity(name: str, value: float, dimension: Dimension, interval: In
 
 
 def _compile_with_value(scene: Scene, name: str, value: float) -> tuple[Scene, list[Any]]:
-    """Compile the scene with another value of a parameter; return it and its errors."""
+    """Return the scene compiled with another value of a parameter, and the errors found."""
     from softmark.interpreter.language.compiler import recompile
 
     override = parameter_overrides.read_override(f"{name}={_shortest_number(value)}", [])
@@ -282,7 +287,7 @@ def _compile_with_value(scene: Scene, name: str, value: float) -> tuple[Scene, l
 
 
 def _is_poisson(scene: Scene, name: str, value: float) -> bool:
-    """Return whether a parameter is Poisson's ratio of a material, by changing it."""
+    """Return whether a parameter is Poisson's ratio of a material, by compiling the scene with another value."""
     own = {n: d.thing.poisson for n, d in scene.declared.items() if d.value("poisson") == value}
     if not own or not -1 < value < parameter_scale.INCOMPRESSIBLE:
         return False
@@ -292,5 +297,5 @@ def _is_poisson(scene: Scene, name: str, value: float) -> bool:
 
 
 def _must_be_whole(scene: Scene, name: str, value: float) -> bool:
-    """Return whether a value half a unit larger is refused, as for a number of segments."""
+    """Return whether a parameter must be a whole number: whether a value half a unit larger is refused."""
     return any(d.code == "E204" for d in _compile_with_value(scene, name, value + 0.5)[1])

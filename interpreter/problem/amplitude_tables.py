@@ -1,4 +1,4 @@
-"""Checks of amplitudes given by a table: whether it can be read and covers the whole analysis."""
+"""Checks of amplitudes given by a table: the table must be readable and cover the whole analysis."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ NEAR = 1e-9  # relative to the duration: what ends there goes to its end
 
 
 def table_fault(declared: Declared, duration: float) -> Diagnostic | None:
-    """Return why a load or support cannot follow its table over an analysis, or None."""
+    """Return the error if an amplitude table is unreadable or too short for an analysis, else None.
+
+    `duration` is the length of the analysis, s.
+    """
     amplitude = declared.thing.amplitude
     if not isinstance(amplitude, Table):
         return None

@@ -1,4 +1,4 @@
-"""Limits of materials with fibre directions; only imported for scenes that have one."""
+"""Errors about materials with fibre directions; this module is imported only for scenes that have one."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ FEM = "use `fem(...)` with `strain = finite`, which supports every law"
 
 
 def is_directed(material: Any) -> bool:
-    """Return whether a material has directions; for a plate, whether its solid has."""
+    """Return whether a material has fibre directions; for a plate, whether its solid material has."""
     plate = material if not material.thin else material.of
     return bool(getattr(plate, "directed", False))
 
 
 def has_directed_material(case: Case) -> bool:
-    """Return whether one of the materials of a case has directions."""
+    """Return whether one of the materials of a case has fibre directions."""
     return any(is_directed(material) for material in case.materials)
 
 
 def materials(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of missing directions, and of muscle in a material that cannot contract."""
+    """Yield errors of relaxing laws with fibres, of missing directions, and of muscle that cannot be made active."""
     for declared in scene.of_kind("material").values():
         thing = declared.thing
         if not is_directed(thing):
@@ -87,7 +87,7 @@ def materials(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _muscle(declared: Declared) -> Iterator[Diagnostic]:
-    """Yield errors of one muscle."""
+    """Yield the errors of one muscle material."""
     thing = declared.thing
     law = thing.passive
     if thing.fibres is None:
@@ -110,13 +110,13 @@ def _muscle(declared: Declared) -> Iterator[Diagnostic]:
 
 
 def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors of a model that would treat the material as isotropic, and of muscle in unsupported analyses."""
+    """Yield errors of models that would ignore fibre directions, and of muscle in analyses that do not support it."""
     thing, body = declared.thing, case.body.name
     if not getattr(thing, "directed", False):
         yield diagnostic(
             "E363",
             declared.at(),
-            f"`{declared.name}` supports isotropic materials only, but that of `{body}` has fibres",
+            f"`{declared.name}` supports isotropic materials only, but the material of `{body}` has fibres",
             "only for isotropic materials",
             FEM,
         )
@@ -143,7 +143,7 @@ def _check_active_strain(declared: Declared, case: Case) -> Diagnostic | None:
         return diagnostic(
             "E368",
             declared.at(),
-            f"`{declared.name}` is dynamic, but fibres that shorten with an `amplitude` need a quasistatic one",
+            f"`{declared.name}` is dynamic, but fibres that shorten with an `amplitude` need a quasistatic analysis",
             "not in a dynamic analysis",
             "use `quasistatic(...)`, a shortening without an `amplitude`, or a tension: `active(..., amplitude = ...)`",
         )
@@ -160,7 +160,7 @@ def _check_active_strain(declared: Declared, case: Case) -> Diagnostic | None:
             "E378",
             declared.at(),
             f"`{declared.name}` follows a path from rest, but fibres of "
-            f"`{case.body.name}` are shortened before it begins",
+            f"`{case.body.name}` are shortened before the path begins",
             "no path from rest",
             "use `path = load`, with several states if one step is too long, or a tension, which grows"
             " along the path: `active(...)`",
@@ -169,7 +169,10 @@ def _check_active_strain(declared: Declared, case: Case) -> Diagnostic | None:
 
 
 def _check_symmetry(case: Case) -> Diagnostic | None:
-    """Refuse uniform directions that are not symmetric about a symmetry plane; others are checked on a mesh."""
+    """Return the error of uniform fibre directions that are not symmetric about a symmetry plane, or None.
+
+    Directions that vary are checked on a mesh later.
+    """
     if not any(isinstance(support.thing, Symmetric) for support in case.supports):
         return None
     for material in {id(m): m for m in (case.material, *case.materials)}.values():
@@ -182,7 +185,7 @@ def _check_symmetry(case: Case) -> Diagnostic | None:
 
 
 def _is_unknown_without_mesh(material: Any) -> bool:
-    """Return whether directions need a mesh, or are refused already."""
+    """Return whether fibre directions are known only on a mesh, or were already refused."""
     from softmark.solvers.materials.anisotropic_material import lacks_sheets
     from softmark.solvers.materials.material_axes import InvalidDirection
 
@@ -196,7 +199,7 @@ def _is_unknown_without_mesh(material: Any) -> bool:
 
 
 def _check_plane(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Refuse directions that would move a plane body out of its plane."""
+    """Yield errors of fibre directions that would move a plane body out of its plane."""
     kind = case.planar.replace("_", " ")
     for material in case.materials:
         if case.planar == "plane_stress" and is_directed(material):
@@ -216,7 +219,7 @@ def _check_plane(declared: Declared, case: Case) -> Iterator[Diagnostic]:
 
 
 def _is_in_plane(material: Any) -> bool:
-    """Return whether directions lie in the plane or normal to it; a rule of directions decides itself."""
+    """Return whether fibre directions lie in the plane or normal to it; False for rules such as `helix(...)`."""
     law = getattr(material, "passive", material)
     known = (material.fibres, *((law.fibres, law.sheets) if is_directed(law) else ()))
     each = [d for d in known if d is not None]
@@ -231,9 +234,9 @@ def _is_in_plane(material: Any) -> bool:
 
 
 def must_be_mirrored(case: Case, X: Floats) -> None:
-    """Check that fibres at points X (m, q, 3), m, are their own mirror image in each symmetry plane. Raises Fault.
+    """Check that fibres at points X (m, q, 3), m, are symmetric about each symmetry plane. Raises Fault.
 
-    Only then can half a body represent the whole.
+    Half a body can represent the whole only if they are.
     """
     flat = X.reshape(-1, 3)
     some = flat[:: max(1, len(flat) // ASKED)]
@@ -251,7 +254,10 @@ def must_be_mirrored(case: Case, X: Floats) -> None:
 
 
 def _first_asymmetric_point(material: Any, X: Floats, axis: int, place: float) -> Floats | None:
-    """Return the first of points X (n, 3), m, where a law differs from its mirror image, or None."""
+    """Return the first of points X (n, 3), m, at which a law differs from its mirror image, or None.
+
+    The mirror plane is normal to the coordinate `axis` at `place`, m.
+    """
     from softmark.interpreter.problem.field_files import read_field
     from softmark.solvers.materials.active_stress import ActiveTension
     from softmark.solvers.materials.material_axes import InvalidDirection

@@ -1,4 +1,4 @@
-"""Setup of the theory of an axially loaded bar with varying constants."""
+"""Setup of the theory of an axially loaded bar whose material constants vary along it."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def bar_of(case: Case) -> PulledBar:
 
 
 def _held_end(case: Case) -> int:
-    """Return the end that is held along the axis, 0 the root. Raises NotApplicable."""
+    """Return the end that is held along the axis; 0 is the root. Raises NotApplicable."""
     shape, found = case.prism, set()
     for support in case.supports:
         thing = support.thing
@@ -87,17 +87,17 @@ def _end_loads(case: Case, free: int, axis: Any) -> tuple[float, float]:
 
 
 def _component(load: Declared, vector: Any, axis: Any) -> float:
-    """Return the axial component of a vector. Raises NotApplicable if it has another one."""
+    """Return the axial component of a vector. Raises NotApplicable if it has a lateral component."""
     if math.hypot(*cross(vector, axis)) > ALIGNED * math.hypot(*vector):
         raise NotApplicable(f"the load `{load.name}` does not act along the axis", REMEDY)
     return float(dot(vector, axis))
 
 
 def _constant_along_axis(case: Case, constant: Any, root: Any, axis: Any) -> Callable[[Floats], Floats]:
-    """Return a constant as a function of the distance from the held end, m. Raises NotApplicable if it varies in
-    sections.
+    """Return a material constant as a function of the distance from the held end, m.
 
-    Files are read only once, when the reference is solved.
+    Files are read only once, when the reference is solved. Raises NotApplicable if the constant varies over a
+    cross-section.
     """
     if not isinstance(constant, Profile):
         return lambda s: s * 0.0 + float(constant)
@@ -108,7 +108,7 @@ def _constant_along_axis(case: Case, constant: Any, root: Any, axis: Any) -> Cal
 
     @cache
     def read() -> Any:
-        """Return the reader of the file. Raises NotApplicable."""
+        """Return a function that reads the file of the constant. Raises NotApplicable."""
         from softmark.interpreter.problem.field_files import read_field
 
         for along, across in _sections(case.prism, root, axis):
@@ -120,14 +120,14 @@ def _constant_along_axis(case: Case, constant: Any, root: Any, axis: Any) -> Cal
 
 
 def _axis_points(s: Floats, root: Any, axis: Any) -> Any:
-    """Return points of the axis (n, 3), m."""
+    """Return the points of the axis (n, 3), m, at distances s (n,), m, from the root."""
     import numpy as np
 
     return np.array(root) + s[:, None] * np.array(axis)
 
 
 def _sections(shape: Any, root: Any, axis: Any) -> Iterator[tuple[Any, list[Any]]]:
-    """Yield points of the axis, and other points of the section there, m."""
+    """Yield points of the axis, m, each with other points of the same cross-section, m."""
     _, first, second = shape.frame(0.0)
     for i in range(STATIONS):
         middle = add_multiples(root, (shape.length * i / (STATIONS - 1), axis))
@@ -135,7 +135,10 @@ def _sections(shape: Any, root: Any, axis: Any) -> Iterator[tuple[Any, list[Any]
 
 
 def _must_be_even(constant: Profile, own: float, others: list[float]) -> None:
-    """Check that a constant is uniform across a section. Raises NotApplicable."""
+    """Check that a constant is uniform across a cross-section. Raises NotApplicable.
+
+    `own` is its value on the axis, `others` are values at other points of the cross-section.
+    """
     if not all(abs(other - own) <= SAME * abs(own) for other in others):
         raise NotApplicable(
             f"its `{constant.name}` varies over the cross-section", "use a constant that varies along the axis only"

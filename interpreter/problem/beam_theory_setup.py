@@ -1,4 +1,4 @@
-"""Setup of beam theories: the straight clamped beam of a case."""
+"""Setup of beam theories: the straight cantilever of a case."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
     for load in case.loads:
         if not isinstance(load.thing.action, BodyForce):
             raise NotApplicable(f"the load `{load.name}` is not gravity",
-                          "remove it: this reference supports only a beam under its own weight")  # fmt: skip
+                          "remove this load: the reference supports only a beam under its own weight")  # fmt: skip
     if not any(case.gravity):
         raise NotApplicable("there is no gravity, so nothing bends the beam",
                       "add a load across the axis: `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
@@ -38,8 +38,9 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
 
 
 def clamped_end(case: Case) -> tuple[Any, Any]:
-    """Return root and axis, away from the clamp. Raises NotApplicable unless one end is clamped, and nothing else
-    held.
+    """Return the centre of the clamped end, m, and the unit vector along the axis away from it.
+
+    Raises NotApplicable unless one end is clamped and nothing else is held.
     """
     shape = case.prism
     clamped = []
@@ -59,7 +60,7 @@ def clamped_end(case: Case) -> tuple[Any, Any]:
 
 
 def _section(case: Case) -> Disc | Ring | Rectangle:
-    """Return the declared section: a radius, or for a box its own extents.
+    """Return the cross-section as declared in the scene: from a radius, or from the extents of a box.
 
     It is independent of the section that models compute with, so that a mistake there shows as a difference.
     """

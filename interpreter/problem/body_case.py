@@ -22,7 +22,7 @@ from softmark.solvers.mesh.shape import Shape, Swept
 
 
 class Fault(Exception):
-    """Error of something in the scene that cannot be represented or built; carries its diagnostic."""
+    """Exception for a part of the scene that cannot be represented or built; it carries a diagnostic."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(diagnostic.message)
@@ -30,13 +30,13 @@ class Fault(Exception):
 
 
 def fault(code: str, at: Location, message: str, label: str = "", help: str | Remedy = "") -> Fault:
-    """Return a Fault at a place of the scene."""
+    """Return a Fault whose diagnostic points at a location of the scene."""
     return Fault(diagnostic(code, at, message, label, help))
 
 
 @dataclass(frozen=True)
 class Touch:
-    """Contact of a body with a rigid one, and the supports or loads that move it, in the order of the scene."""
+    """Contact of a body with a rigid body, and the supports or loads that move the rigid body, in scene order."""
 
     declared: Declared
     rigid: Declared
@@ -52,23 +52,23 @@ class Touch:
 
     @property
     def thing(self) -> Any:
-        """Contact object of the scene."""
+        """Contact object that the scene declares."""
         return self.declared.thing
 
     @property
     def driven(self) -> bool:
-        """True if a support moves the rigid body, or a force of its own presses it."""
+        """True if a support moves the rigid body, or a force applied to it presses it."""
         own = (load.value("body") == self.rigid.name for load in self.loads)
         return any(support.thing.moves for support in self.moved) or any(own)
 
     def at(self, name: str = "") -> Location:
-        """Return the location of a field of the contact, or else of its name."""
+        """Return the location of the named field of the contact, or of the contact's name if it has no such field."""
         return self.declared.at(name)
 
 
 @dataclass(frozen=True)
 class Case:
-    """Body with its materials, supports, loads and contacts."""
+    """One deformable body with its materials, supports, loads and contacts."""
 
     body: Declared
     supports: tuple[Declared, ...]
@@ -95,12 +95,12 @@ class Case:
 
     @property
     def shaped(self) -> Location:
-        """Location of the geometry in the scene."""
+        """Location in the scene at which the body's geometry is declared."""
         return self.body.at("region" if self.planar else "shape")
 
     @property
     def prism(self) -> Swept:
-        """Geometry of a body with sections along an axis. Raises TypeError for other bodies."""
+        """Geometry of a body that is swept along an axis. Raises TypeError for other bodies."""
         if (found := self.shape.swept) is None:
             raise TypeError(f"`{self.body.name}` has no section along an axis")
         return found
@@ -112,28 +112,31 @@ class Case:
 
     @property
     def materials(self) -> tuple[Any, ...]:
-        """Materials of the body and of its regions, in their order."""
+        """Materials of the body and of its regions, in scene order."""
         return (self.material, *(self.body.thing.as_it_is(part.thing.material) for part in self.parts))
 
     @property
     def muscles(self) -> tuple[Declared, ...]:
-        """Body and regions with active muscle and their amplitudes, as if the body were only of that material."""
+        """Declarations of the body, one for each material with active tension.
+
+        Each declares the body as if it consisted of that material only.
+        """
         return tuple(replace(self.body, thing=m) for m in self.materials if getattr(m, "pulls", False))
 
     @property
     def remembered(self) -> bool:
-        """True if friction makes a state depend on the states before it."""
+        """True if friction makes a state depend on earlier states."""
         each = (*(touch.declared for touch in self.contacts), *self.pairs)
         return any(getattr(own.thing, "friction", 0.0) for own in each)
 
     @property
     def has_history(self) -> bool:
-        """True if a state depends on those before it: by friction, relaxation or fluid."""
+        """True if a state depends on earlier ones, through friction, stress relaxation or pore fluid."""
         return self.remembered or self.remembers
 
     @property
     def named_supports(self) -> tuple[Declared, ...]:
-        """Supports without the constraint that keeps a plane body in its plane."""
+        """Supports of the scene, without the implied constraint that keeps a plane body in its plane."""
         return tuple(s for s in self.supports if not isinstance(s.thing, InPlane))
 
     @property
@@ -144,7 +147,7 @@ class Case:
 
     @property
     def depth(self) -> float:
-        """Thickness of the slice that represents a body of revolution, m; 0 for any other body."""
+        """Thickness, m, of the slice that represents a body of revolution; 0 for any other body."""
         return float(self.body.thing.thickness) if self.planar == "axisymmetric" else 0.0
 
     @property
@@ -164,17 +167,17 @@ class Case:
 
     @property
     def uniform(self) -> bool:
-        """True if the constants of each of its materials are uniform."""
+        """True if the constants of each material of the body are uniform."""
         return all(getattr(material, "uniform", True) for material in self.materials)
 
     @property
     def remembers(self) -> bool:
-        """True if one of its materials is viscoelastic or porous, so that its history counts."""
+        """True if one of the materials is viscoelastic or porous, so that the history of loading matters."""
         return self.porous or any(material.branches for material in self.materials)
 
     @property
     def pressed(self) -> bool:
-        """True if loads press a rigid body in statics, so that its position depends on the model and its mesh."""
+        """True if loads press a rigid body in statics, so that its position is part of the solution."""
         return any(touch.along is not None for touch in self.contacts)
 
     @property
@@ -184,7 +187,7 @@ class Case:
 
     @cached_property
     def typical(self) -> tuple[Any, ...]:
-        """Materials with one representative number for each varying constant, for orders of magnitude."""
+        """Materials with one representative number for each varying constant, to estimate orders of magnitude."""
         if self.uniform:
             return self.materials
         from softmark.interpreter.problem.representative_constants import representative_material
@@ -193,7 +196,7 @@ class Case:
 
     @property
     def plain(self) -> Case:
-        """Case with a single material, a representative one if it varies."""
+        """Case with a single uniform material; constants that vary have a representative value."""
         return self if getattr(self.material, "uniform", True) else replace(self, other_material=self.typical[0])
 
     @property
@@ -205,7 +208,7 @@ class Case:
 
 
 def porous(material: Any) -> bool:
-    """Return whether fluid seeps through a material: the passive one of a muscle, the solid of a plate."""
+    """Return whether a material is porous, looking into the passive material of a muscle and the solid of a plate."""
     if getattr(material, "thin", False):
         return porous(material.of)
     if getattr(material, "permeability", None) is not None:
@@ -259,7 +262,7 @@ def _build_contact(scene: Scene, contact: Declared) -> Touch:
 
 
 def is_force_driven(scene: Scene, body: Declared) -> bool:
-    """Return whether loads determine the position of a rigid body in statics: it has a mass or a force of its own."""
+    """Return whether loads determine a rigid body's position in statics, because it has a mass or an applied force."""
     analysis = next(iter(scene.of_kind("analysis").values()), None)
     if not is_rigid(body) or (analysis is not None and not isinstance(analysis.thing, Static)):
         return False
@@ -268,7 +271,10 @@ def is_force_driven(scene: Scene, body: Declared) -> bool:
 
 
 def free_directions(scene: Scene, instrument: Declared, body: Declared) -> list[int]:
-    """Return the free directions (0 to 2) of a rigid body, by its supports and the other body's plane or axis."""
+    """Return the free directions (0 to 2) of a rigid body.
+
+    Directions are taken away by its supports, and by the plane or axis of the other body if that is plane.
+    """
     held = {2} if body.thing.planar else set[int]()
     held |= {0} if body.thing.planar == "axisymmetric" else set()
     for support in scene.acting("support", instrument.name):
@@ -277,7 +283,7 @@ def free_directions(scene: Scene, instrument: Declared, body: Declared) -> list[
 
 
 def plane_constraints(body: Declared) -> tuple[Declared, ...]:
-    """Return the constraint that keeps a plane body in its plane; none for a solid."""
+    """Return the implied support that keeps a plane body in its plane; empty for a solid."""
     if not body.thing.planar:
         return ()
     held = InPlane(body.name, EVERYWHERE)
@@ -290,12 +296,12 @@ def plane_constraints(body: Declared) -> tuple[Declared, ...]:
 
 
 def _is_off_axis(shape: Shape) -> bool:
-    """Return whether no point of a plane region lies on the y axis."""
+    """Return whether a plane region has no point on the y axis."""
     return shape.bounds is None or shape.bounds[0][0] > RELATIVE_TOLERANCE * shape.diagonal
 
 
 def case_for(scene: Scene, worker: Declared) -> Case:
-    """Return the case of a model or reference, with a material of its own if it has one. Raises Fault."""
+    """Return the case of a model or reference, with its own material if it declares one. Raises Fault."""
     other = worker.thing.other_material if worker.kind == "model" else None
     case = case_of(scene, body_of(scene, worker))
     if other is None:
@@ -308,7 +314,7 @@ def case_for(scene: Scene, worker: Declared) -> Case:
 
 
 def body_of(scene: Scene, declared: Declared) -> str:
-    """Return the body of a model, reference or probe: the named one, or the only one. Raises Fault."""
+    """Return the name of the body of a model, reference or probe: the given name, or the only body. Raises Fault."""
     named: str | None = declared.value("body")
     if named is not None:
         return named
@@ -329,7 +335,10 @@ def body_of(scene: Scene, declared: Declared) -> str:
 
 
 def other_body(scene: Scene, declared: Declared, case: Case) -> str | None:
-    """Return the body of a declaration if it differs from that of the case; ambiguous ones are reported elsewhere."""
+    """Return the body of a declaration if it is not the body of the case, else None.
+
+    Ambiguous declarations are reported elsewhere.
+    """
     try:
         body = body_of(scene, declared)
     except Fault:

@@ -1,4 +1,4 @@
-"""Faces of rectangular and round bodies that supports and loads select, for theories of such bodies."""
+"""Faces of boxes, rectangles and cylinders that supports and loads select, for theories of such bodies."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WITHIN = (0.0, 0.3, 0.6, 0.9, 0.99, 0.9999)  # relative to the radius: where a s
 
 @dataclass(frozen=True)
 class BoxAlongAxis(Box):
-    """Box whose axis is x, y or z, by number, whichever edge is the longest."""
+    """Box with a given axis (x, y or z by number), whichever of its edges is the longest."""
 
     way: int = 0
 
@@ -34,7 +34,10 @@ class BoxAlongAxis(Box):
 
 @dataclass(frozen=True)
 class Rectangular:
-    """Box, or a rectangle that is a slice of one; `turns` if it is the half section of a body of revolution."""
+    """Box, or rectangle treated as a slice of a box.
+
+    `turns` is true if the rectangle is the half section of a body of revolution.
+    """
 
     low: Vector3  # m
     high: Vector3  # m
@@ -73,7 +76,10 @@ class Rectangular:
         return x, y, z
 
     def taken(self, condition: Condition, axis: int) -> set[int]:
-        """Return which of the two faces normal to an axis a condition selects, as `ends_of` does: 0 is the low one."""
+        """Return the faces normal to an axis that a condition selects wholly: 0 is the low one, 1 the high one.
+
+        The rules are those of `ends_of`.
+        """
         x, y, z = (self.size(a) for a in range(3))
         return ends_of(condition, BoxAlongAxis((x, y, z), self.low, axis))
 
@@ -84,7 +90,7 @@ class Rectangular:
 
 @dataclass(frozen=True)
 class Round:
-    """Full cylinder. Its faces are its two ends, whichever axis is given."""
+    """Full cylinder, whose two ends are its faces; methods ignore the given axis."""
 
     shape: Cylinder
 
@@ -110,11 +116,11 @@ class Round:
         return add_multiples(self.shape.root, (end * self.shape.length, self.shape.axis))
 
     def taken(self, condition: Condition, axis: int) -> set[int]:
-        """Return which ends of the cylinder a condition selects."""
+        """Return the ends of the cylinder that a condition selects; 0 is the root."""
         return ends_of(condition, self.shape)
 
     def around(self, condition: Condition) -> bool:
-        """Return whether a condition depends only on the distance from the axis and selects exactly the side."""
+        """Return whether a condition on the distance from the axis selects exactly the curved side."""
         if condition.groups:
             return False
         shape, extent = self.shape, self.shape.diagonal
@@ -130,7 +136,7 @@ class Round:
         return holds[-1] and not any(holds[:-1])
 
     def on_plane(self, condition: Condition, axis: int) -> bool:
-        """Return whether a condition selects only points on the plane through the axis that is normal to x, y or z."""
+        """Return whether a condition selects only points on the plane through the axis with normal x, y or z."""
         low, high = self.shape.bounds
         slack, at, extent = BESIDE * self.shape.radius, self.shape.root[axis], self.shape.diagonal
         above, below = replace_coordinate(low, axis, at + slack), replace_coordinate(high, axis, at - slack)
@@ -152,9 +158,10 @@ def rectangular(case: Case) -> Rectangular | None:
 
 
 def rectangle(shape: Any, thickness: float, turns: bool) -> Rectangular | None:
-    """Return a box, or an upright rectangle as a slice of one; None for any other shape.
+    """Return a box or an upright rectangle as a Rectangular; None for any other shape.
 
-    `thickness`, m, is that of the slice; `turns` if the rectangle is the half section of a body revolved about y.
+    A rectangle becomes a slice of the given `thickness`, m. `turns` is true if it is the half section of a body
+    revolved about y.
     """
     if isinstance(shape, Box):
         return Rectangular(*shape.bounds)

@@ -1,9 +1,9 @@
-"""Positions at which meshes of a shape need nodes so that supports hold exactly what they select.
+"""Positions at which meshes of a shape need nodes so that supports hold exactly their selections.
 
-Regions of other materials need such nodes too. A border of a condition is met if a coordinate of the shape is constant
-on it (planes normal to the edges of a box; planes normal to the axis of a cylinder, circles around it; spheres around
-the centre of a sphere), or if it is a plane along the axis of a cylinder. Only parts of a border at which the selection
-changes within the body count. Uses numbers only, no arrays.
+Regions of other materials need such nodes too. A mesh can follow the border of a condition if a coordinate of the shape
+is constant on it: planes normal to the edges of a box; planes normal to the axis of a cylinder, and circles around it;
+spheres around the centre of a sphere. It can also follow a plane along the axis of a cylinder. Only parts of a border
+at which the selection changes within the body count. The module uses numbers only, no arrays.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ def cuts_for(where: Condition, shape: Shape) -> Cuts:
 
 
 def graded_cuts(where: Condition, shape: Shape, finer: float) -> Cuts:
-    """Return where meshes are refined by a factor: at the borders of a condition on which a coordinate is constant.
+    """Return the cuts at the borders of a condition, around which cells of a mesh are smaller by the factor `finer`.
 
-    The ends of the body count as borders. Cells grow to their full size over a part of the body's extent. Meshes of a
-    filled surface are refined where the condition holds.
+    Only borders on which a coordinate is constant and the ends of the body count. Cells grow to their full size over a
+    part of the body's extent. Meshes of a filled surface are refined where the condition holds.
     """
     if where.groups or not (shape.gradable or shape.enclosed):
         return ()
@@ -66,7 +66,7 @@ def graded_cuts(where: Condition, shape: Shape, finer: float) -> Cuts:
 
 @dataclass(frozen=True)
 class _ConditionInShape:
-    """Condition in a shape."""
+    """Condition evaluated in the coordinates of a shape."""
 
     shape: Shape
     condition: Condition
@@ -86,7 +86,7 @@ class _ConditionInShape:
     # -------------------------------------------------------------- where a border lies
 
     def places(self, border: Border) -> Iterator[tuple[str, float]]:
-        """Yield the coordinate that is constant on a border, and its values there (m), inside the body."""
+        """Yield the name of each coordinate that is constant on a border, and its value there, m, inside the body."""
         for axis, (low, high) in self.shape.spans.items():
             if axis in ANGLES:
                 continue
@@ -95,7 +95,7 @@ class _ConditionInShape:
                 yield from ((axis, at) for at in met[0])
 
     def ends(self, border: Border) -> Iterator[tuple[str, float]]:
-        """Yield the coordinates that end on a border, and their values there (m)."""
+        """Yield the name of each coordinate that ends on a border, and its value there, m."""
         slack, spans = SAME * self.extent**border.power, self.shape.spans
         rays = [self._ray(share) for share in RAYS]
         for axis in (name for name in spans if name not in ANGLES):
@@ -104,13 +104,13 @@ class _ConditionInShape:
                     yield axis, t
 
     def _ray(self, share: float) -> Place:
-        """Return values of all coordinates; a ray along one of them keeps the others."""
+        """Return values of all coordinates at a scattered place; a ray along one coordinate keeps the others."""
         return {
             n: a + (b - a) * _scattered_fractions(share, i) for i, (n, (a, b)) in enumerate(self.shape.spans.items())
         }
 
     def _crossings(self, border: Border, axis: str, share: float) -> list[float]:
-        """Return the values of a coordinate (m) at which a ray along it crosses a border in isolated points."""
+        """Return the values of a coordinate, m, at which a ray along it crosses a border in isolated points."""
         others = self._ray(share)
 
         def at(t: float) -> tuple[float, float, float]:
@@ -143,7 +143,7 @@ class _ConditionInShape:
         return bool(self.condition.holds(x, y, z, self.extent))
 
     def _samples(self, axis: str, where: Sequence[tuple[str, float]]) -> Iterator[dict[str, float]]:
-        """Yield values of all coordinates but one: the ends, the borders, points between these, and others."""
+        """Yield sample values of all coordinates but `axis`: at the ends, at borders, and between these."""
         columns = []
         for name, (low, high) in self.shape.spans.items():
             if name == axis:
@@ -155,14 +155,14 @@ class _ConditionInShape:
         return (dict(row) for row in product(*columns))
 
     def _bounds(self, axis: str, at: float, where: Sequence[tuple[str, float]]) -> bool:
-        """Return whether the selection changes across a surface, on the body or in it."""
+        """Return whether the selection changes across the surface `axis` = `at`, on the body or in it."""
         low, high = self.shape.spans[axis]
         aside = ASIDE * (high - low)
         near = [t for t in (at - aside, at, at + aside) if low <= t <= high]
         return any(len({self._holds({**others, axis: t}) for t in near}) == 2 for others in self._samples(axis, where))
 
     def _held_to_the_end(self, axis: str, at: float) -> bool:
-        """Return whether everything between a surface and the nearer end of the body is selected."""
+        """Return whether everything between the surface `axis` = `at` and the nearer end of the body is selected."""
         low, high = self.shape.spans[axis]
         end = low if at - low < high - at else high
         if axis == "radius" and end == low:
@@ -171,7 +171,7 @@ class _ConditionInShape:
         return all(self._holds({**others, axis: t}) for t in between for others in self._samples(axis, ()))
 
     def _along(self, chord: Cut, where: Sequence[tuple[str, float]]) -> bool:
-        """Return whether the selection changes across a chord of a cylinder's section."""
+        """Return whether the selection changes across a chord of a cylinder's cross-section."""
         radius = self.shape.spans["radius"][1]
         half, aside = math.sqrt(radius**2 - chord.at**2), ASIDE * radius
         stations = sorted({row["along"] for row in self._samples("radius", where)})
@@ -187,7 +187,7 @@ class _ConditionInShape:
 
 
 def _scattered_fractions(share: float, number: int) -> float:
-    """Return scattered fractions of several spans, not on one line."""
+    """Return a fraction for span `number`, scattered so that the fractions of several spans do not form a line."""
     return (share + 0.31 * number) % 0.97 + 0.015
 
 
@@ -196,7 +196,7 @@ def _is_close(one: Sequence[float], other: Sequence[float], slack: float) -> boo
 
 
 def _bisect(above: Any, a: float, b: float) -> float:
-    """Return the position between a and b at which a sign changes, to the last digits."""
+    """Return the position between a and b at which the predicate `above` changes, to the last digit."""
     first = above(a)
     for _ in range(60):
         middle = 0.5 * (a + b)

@@ -1,4 +1,4 @@
-"""Setup of contact theories: the rigid body and the face that it presses, and the forces that a theory gives."""
+"""Setup of contact theories: the rigid body, the face that it presses, and the forces of the theory."""
 
 from __future__ import annotations
 
@@ -31,7 +31,10 @@ NONE = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Face:
-    """Flat face of a body: `end` 0 is the low one normal to x, y or z (`way`), or the root of a cylinder."""
+    """Flat face of a body: the face normal to x, y or z (`way`) of a box, or the end of a cylinder.
+
+    `end` 0 is the low face, or the root of a cylinder.
+    """
 
     body: Rectangular | Round
     way: int
@@ -44,7 +47,7 @@ class Face:
 
     @property
     def middle(self) -> Vector:
-        """Centre of the face, m; for a body of revolution on its axis."""
+        """Centre of the face, m; for a body of revolution the point on its axis."""
         return self.body.centre(self.way, self.end)
 
     @property
@@ -54,7 +57,7 @@ class Face:
 
     @property
     def area(self) -> float:
-        """Area of the face, m^2; for a body of revolution all around."""
+        """Area of the face, m^2; for a body of revolution that of the full face around the axis."""
         return self.body.area(self.way)
 
     @property
@@ -70,22 +73,25 @@ class Face:
         return tuple(c for c in range(3) if c != self.way and not (c == 2 and self.body.flat))
 
     def taken(self, where: Any) -> set[int]:
-        """Return which of the face (its `end`) and the opposite face a condition selects exactly."""
+        """Return which of the face and its opposite face a condition selects exactly, by their `end` numbers."""
         return self.body.taken(where, self.way)
 
     def over(self, low: Vector, high: Vector) -> bool:
-        """Return whether the box between two corners is above a part of the face, by coordinates along the face."""
+        """Return whether the box between corners `low` and `high`, m, lies over a part of the face."""
         own_low, own_high = self.body.bounds
         return all(low[c] <= own_high[c] and own_low[c] <= high[c] for c in self.across)
 
     def above(self, point: Vector) -> bool:
-        """Return whether a point lies above the face, not next to it."""
+        """Return whether a point, m, lies over the face and not next to it."""
         low, high = self.body.bounds
         size = max(b - a for a, b in zip(low, high, strict=True))
         return all(low[c] - NEAR * size <= point[c] <= high[c] + NEAR * size for c in self.across)
 
     def width(self, at: Vector, mirrors: set[tuple[int, int]]) -> float:
-        """Return the distance from a point to the nearest side that is no symmetry plane (direction, end), m."""
+        """Return the distance, m, from a point to the nearest side of the face that is no symmetry plane.
+
+        `mirrors` are the symmetry planes, each as direction and end.
+        """
         if isinstance(self.body, Round):
             return self.body.shape.radius - math.dist(at, self.middle)
         if self.body.turns:
@@ -138,8 +144,9 @@ def _is_above(touch: Touch, face: Face) -> bool:
 
 
 def rigid_displacement(touch: Touch) -> Vector:
-    """Return the displacement of a rigid body by its supports, m. Raises NotApplicable if it rotates or loads press
-    it.
+    """Return the displacement, m, that supports give a rigid body.
+
+    Raises NotApplicable if the rigid body rotates or loads press it.
     """
     if touch.along is not None:
         raise NotApplicable(f"`{touch.rigid.name}` is driven by loads, but the theory needs a given displacement",
@@ -181,7 +188,7 @@ def bonding_and_mirrors(case: Case, face: Face) -> tuple[bool, set[tuple[int, in
 
 
 def _symmetric_sides(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
-    """Return the sides that a support holds only along their normal (symmetry planes); None if it holds more."""
+    """Return the sides that a support holds only along their normal (symmetry planes); None if it holds other parts."""
     if len(thing.components) != 1 or isinstance(face.body, Round):
         on = isinstance(face.body, Round) and all(face.body.on_plane(thing.where, c) for c in thing.components)
         return set() if on else None
@@ -195,8 +202,9 @@ def _symmetric_sides(face: Face, thing: Holding) -> set[tuple[int, int]] | None:
 
 
 def indentation_of(reference: Declared, case: Case) -> Indentation:
-    """Return the indentation problem of a case. Raises NotApplicable if an assumption of the theory is visibly
-    violated.
+    """Return the indentation problem of a case.
+
+    Raises NotApplicable if an assumption of the reference's theory is visibly violated.
     """
     found = _indentation_problem(case)
     reference.thing.must_hold(found)
@@ -204,8 +212,9 @@ def indentation_of(reference: Declared, case: Case) -> Indentation:
 
 
 def _indentation_problem(case: Case) -> Indentation:
-    """Return the indentation problem for all theories. Raises NotApplicable if an assumption of all theories is
-    violated.
+    """Return the indentation problem of a case, for any theory of indentation.
+
+    Raises NotApplicable if an assumption that all these theories share is violated.
     """
     touch, face = face_of(case)
     for load in case.loads:
@@ -242,7 +251,10 @@ def _indentation_problem(case: Case) -> Indentation:
 
 
 def _body_fraction(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, int]]) -> float:
-    """Return the fraction of the whole that the body is. Raises NotApplicable if a symmetry plane misses the axis."""
+    """Return the fraction of the full body that the modelled part is, by symmetry planes.
+
+    Raises NotApplicable if a symmetry plane misses the axis of the indenter.
+    """
     share, body = 1.0, face.body
     for way, end in mirrors:
         assert isinstance(body, Rectangular)
@@ -254,7 +266,10 @@ def _body_fraction(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, i
 
 
 def _moves_along_face(case: Case, touch: Touch, n: Vector) -> bool:
-    """Return whether a rigid body moves along the face while it indents: by one support, or by its amplitudes."""
+    """Return whether a rigid body moves along the face while it indents.
+
+    One support may do both, or several with different amplitudes.
+    """
     moving = [s for s in touch.moved if isinstance(at_full_size(s.thing), ByVector)]
     for support in moving:
         whole = at_full_size(support.thing).imposed
@@ -272,7 +287,7 @@ def _moves_along_face(case: Case, touch: Touch, n: Vector) -> bool:
 
 
 def _depth_and_shift(moving: list[Any], n: Vector, t: float) -> tuple[float, float]:
-    """Return depth and displacement along the face of a rigid body at a time, m."""
+    """Return the indentation depth and the displacement along the face of a rigid body at time t, s, both in m."""
     total = NONE
     for support in moving:
         full = at_full_size(support.thing)
@@ -286,7 +301,7 @@ def _depth_and_shift(moving: list[Any], n: Vector, t: float) -> tuple[float, flo
 
 @dataclass(frozen=True)
 class Pressing:
-    """Pressure of a theory on a face with a `normal`, by the distance from the first contact point."""
+    """Contact pressure of a theory on a face with outward `normal`, by the distance from the first contact point."""
 
     theory: Any
     at: Vector
@@ -303,12 +318,15 @@ class Pressing:
 
     @property
     def at_nodes(self) -> Mapping[str, Any]:
-        """Return nothing: there is no mesh."""
+        """Return an empty mapping, because a theory has no mesh."""
         return {}
 
 
 def contact_theory_forces(reference: Declared, case: Case, theory: Any) -> EquilibriumForces:
-    """Return the forces of a theory, for the part that the body is; symmetry planes have none."""
+    """Return the contact and support forces of a theory, for the modelled part of the full body.
+
+    Supports of symmetry planes have no forces.
+    """
     touch, face = face_of(case)
     _, mirrors = bonding_and_mirrors(case, face)
     pressed = reference.thing.about == "pressed"
@@ -343,7 +361,7 @@ def contact_theory_forces(reference: Declared, case: Case, theory: Any) -> Equil
 
 
 def doubt_of(theory: Any) -> str | None:
-    """Return why the theory is not exact for the body if it neglects a significant part, else None."""
+    """Return why a theory is inaccurate for the body, if it neglects a significant effect, else None."""
     most = max(theory.off.items(), key=lambda one: abs(one[1]), default=("", 0.0))
     if not abs(most[1]) > SAID:
         return None
@@ -364,7 +382,7 @@ LEFT_OUT = {
 
 
 def facts_of(theory: Any) -> Mapping[str, Any]:
-    """Return the numbers of a theory for the report."""
+    """Return the facts about a theory's solution for the report."""
     found: dict[str, Any] = {"off": dict(theory.off), "area_m2": theory.area, "push_N": theory.push}
     for name in ("radius", "stick_radius", "most"):
         if hasattr(theory, name):

@@ -1,4 +1,4 @@
-"""Selection of cross-sections by conditions: how much of each section along an axis, and where that changes."""
+"""Coverage of cross-sections by conditions: how much of each section is selected, and where that changes."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def selects_whole_sections(condition: Condition, shape: Swept, stations: tuple[f
 
 
 def coverages(condition: Condition, shape: Swept, stations: Sequence[float]) -> set[str]:
-    """Return the coverage at each of some stations, in ascending order; stops at the first that is `some`.
+    """Return the coverages of the cross-sections at `stations`, m; it stops at the first that is `some`.
 
     Bounds over whole slabs of the body decide most stations at once, so that the work grows with the logarithm of their
-    number.
+    number. Stations are in ascending order.
     """
     extent, found, pending = shape.diagonal, set(), [(0, len(stations))]
     while pending and "some" not in found:
@@ -52,7 +52,7 @@ def coverages(condition: Condition, shape: Swept, stations: Sequence[float]) -> 
 
 
 def _measure_coverage(condition: Condition, shape: Swept, station: float, extent: float) -> str:
-    """Return the coverage where bounds do not decide: by points that differ, otherwise by the area."""
+    """Return the coverage of a cross-section that bounds leave undecided: by sample points, or else by the area."""
     held = {bool(condition.holds(*point, extent)) for point in _points(shape, station)}
     if len(held) == 2:
         return "some"
@@ -67,7 +67,7 @@ def _measure_coverage(condition: Condition, shape: Swept, station: float, extent
 
 
 def _is_uncrossed(condition: Condition, shape: Swept, station: float, extent: float) -> bool:
-    """Return whether no plane border crosses the section, since areas near a parallel border are expensive."""
+    """Return whether no plane border crosses the cross-section; computing areas near a parallel border is expensive."""
     _, first, second = shape.frame(station)
     centre, section = shape.centre(station), shape.section_at(station)
     for border in condition.borders:
@@ -83,10 +83,11 @@ def _is_uncrossed(condition: Condition, shape: Swept, station: float, extent: fl
 
 @lru_cache(maxsize=256)
 def inner_stations(condition: Condition, shape: Swept) -> tuple[tuple[float, str], ...]:
-    """Return stations (m) between the end faces, one in each stretch of equal coverage and one at each change.
+    """Return stations, m, and their coverage: one in each stretch of equal coverage, and one at each change.
 
-    Each comes with its coverage. A border of the condition can change the coverage only between the first and the last
-    station at which it meets a cross-section. Stretches between are sampled at five places, for borders along the axis.
+    End faces are left out. A border of the condition can change the coverage only between the first and the last
+    station at which it meets a cross-section. Stretches between these are sampled at five stations, for borders along
+    the axis.
     """
     length = shape.length
     apart = _merge_near([END * length, (1.0 - END) * length, *_crossing_stations(condition, shape)], SAME * length)
@@ -96,7 +97,10 @@ def inner_stations(condition: Condition, shape: Swept) -> tuple[tuple[float, str
 
 
 def ends_of(condition: Condition, shape: Swept) -> set[int]:
-    """Return the end faces that a condition selects, 0 the root; none if it selects a part of one, or anything else."""
+    """Return the end faces that a condition selects wholly; 0 is the root.
+
+    The result is empty if it selects a part of a face, or anything else.
+    """
     covers = [coverage(condition, shape, s) for s in (0.0, shape.length)]
     if "some" in covers or "all" not in covers or {cover for _, cover in inner_stations(condition, shape)} != {"none"}:
         return set()
@@ -104,20 +108,23 @@ def ends_of(condition: Condition, shape: Swept) -> set[int]:
 
 
 def end_of(condition: Condition, shape: Swept) -> int | None:
-    """Return the end face that a condition selects, 0 the root; None unless it selects exactly one whole face."""
+    """Return the end face that a condition selects, 0 for the root; None unless it selects exactly one whole face."""
     found = ends_of(condition, shape)
     return found.pop() if len(found) == 1 else None
 
 
 def end_frame(shape: Swept, end: int) -> tuple[Vector3, Vector3]:
-    """Return the centre, m, of an end face of a straight body, 0 the root, and the unit vector into the body."""
+    """Return the centre, m, of an end face of a straight body, and the unit vector into the body.
+
+    `end` 0 is the root.
+    """
     if end == 0:
         return shape.root, shape.axis
     return add_multiples(shape.root, (shape.length, shape.axis)), add_multiples((0.0, 0.0, 0.0), (-1.0, shape.axis))
 
 
 def _merge_near(marks: list[float], near: float) -> list[float]:
-    """Return the marks in order, each cluster of near ones replaced by its middle."""
+    """Return the marks in ascending order, with marks closer than `near` merged into their middle."""
     found: list[list[float]] = []
     for mark in sorted(marks):
         if found and mark - found[-1][1] <= near:
@@ -138,7 +145,10 @@ def _crossing_stations(condition: Condition, shape: Swept) -> list[float]:
 
 
 def _stations_of_border(border: Border, shape: Swept, slack: float) -> list[float]:
-    """Return those of one border: the ends of every run of slabs in which it changes sign, to rounding."""
+    """Return the stations, m, at which one border starts or stops crossing cross-sections, to rounding.
+
+    They are the ends of every run of slabs in which the border's level changes sign.
+    """
 
     def crossed(a: float, b: float) -> bool:
         level = border.over(*shape.slab(a, b))
@@ -163,7 +173,7 @@ def _stations_of_border(border: Border, shape: Swept, slack: float) -> list[floa
 
 
 def _bisect_first(near: float, far: float, holds: Any) -> float:
-    """Return where a condition that holds at `far` begins to hold on the way from `near`."""
+    """Return the position between `near` and `far` at which a predicate that holds at `far` begins to hold."""
     if holds(near):
         return near
     for _ in range(HALVINGS):
@@ -174,12 +184,12 @@ def _bisect_first(near: float, far: float, holds: Any) -> float:
 
 @lru_cache(maxsize=64)
 def _section_points(section: Section) -> tuple[tuple[float, float], ...]:
-    """Return sample points of a cross-section, in the section."""
+    """Return sample points of a cross-section, in its two coordinates, m."""
     return tuple(section.samples())
 
 
 def _points(shape: Swept, station: float) -> list[Point]:
-    """Return points of the cross-section at a station, m."""
+    """Return sample points in space of the cross-section at a station, m."""
     _, (ax, ay, az), (bx, by, bz) = shape.frame(station)
     x, y, z = shape.centre(station)
     own = _section_points(shape.section_at(station))
@@ -207,7 +217,7 @@ def _whole(condition: Condition, shape: Swept, station: float) -> bool:
 
 
 def _bisect_border(condition: Condition, shape: Swept, inside: float, outside: float) -> float:
-    """Return the last station of a selection, by bisection between one inside and one outside."""
+    """Return the last selected station, m, by bisection between a station inside the selection and one outside it."""
     while abs(outside - inside) > 1e-12 * shape.length:
         middle = 0.5 * (inside + outside)
         inside, outside = (middle, outside) if _whole(condition, shape, middle) else (inside, middle)

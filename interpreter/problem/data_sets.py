@@ -1,4 +1,4 @@
-"""Public data sets named by a scene: downloaded when it runs, never when it is checked."""
+"""Public data sets that a scene names: they are downloaded when it is run, never when it is checked."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def download_shape(shape: AnyShape, at: Location) -> AnyShape:
 
 
 def _of_region(shape: AnyShape, at: Location) -> AnyShape:
-    """Return a plane region with its data set downloaded. Raises Fault."""
+    """Return a plane region with its data set downloaded. Raises Fault if that fails."""
     from softmark.solvers.mesh.plane_region_files import FileSlice  # of no other scene
 
     if not isinstance(shape, FileSlice):

@@ -1,4 +1,4 @@
-"""One-line estimates of deflections, for warnings before anything is computed."""
+"""Estimates of deflections by beam theory, for warnings before anything is computed."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from softmark.solvers.mesh.shape import Prism, cross
 
 
 def bending_angle(case: Case) -> float | None:
-    """Return the slope (rad) at the free end of a straight beam by small-deflection theory; None if it does not apply.
+    """Return the slope, rad, at the free end of a straight cantilever for small deflections; None if not applicable.
 
-    w L^3 / (6 EI) under a distributed, P L^2 / (2 EI) under an end force, M L / EI under an end moment
-    (Timoshenko 1955).
+    The slope is w L^3 / (6 EI) under a distributed force, P L^2 / (2 EI) under an end force, M L / EI under an end
+    moment.
+    Source: Timoshenko 1955.
     """
     shape = case.shape
     if not isinstance(shape, Prism) or case.parts:
@@ -51,6 +52,6 @@ def _moment(load: Any, shape: Prism) -> tuple[float, ...]:
 
 
 def _perpendicular_length(vector: list[float], axis: tuple[float, ...]) -> float:
-    """Return the length of the part of a vector that is perpendicular to the axis."""
+    """Return the length of the component of a vector perpendicular to the axis."""
     along = sum(v * a for v, a in zip(vector, axis, strict=True))
     return float(sum((v - along * a) ** 2 for v, a in zip(vector, axis, strict=True)) ** 0.5)

@@ -1,4 +1,4 @@
-"""Fields read from files: their values at points of the scene, and which points lie outside of them."""
+"""Fields read from files: their values at points, and which points lie outside their domain."""
 
 from __future__ import annotations
 
@@ -32,23 +32,26 @@ EDGE = 1e-6  # relative to a voxel, and of the extent of a mesh: what is as near
 
 @dataclass(frozen=True)
 class Image:
-    """Voxel values (nx, ny, nz); voxel (i, j, k) has its centre at A (i, j, k) + b, in m."""
+    """Voxel values (nx, ny, nz) of an image; voxel (i, j, k) has its centre at A (i, j, k) + b, m."""
 
     numbers: Floats
     inverse: Floats  # A^-1 (3, 3), 1/m
     centre: Floats  # b (3,), m
 
     def _places(self, X: Floats) -> Floats:
-        """Return fractional indices (n, 3)."""
+        """Return the fractional voxel indices (n, 3) of points X (n, 3), m."""
         found: Floats = (X - self.centre) @ self.inverse.T
         return found
 
     def values(self, X: Floats) -> Floats:
-        """Return values (n,) at X (n, 3), m: linear along each axis, outside that of the nearest voxel."""
+        """Return the values (n,) at points X (n, 3), m, by trilinear interpolation.
+
+        Points outside the image have the value of the nearest voxel.
+        """
         return self._at(np.clip(self._places(X), 0.0, np.array(self.numbers.shape) - 1))
 
     def _at(self, at: Floats) -> Floats:
-        """Interpolate linearly along each axis at fractional indices (n, 3) within the image (n,)."""
+        """Return the values (n,) at fractional voxel indices (n, 3) within the image, by trilinear interpolation."""
         low = np.minimum(at.astype(np.int64), np.array(self.numbers.shape) - 2)
         (i, j, k), (r, s, t) = low.T, (at - low).T
         found = np.zeros(len(at))
@@ -82,7 +85,7 @@ class Image:
         return least, most
 
     def outside(self, X: Floats) -> Bools:
-        """Return whether points X (n, 3) lie beyond the faces of the outermost voxels (n,)."""
+        """Return a mask of the points X (n, 3), m, that lie beyond the faces of the outermost voxels (n,)."""
         at, last = self._places(X), np.array(self.numbers.shape) - 1
         found: Bools = np.any((at < -0.5 - EDGE) | (at > last + 0.5 + EDGE), axis=1)
         return found
@@ -90,7 +93,7 @@ class Image:
 
 @dataclass(frozen=True)
 class OnMesh:
-    """Values at the nodes or in the cells of a mesh, whose cells share no nodes: each node belongs to one cell."""
+    """Field given at the nodes or in the cells of a mesh, stored so that no two cells share a node."""
 
     mesh: Any
     numbers: Floats  # of each node (m a,)
@@ -107,7 +110,7 @@ class OnMesh:
 
     @cached_property
     def _bounds(self) -> tuple[VoxelBounds, Floats, Floats]:
-        """Bounds over the blocks of a grid around the mesh, the corner of the grid, m, and the edges of a block, m."""
+        """Bounds of the values in blocks of a grid around the mesh, the grid's corner, m, and block edges, m."""
         from scipy.ndimage import distance_transform_edt
 
         from softmark.solvers.mesh.voxel_bounds import VoxelBounds
@@ -143,7 +146,7 @@ class OnMesh:
         return np.where(small, -np.inf, least), np.where(small, np.inf, most)
 
     def outside(self, X: Floats) -> Bools:
-        """Return whether points X (n, 3) lie in no cell (n,)."""
+        """Return a mask of the points X (n, 3), m, that lie in no cell (n,)."""
         from softmark.solvers.mesh.element_interpolation import locate_points
 
         found: Bools = locate_points(self.mesh, X).outside > EDGE * self.mesh.extent
@@ -151,13 +154,16 @@ class OnMesh:
 
 
 def read_field(field: Field, X: Floats) -> Floats:
-    """Return the values of a field at points X (n, 3), m: (n,), in SI. Raises Unreadable."""
+    """Return the values (n,) of a field at points X (n, 3), m, in SI units. Raises Unreadable."""
     found: Floats = field.unit.value * load_field(field).values(np.asarray(X, dtype=np.float64))
     return found
 
 
 def bounds(field: Field, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """Return least and largest values (n,), SI, of a field in boxes from low to high (n, 3), m. Raises Unreadable."""
+    """Return the least and largest values (n,) of a field in boxes from low to high (n, 3), m. Raises Unreadable.
+
+    Values are in SI units.
+    """
     least, most = load_field(field).bounds(low, high)
     ends = field.unit.value * least, field.unit.value * most
     return np.minimum(*ends), np.maximum(*ends)
@@ -170,7 +176,7 @@ def material_at(material: Any, X: Floats) -> Any:
 
 
 def load_field(field: Field) -> Image | OnMesh:
-    """Load the file of a field, in the scene's frame. Raises Unreadable."""
+    """Load the file of a field, with positions in the scene's coordinates. Raises Unreadable."""
     file = find_file(field.path)
     return _loaded(field, file, file.stat().st_mtime_ns)
 
@@ -179,7 +185,7 @@ def load_field(field: Field) -> Image | OnMesh:
 def _loaded(field: Field, file: Path, stamp: int) -> Image | OnMesh:
     if not file.name.lower().endswith((*MESHES, *IMAGES)):
         known = f"{', '.join((*IMAGES, *MESHES)[:-1])} and {MESHES[-1]}"
-        raise Unreadable(file.name, f"fields are read from {known}", "convert the file to one of them")
+        raise Unreadable(file.name, f"fields are read from {known}", "convert the file to one of these formats")
     try:
         return _mesh(field, file) if file.name.lower().endswith(MESHES) else _image(field, file)
     except Unreadable:
@@ -234,7 +240,7 @@ def _mesh(field: Field, file: Path) -> OnMesh:
 
 
 def _numbers(field: Field, file: Path, read: Any, cells: Any, blocks: list[int]) -> Floats:
-    """Return the value of each node of each cell (m a,). Raises Unreadable."""
+    """Return the value of each node of each cell, in order (m a,). Raises Unreadable."""
     on_cells = {n: np.concatenate([np.asarray(data[i]) for i in blocks]) for n, data in read.cell_data.items()}
     there = [*read.point_data, *on_cells]
     name = field.array or (there[0] if len(there) == 1 else "")

@@ -1,4 +1,4 @@
-"""Setup of the stiffness method: the frame of a case."""
+"""Setup of the direct stiffness method: the frame structure of a case."""
 
 from __future__ import annotations
 
@@ -35,8 +35,9 @@ TAKES = "use gravity, forces and line loads on axes, and torques at points"
 
 
 def frame_of(case: Case) -> Callable[[], Frame]:
-    """Return a function that builds the frame of a case. Raises NotApplicable if an assumption of the theory is
-    violated.
+    """Return a function that builds the frame of a case.
+
+    Raises NotApplicable if an assumption of the theory is violated.
     """
     network = case.shape
     if not isinstance(network, Network):
@@ -57,13 +58,16 @@ def frame_of(case: Case) -> Callable[[], Frame]:
 
 
 def _selects_interior(member: Member, network: Network, support: Declared) -> set[bool]:
-    """Return whether a support selects places between the ends of a member: all, none, or both."""
+    """Return for sample positions between a member's ends whether a support selects them, as a set.
+
+    Both truth values mean that it selects only a part of the member.
+    """
     places = (member.centre(k / HELD * member.length) for k in range(1, HELD))
     return {bool(support.thing.where.holds(*place, network.diagonal)) for place in places}
 
 
 class _FrameBuilder:
-    """Builder of a frame: members are cut where forces act and lines end."""
+    """Builder of a frame, which divides members where forces act and where line loads begin or end."""
 
     def __init__(self, case: Case, network: Network) -> None:
         self.case, self.network, self.near = case, network, NEAR * network.diagonal
@@ -71,7 +75,7 @@ class _FrameBuilder:
         self.cuts = [self._cuts(member) for member in network.members]
 
     def _cuts(self, member: Member) -> list[float]:
-        """Return the stations at which a member is cut, m, including its ends."""
+        """Return the stations, m, at which a member is divided, including its ends."""
         found = {0.0, 0.5 * member.length, member.length}  # in its middle, as a member may buckle by itself
         for load in self.case.loads:
             action = load.thing.action
@@ -146,11 +150,11 @@ class _FrameBuilder:
         return found
 
     def _selected(self, thing: Any) -> list[int]:
-        """Return the nodes that a condition selects, points before places within members."""
+        """Return the numbers of the nodes that a condition selects: joints first, then nodes within members."""
         return [i for i, node in enumerate(self.nodes) if thing.where.holds(*node, self.network.diagonal)]
 
     def _held(self) -> tuple[Floats, Floats]:
-        """Return constraint rows over the unknowns of the nodes (c, 6 n), and their prescribed values (c,)."""
+        """Return constraint rows over the unknowns of the nodes (c, 6 n), and the prescribed values (c,)."""
         rows, imposed, taken = [], [], set()
         for support in self.case.supports:
             thing = support.thing
@@ -169,7 +173,7 @@ class _FrameBuilder:
         return np.array(rows).reshape(-1, 6 * len(self.nodes)), np.array(imposed, dtype=np.float64)
 
     def _nearest(self, X: Floats, own: Any, starts: Floats) -> Any:
-        """Return the nearest member piece of each point X (n, 3) (n,)."""
+        """Return the number of the nearest piece of a member for each point X (n, 3), m, shape (n,)."""
         whole, found = self.network.nearest(X), np.zeros(len(X), dtype=np.int64)
         for number in np.unique(whole).tolist():
             here, pieces = whole == number, np.flatnonzero(own == number)
@@ -179,7 +183,10 @@ class _FrameBuilder:
 
 
 def _from(a: float, member: Member, of: Callable[[Disc | Ring | Rectangle], Any]) -> Callable[[Floats], Floats]:
-    """Return a section property of a member by stations (n,), m, from a; computed once if the section is constant."""
+    """Return a section property of a member as a function of stations (n,), m, measured from station a.
+
+    It is computed once if the section is constant.
+    """
     if member.tapered:
         return lambda s: np.array([of(_section(member, a + t)) for t in s.tolist()])
     same = np.array(of(_section(member, a)))
@@ -187,7 +194,7 @@ def _from(a: float, member: Member, of: Callable[[Disc | Ring | Rectangle], Any]
 
 
 def _section(member: Member, s: float) -> Disc | Ring | Rectangle:
-    """Return the section at a station; dimensions vary linearly from end to end."""
+    """Return the cross-section of a member at station s, m; dimensions vary linearly from end to end."""
     t = min(max(s / member.length, 0.0), 1.0)
     names = [name for name in ("radius", "inner", "width", "height") if hasattr(member.ends[0], name)]
     at = {name: (1.0 - t) * getattr(member.ends[0], name) + t * getattr(member.ends[1], name) for name in names}

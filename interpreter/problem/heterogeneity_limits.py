@@ -1,4 +1,4 @@
-"""Limits of materials whose constants vary in space."""
+"""Errors about materials whose constants vary in space."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from softmark.interpreter.problem.representative_constants import profiles, samp
 
 
 def describe_varying(case: Case) -> str:
-    """Return the varying constants of a case as text: "`young` and `density` of `bar` vary"."""
+    """Return text that names the varying constants of a case: "`young` and `density` of `bar` vary"."""
     names = dict.fromkeys(f"`{name}`" for material in case.materials for name in profiles(material))
     return f"{' and '.join(names)} of `{case.body.name}` {'varies' if len(names) == 1 else 'vary'}"
 
 
 def must_be_uniform(reference: Declared, case: Case) -> None:
-    """Refuse a theory of uniform bodies for a body that is not. Raises Fault."""
+    """Refuse a theory of uniform bodies for a body with varying constants. Raises Fault."""
     if case.uniform or reference.thing.graded:
         return
     raise fault(
@@ -35,7 +35,7 @@ def must_be_uniform(reference: Declared, case: Case) -> None:
 
 
 def faults(case: Case) -> Iterator[Fault]:
-    """Yield faults of constants that are out of range somewhere in the body, by samples."""
+    """Yield Faults for constants that are out of range at sample points of the body."""
     for i, material in enumerate(case.materials):
         for profile in profiles(material).values():
             seen = (
@@ -49,7 +49,10 @@ def faults(case: Case) -> Iterator[Fault]:
 
 
 def _has_material(case: Case, number: int, place: Any) -> bool:
-    """Return whether a place has the material of this number, by coordinates only: groups of files are ignored."""
+    """Return whether a place has the material with this number, judged by coordinates only.
+
+    Groups of mesh files are ignored.
+    """
     if case.shape.bounds is None:
         return False
     extent = math.dist(*case.shape.bounds)
@@ -63,12 +66,12 @@ def _has_material(case: Case, number: int, place: Any) -> bool:
 
 
 def is_allowed(profile: Profile, value: float) -> bool:
-    """Return whether the constant may have a value."""
+    """Return whether a value of the constant is in its allowed range."""
     return math.isfinite(value) and (profile.limits is None or value in profile.limits)
 
 
 def out_of_range(case: Case, profile: Profile, value: float, place: Any) -> Fault:
-    """Return the Fault of a constant without a value, or with a forbidden value, at a place."""
+    """Return the Fault for a constant that has no value, or a forbidden value, at a place."""
     where = units.format_vector(tuple(float(c) for c in place), units.LENGTH)
     shown = units.format_value(value, profile.dimension) if math.isfinite(value) else "not a number"
     limits = "a number" if profile.limits is None else profile.limits.words(profile.dimension)
@@ -80,13 +83,13 @@ def out_of_range(case: Case, profile: Profile, value: float, place: Any) -> Faul
 
 
 def check_ranges(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of constants that are out of range somewhere in a body."""
+    """Yield errors of constants that are out of range at sample points of a body."""
     for body in scene.of_kind("body"):
         yield from (found.diagnostic for found in faults(case_of(scene, body)))
 
 
 def check_models(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of models that support only uniform materials; references check this themselves."""
+    """Yield errors of models that support only uniform materials; references have their own check."""
     for model in scene.asked("model").values():
         if model.thing.graded:
             continue

@@ -1,4 +1,4 @@
-"""Setup of the theory of a round inclusion or hole under remote stress, and the stress that it gives."""
+"""Setup of the theory of a round inclusion or hole under remote stress, and the stress field of the theory."""
 
 from __future__ import annotations
 
@@ -43,7 +43,10 @@ PULLS = "`remote_stress(...)` and `pressure(...)` on the whole outer border, and
 
 
 def round_body_of(reference: Declared, case: Case) -> RoundCore:
-    """Return the round body of a case. Raises NotApplicable if an assumption of the theory is violated."""
+    """Return the body with a round inclusion or hole.
+
+    Raises NotApplicable if an assumption of the theory is violated.
+    """
     about = reference.thing.about
     if isinstance(case.analysis, Dynamic):
         raise NotApplicable("the analysis is dynamic", "use a static analysis")
@@ -71,7 +74,7 @@ def _hookean(material: LinearElastic, case: Case) -> Hookean:
 
 
 def _ring_radii(case: Case) -> tuple[float, float]:
-    """Return the radii of a quarter ring of circles. Raises NotApplicable."""
+    """Return the inner and outer radius, m, of a quarter ring between circles. Raises NotApplicable."""
     region = case.shape.region if isinstance(case.shape, Slice) else None
     if not isinstance(region, QuarterRing) or case.parts:
         raise NotApplicable(
@@ -83,14 +86,14 @@ def _ring_radii(case: Case) -> tuple[float, float]:
 
 
 def _plate_with_hole(case: Case) -> tuple[float, float, Vector3]:
-    """Return radii and centre of a plate with a hole. Raises NotApplicable."""
+    """Return the radii of hole and plate, m, and the centre, m, of a plate with a hole. Raises NotApplicable."""
     if case.planar not in ("plane_strain", "plane_stress"):
         raise NotApplicable(f"`{case.body.name}` is not a plate", "use `plane_stress(...)` or `plane_strain(...)`")
     return *_ring_radii(case), (0.0, 0.0, 0.0)
 
 
 def inclusion_in_ball(case: Case) -> tuple[float, float, Vector3]:
-    """Return the radii of inclusion and ball, and their centre. Raises NotApplicable."""
+    """Return the radii of inclusion and ball, m, and their common centre, m. Raises NotApplicable."""
     shape, name = case.shape, case.body.name
     if case.planar == "axisymmetric":
         return *_ring_radii(case), (0.0, 0.0, 0.0)
@@ -108,7 +111,7 @@ def inclusion_in_ball(case: Case) -> tuple[float, float, Vector3]:
 
 
 def _radius(part: Declared, shape: Sphere) -> float:
-    """Return the radius of an inclusion around the centre. Raises NotApplicable."""
+    """Return the radius, m, of an inclusion around the centre. Raises NotApplicable."""
     where: Condition = part.thing.where
     cuts = [cut for cut in cuts_for(where, shape) if cut.axis == "radius"]
     if not depends_on_radius(where, shape.origin, shape.radius) or len(cuts) != 1:
@@ -126,7 +129,7 @@ def _from(origin: Vector3) -> str:
 
 
 def depends_on_radius(where: Condition, centre: Vector3, radius: float, planar: bool = False) -> bool:
-    """Return whether a condition depends only on the distance from the centre, by its borders."""
+    """Return whether a condition depends only on the distance from the centre, judged by its borders."""
     ways = PLANE if planar else WAYS
     return not where.groups and all(
         max(levels) - min(levels) <= ROUND * radius**border.power
@@ -142,7 +145,7 @@ def _point_at(centre: Vector3, radius: float, way: Vector3) -> Vector3:
 
 
 def holds_at_radius(where: Condition, centre: Vector3, radius: float, extent: float) -> bool:
-    """Return whether a condition on the distance from the centre holds at that distance."""
+    """Return whether a condition that depends only on the distance from the centre holds at `radius`, m."""
     return bool(where.holds(*_point_at(centre, radius, PLANE[0]), extent))
 
 
@@ -150,7 +153,7 @@ def holds_at_radius(where: Condition, centre: Vector3, radius: float, extent: fl
 
 
 def check_symmetry_supports(case: Case, planes: tuple[int, ...], centre: Vector3, size: float) -> None:
-    """Check that exactly the symmetry planes through the centre hold the body. Raises NotApplicable."""
+    """Check that the supports are exactly the symmetry planes through the centre. Raises NotApplicable."""
     found = set()
     for support in case.named_supports:
         normal = support.thing.normal if isinstance(support.thing, Symmetric) else None
@@ -164,7 +167,7 @@ def check_symmetry_supports(case: Case, planes: tuple[int, ...], centre: Vector3
 
 
 def _stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
-    """Return the uniform stress applied on all of the outer border: along x, y and z, Pa. Raises NotApplicable."""
+    """Return the uniform stress applied on the whole outer border, Pa, along x, y and z. Raises NotApplicable."""
     total = [0.0, 0.0, 0.0]
     for load in case.loads:
         action = load.thing.action
@@ -172,7 +175,8 @@ def _stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
             raise NotApplicable(f"the load `{load.name}` acts as well", f"use {PULLS}")
         if not _covers_border(action.where, case, inner, outer, centre):
             raise NotApplicable(f"the load `{load.name}` does not act on exactly the whole outer border",
-                          f"select it by its distance: `where = x^2 + y^2 + z^2 >= b^2`{_from(centre)}")  # fmt: skip
+                          "select it by the distance from the centre: `where = x^2 + y^2 + z^2 >= b^2`"
+                          f"{_from(centre)}")  # fmt: skip
         for axis, along in enumerate(_stress_of_load(load, case)):
             total[axis] += along
     if not case.loads:
@@ -181,7 +185,7 @@ def _stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
 
 
 def _covers_border(where: Condition, case: Case, inner: float, outer: float, centre: Vector3) -> bool:
-    """Return whether a condition holds on all of the outer border, and not in a hole."""
+    """Return whether a condition holds on the whole outer border, and not in the hole."""
     extent, hollow = case.shape.diagonal, not case.parts
     return (
         depends_on_radius(where, centre, outer, bool(case.planar))
@@ -191,7 +195,7 @@ def _covers_border(where: Condition, case: Case, inner: float, outer: float, cen
 
 
 def _stress_of_load(load: Declared, case: Case) -> Vector3:
-    """Return the uniform stress that a load applies: along x, y and z, Pa. Raises NotApplicable."""
+    """Return the uniform stress that a load applies, Pa, along x, y and z. Raises NotApplicable."""
     action = load.thing.action
     if isinstance(action, PressureLoad):
         p = -action.pressure
@@ -209,7 +213,7 @@ def _stress_of_load(load: Declared, case: Case) -> Vector3:
 
 
 def size_effect_note(core: RoundCore) -> str:
-    """Return a sentence about the effect of the body's finite size."""
+    """Return a sentence about the effect of the body's finite size, for the report."""
     place = "around the hole" if core.core is None else "at the border of the inclusion"
     doubt = doubt_of(core)
     return (
@@ -219,19 +223,19 @@ def size_effect_note(core: RoundCore) -> str:
 
 
 def doubt_of(core: RoundCore) -> str | None:
-    """Return why the theory is not exact for the body (deformations are not small), or None."""
+    """Return why the theory is inaccurate for the body, because deformations are not small, or None."""
     large = core.largest_gradient
     return LARGE.format(100.0 * large) if large > SMALL else None
 
 
 @dataclass(frozen=True)
 class InclusionStress(AnalyticField):
-    """Exact stress field of the theory for metrics; without cells."""
+    """Exact stress field of the theory, for metrics; it has no cells."""
 
     theory: RoundCore
 
     def at(self, X: Floats) -> Tensors:
-        """Return the stress at points X (n, 3) of the undeformed body."""
+        """Return the stress, Pa, at points X (n, 3), m, of the undeformed body."""
         from softmark.solvers.stress_recovery.sampling_point_stress import SYMMETRIC
         from softmark.solvers.stress_recovery.stress_measures import Tensors
 
@@ -239,12 +243,12 @@ class InclusionStress(AnalyticField):
         return Tensors(np.stack([sigma[:, i, j] for i, j in SYMMETRIC], axis=1), H.reshape(-1, 9), True)
 
     def shared(self, X: Floats) -> int:
-        """Return how many of the points X (n, 3) have more than one stress."""
+        """Return how many of the points X (n, 3), m, lie on the interface, where the stress has two values."""
         return int(self.theory.on_border(X).sum())
 
     @property
     def usual(self) -> tuple[float, float, float]:
-        """Return norms of the remote stress, Pa, of its strain in the matrix, and of its deviator, Pa."""
+        """Return norms of the remote stress, Pa, of the matrix strain that it causes, and of its deviator, Pa."""
         stress, mean = self.theory.stress, sum(self.theory.stress) / 3.0
         far = 0.5 / self.theory.matrix.shear_modulus
         deviator = math.hypot(*(t - mean for t in stress))

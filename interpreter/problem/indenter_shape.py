@@ -1,4 +1,4 @@
-"""Indenter shapes of rigid bodies for theories of contact."""
+"""Indenter shapes of rigid bodies, for contact theories."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ ALONG = "use `cylinder(..., axis = +z)`"
 
 @dataclass(frozen=True)
 class Indenter:
-    """Round part of a rigid body that touches first: its first point of contact, and a size (radius, or angle of a
-    cone).
+    """Part of a rigid body that touches first: its first contact point, m, and its size.
+
+    The size is a radius, m, or the angle of a cone, rad.
     """
 
     kind: Kind
@@ -32,7 +33,7 @@ class Indenter:
 
 
 def indenter_of(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
-    """Return the indenter of a rigid body on a face with outward unit normal. Raises NotApplicable."""
+    """Return the indenter of a rigid body on a face with the outward unit normal. Raises NotApplicable."""
     if isinstance(shape, Sphere):
         if shape.part != "whole":
             raise NotApplicable(
@@ -55,7 +56,7 @@ def indenter_of(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
 
 
 def _revolved_indenter(name: str, shape: Any, normal: Vector) -> Indenter:
-    """Return the end of a body of revolution. Raises NotApplicable if its axis is not normal to the face."""
+    """Return the indenting end of a body of revolution. Raises NotApplicable if its axis is not normal to the face."""
     if math.hypot(*cross(shape.axis, normal)) > ALIGNED:
         raise NotApplicable(f"the axis of `{name}` is not normal to the face", "rotate it so that it is")
     first = dot(shape.axis, normal) > 0.0  # true if the end at `origin` touches first

@@ -1,4 +1,4 @@
-"""Regions with their own material: the remaining condition of each if some overlie others."""
+"""Regions with their own material, and the condition that remains of each where other regions overlie it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOST = 3000  # largest number of boxes searched for an overlap
 
 
 def remaining_conditions(case: Case) -> tuple[Condition, ...]:
-    """Return the condition under which each region has its material: its selection without the regions above it.
+    """Return the condition under which each region has its material: its selection without overlying regions.
 
     Where regions of one material overlap, the first of them counts.
     """
@@ -31,9 +31,9 @@ def remaining_conditions(case: Case) -> tuple[Condition, ...]:
 
 
 def material_numbers(case: Case, X: Any, members: Callable[[str], Any]) -> Any:
-    """Return the material number of each point X (n, 3), m: (n,), 0 for that of the body.
+    """Return the material number (n,) of each point X (n, 3), m; 0 is the material of the body.
 
-    `members` returns which points are in a named group.
+    `members` returns a mask of the points that are in a named group.
     """
     import numpy as np
 
@@ -50,7 +50,7 @@ def material_numbers(case: Case, X: Any, members: Callable[[str], Any]) -> Any:
 
 
 def unordered_overlaps(case: Case) -> list[tuple[Declared, Declared]]:
-    """Return pairs of regions of different materials without an order between them."""
+    """Return pairs of overlapping regions of different materials for which the scene gives no order."""
     return [
         (a, b) for a, b in combinations(case.parts, 2)
         if a.thing.material != b.thing.material and a.name not in b.thing.over and b.name not in a.thing.over
@@ -68,9 +68,9 @@ def overlap_fault(a: Declared, b: Declared, label: str) -> Fault:
 
 
 def find_common_box(a: Condition, b: Condition, low: Point, high: Point) -> Point | None:
-    """Return the middle of a box in which two conditions hold everywhere; None if none was found.
+    """Return the middle of a box in which both conditions hold everywhere, m; None if none was found.
 
-    The box from `low` to `high` (m) is halved repeatedly across its longest side, the largest first.
+    The box from `low` to `high`, m, is halved repeatedly across its longest side, the largest box first.
     """
     extent, boxes = math.dist(low, high), [(low, high)]
     for low, high in boxes:  # grows in the loop

@@ -1,6 +1,6 @@
-"""Conditions with named groups of a mesh file, split into conditions on coordinates for each combination of groups.
+"""Conditions with named groups of a mesh file, split into conditions on coordinates.
 
-Conditions without groups stay as they are.
+There is one for each combination of groups. Conditions without groups stay unchanged.
 """
 
 from __future__ import annotations
@@ -32,9 +32,10 @@ LISTED = 20  # groups of a file that a message names
 
 
 def split_by_groups(condition: Condition, members: Members) -> Iterator[tuple[Condition, Any]]:
-    """Yield conditions on coordinates and the items each applies to; `members` returns which items are in a group.
+    """Yield conditions on coordinates, each with the items to which it applies.
 
-    Without groups the condition applies to all items; otherwise there is one condition for each combination of groups.
+    `members` returns a mask of the items in a group. A condition without groups applies to all items; otherwise there
+    is one condition for each combination of groups.
     """
     if not condition.groups:
         yield condition, slice(None)
@@ -46,22 +47,25 @@ def split_by_groups(condition: Condition, members: Members) -> Iterator[tuple[Co
 
 
 def cell_membership(mesh: Mesh) -> Members:
-    """Return the membership of cells in a group (m,), as a function."""
+    """Return a function that gives the mask of cells in a named group (m,)."""
     return partial(_found, "cells_in", mesh)
 
 
 def facet_membership(mesh: Mesh) -> Members:
-    """Return the membership of boundary facets in a group (f,), as a function; for cell groups that of their cells."""
+    """Return a function that gives the mask of boundary facets in a named group (f,).
+
+    For a group of cells, these are the boundary facets of its cells.
+    """
     return partial(_found, "facets_in", mesh)
 
 
 def node_membership(mesh: Mesh) -> Members:
-    """Return the membership of nodes in a group (n,), as a function: nodes of its cells or facets."""
+    """Return a function that gives the mask of nodes in a named group (n,): the nodes of its cells or facets."""
     return partial(_found, "nodes_in", mesh)
 
 
 def point_membership(case: Case, X: Floats) -> Members:
-    """Return the membership of points X (n, 3), m, within a body (n,), as a function: points in cells of a group."""
+    """Return a function that gives the mask of points X (n, 3), m, in the cells of a named group (n,)."""
     if not case.groups:
         return lambda name: np.zeros(len(X), dtype=np.bool_)
     from softmark.solvers.mesh.element_interpolation import locate_points
@@ -89,7 +93,7 @@ NAMELESS = (
 
 
 def check(regions: Iterable[Declared], mesh: Mesh) -> None:
-    """Refuse regions that a mesh does not have, or that have the wrong kind. Raises Fault."""
+    """Refuse named groups that a mesh does not have or that are of the wrong kind. Raises Fault."""
     for region in regions:
         _has(region, mesh)
         _is_sound(region, mesh)
@@ -135,7 +139,7 @@ def _is_sound(region: Declared, mesh: Mesh) -> None:
 
 
 def group_of_points_fault(declared: Declared) -> Fault:
-    """Return the Fault for a group condition applied to points only."""
+    """Return the Fault for a group condition in a declaration that selects points."""
     names = ", ".join(f"`{name}`" for name in declared.value("where").groups)
     problem = f"`{declared.name}` consists of points, and a point cannot be assigned to {names}"
     help = "use a `surface` or a `volume`, or select by coordinates"

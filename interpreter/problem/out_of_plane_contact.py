@@ -1,4 +1,4 @@
-"""Check that a rigid body meets the plane of a plane body."""
+"""Check that a rigid body intersects the plane of a plane body."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ if TYPE_CHECKING:
 
 
 def missed_plane_error(rigid: Declared, body: Declared, low: float, high: float) -> Diagnostic | None:
-    """Return an error if the plane of a plane body misses a rigid one, at z from `low` to `high`, m, else None.
+    """Return an error if a rigid body does not intersect the plane z = 0 of a plane body, else None.
 
-    The indenter is the section at z = 0: bodies next to the plane, or that end in it, have none.
+    The rigid body extends from z = `low` to `high`, m. The indenter is its section at z = 0. Bodies next to the plane,
+    or that end in it, have no such section.
     """
     if not body.thing.planar or low < 0.0 < high:
         return None
     ends = f"{units.format_value(low, units.LENGTH)} to {units.format_value(high, units.LENGTH)}"
     problem = f"the plane of `{body.name}`, z = 0, does not cut `{rigid.name}`, which spans z from {ends}"
-    remedy = "let it lie on both sides of z = 0, where its section acts on a plane body, "
+    remedy = "the section at z = 0 acts on the plane body: place the rigid body on both sides of z = 0, "
     moved = isinstance(getattr(rigid.thing.shape, "path", None), str)
     remedy += "by other coordinates in its file" if moved else "by an `origin` below it"
     return diagnostic("E659", rigid.at("shape"), problem, "misses the plane", remedy)

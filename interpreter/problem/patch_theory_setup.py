@@ -1,4 +1,4 @@
-"""Setup of the contact patch test: the stack of blocks of a case, and the results that the theory gives."""
+"""Setup of the contact patch test: the stack of blocks of a case, and the results of the theory."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ NONE = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class BlockPile:
-    """Blocks of a case along an axis, in order; `first` is the number of the block that the scene names first."""
+    """Blocks of a case in their order along an axis; `first` is the number of the block that the scene names first."""
 
     case: Case
     blocks: tuple[Rectangular, ...]
@@ -75,17 +75,17 @@ class BlockPile:
         return tuple(c for c in range(3) if c != self.way and not (c == 2 and self.whole.flat))
 
     def normal(self, end: int) -> Vector:
-        """Return the outward unit normal of the low (0) or the high end."""
+        """Return the outward unit normal of an end of the stack; 0 is the low end."""
         return self.whole.outward(self.way, end)
 
     def faces(self, number: int) -> tuple[tuple[Vector, Vector], tuple[Vector, Vector]]:
-        """Return the corners of the two faces of the joint above a block, m."""
+        """Return the corners, m, of the two faces that meet at the joint above a block."""
         below, above = self.blocks[number], self.blocks[number + 1]
         return ((replace_coordinate(below.low, self.way, below.high[self.way]), below.high),
                 (above.low, replace_coordinate(above.high, self.way, above.low[self.way])))  # fmt: skip
 
     def ends(self, where: Any) -> set[int]:
-        """Return which ends of the stack a condition selects exactly."""
+        """Return the ends of the stack that a condition selects exactly; 0 is the low end."""
         return self.whole.taken(where, self.way)
 
 
@@ -116,7 +116,7 @@ def stack_of(case: Case) -> Stack:
 
 
 def _must_meet(stack: Stack) -> None:
-    """Check that the positions of all blocks are determined and none vanishes. Raises NotApplicable."""
+    """Check that the position of every block is determined, and that no block is crushed. Raises NotApplicable."""
     if None in stack.ends:
         if stack.touching and stack.traction - stack.pressure >= 0.0:
             raise NotApplicable(
@@ -136,7 +136,7 @@ def _must_meet(stack: Stack) -> None:
 
 
 def block_pile_of(case: Case) -> BlockPile:
-    """Return the blocks of a case, in order along the axis. Raises NotApplicable if their sections differ."""
+    """Return the blocks of a case in order along the axis. Raises NotApplicable if their cross-sections differ."""
     name = case.body.name
     if not isinstance(case.shape, DisjointShapes):
         raise NotApplicable(f"`{name}` is in one piece", PIECES)
@@ -163,14 +163,14 @@ def block_pile_of(case: Case) -> BlockPile:
 
 
 def _pieces(shape: Any) -> tuple[Any, ...]:
-    """Return the shapes of a combined body, in the order of the scene."""
+    """Return the shapes that a combined body consists of, in the order of the scene."""
     if not isinstance(shape, DisjointShapes):
         return (shape,)
     return tuple(piece for half in shape.pair for piece in _pieces(half))
 
 
 def _sides(piled: BlockPile, number: int) -> Rectangular:
-    """Return a block without its ends, which other blocks may touch."""
+    """Return a block shortened at both ends, so that only its sides are selected and not the faces of other blocks."""
     block, way = piled.blocks[number], piled.way
     a, b = block.low[way], block.high[way]
     off = WITHIN * (b - a)
@@ -201,7 +201,10 @@ def _solid(piled: BlockPile, number: int) -> BlockMaterial:
 
 
 def _joint(piled: BlockPile, number: int) -> Joint:
-    """Return the joint between a block and the next. Raises NotApplicable unless one contact covers all of it."""
+    """Return the joint between a block and the next one.
+
+    Raises NotApplicable unless one contact covers the whole joint.
+    """
     low, high = piled.blocks[number], piled.blocks[number + 1]
     gap = max(high.low[piled.way] - low.high[piled.way], 0.0)
     met = _joint_contacts(piled, number)
@@ -224,7 +227,7 @@ def _joint(piled: BlockPile, number: int) -> Joint:
 
 
 def _joint_contacts(piled: BlockPile, number: int) -> list[Declared]:
-    """Return the contacts that select the joint above a block. Raises NotApplicable if one selects a part of it."""
+    """Return the contacts that select the joint above a block. Raises NotApplicable if one selects only a part."""
     found = []
     for pair in piled.case.pairs:
         each = {pair.thing.where.over(*face, piled.extent) for face in piled.faces(number)}
@@ -241,7 +244,10 @@ def _joint_contacts(piled: BlockPile, number: int) -> list[Declared]:
 def _held_ends_and_sides(
     piled: BlockPile, solids: tuple[BlockMaterial, ...]
 ) -> tuple[tuple[float | None, float | None], set[tuple[int, int, int]]]:
-    """Return the axial displacements of both ends, m, and the held sides: block, way, end. Raises NotApplicable."""
+    """Return the prescribed axial displacements of both ends, m, and the held sides. Raises NotApplicable.
+
+    An end that is not held has None. Each side is given by block, direction and end.
+    """
     ends, mirrors = dict[int, float](), set[tuple[int, int, int]]()
     for support in piled.case.named_supports:
         thing, by = at_full_size(support.thing), support.thing.imposed
@@ -268,7 +274,7 @@ def _held_ends_and_sides(
 
 
 def _mirrors(piled: BlockPile, support: Declared, thing: Any) -> set[tuple[int, int, int]]:
-    """Return the sides that a support holds along their normal, for all blocks it selects. Raises NotApplicable."""
+    """Return the sides of all selected blocks that a support holds along their normal. Raises NotApplicable."""
     found = set()
     for i in range(len(piled.blocks)):
         side = _sides(piled, i)
@@ -287,7 +293,10 @@ def _mirrors(piled: BlockPile, support: Declared, thing: Any) -> set[tuple[int, 
 
 def _roots(piled: BlockPile, joints: tuple[Joint, ...], mirrors: set[tuple[int, int, int]],
            solids: tuple[BlockMaterial, ...]) -> tuple[Vector, ...]:  # fmt: skip
-    """Return the lateral fixed point of each block, m: symmetry planes, also of tied blocks, or its middle."""
+    """Return the point of each block, m, that does not move laterally.
+
+    It lies in the symmetry planes of the block or of blocks tied to it, or else in its middle.
+    """
     found = []
     for i, block in enumerate(piled.blocks):
         root = replace_coordinate(block.middle, 0, 0.0) if block.turns else block.middle
@@ -308,7 +317,7 @@ def _is_tied(joints: tuple[Joint, ...], a: int, b: int) -> bool:
 
 def _must_narrow_alike(piled: BlockPile, joints: tuple[Joint, ...], solids: tuple[BlockMaterial, ...],
                        roots: tuple[Vector, ...]) -> None:  # fmt: skip
-    """Check that tied faces contract equally. Raises NotApplicable."""
+    """Check that the two faces of each tie contract laterally by equal amounts. Raises NotApplicable."""
     for i, joint in enumerate(joints):
         pair = _joint_contacts(piled, i)[0]
         friction = getattr(pair.thing, "friction", 0.0)
@@ -322,7 +331,7 @@ def _must_narrow_alike(piled: BlockPile, joints: tuple[Joint, ...], solids: tupl
 
 
 def _end_load(piled: BlockPile, ends: tuple[float | None, float | None]) -> tuple[bool, float, float]:
-    """Return whether an end is loaded, its outward traction and the pressure on it, Pa. Raises NotApplicable."""
+    """Return whether an end is loaded, the outward traction and the pressure on it, Pa. Raises NotApplicable."""
     traction, pressure = 0.0, 0.0
     for load in piled.case.loads:
         action = load.thing.action
@@ -342,7 +351,7 @@ def _end_load(piled: BlockPile, ends: tuple[float | None, float | None]) -> tupl
 
 
 def _traction_on_face(action: RemoteStress, n: Vector) -> Vector:
-    """Return the traction of a tension on a face with that normal, Pa."""
+    """Return the traction of a remote stress on a face with normal n, Pa."""
     return add_multiples(NONE, (action.stress * dot(action.direction, n), action.direction))
 
 
@@ -351,13 +360,13 @@ def _traction_on_face(action: RemoteStress, n: Vector) -> Vector:
 
 @dataclass(frozen=True)
 class Pressing:
-    """Pressure on the faces in contact."""
+    """Uniform pressure on the faces in contact."""
 
     piled: BlockPile
     joints: Mapping[int, float]  # of the joint above each of these blocks, Pa
 
     def pressures(self, X: Any) -> Any:
-        """Return the pressures (n,), Pa, at material points X (n, 3), m; nan off these faces."""
+        """Return the pressures (n,), Pa, at material points X (n, 3), m; nan at points off the contact faces."""
         found, near = np.full(len(X), math.nan), WITHIN * self.piled.extent
         for number, pressure in self.joints.items():
             for low, high in self.piled.faces(number):
@@ -367,12 +376,12 @@ class Pressing:
 
     @property
     def at_nodes(self) -> Mapping[str, Any]:
-        """Return nothing: there is no mesh."""
+        """Return an empty mapping, because a theory has no mesh."""
         return {}
 
 
 def patch_theory_forces(case: Case, found: DeformedStack) -> EquilibriumForces:
-    """Return the forces of the theory; it gives no energies."""
+    """Return the reaction and contact forces of the theory; it gives no energies."""
     piled, stack = block_pile_of(case), found.stack
     reactions, touches = {}, {}
     unknown = math.nan, math.nan, math.nan
@@ -404,7 +413,10 @@ def patch_theory_forces(case: Case, found: DeformedStack) -> EquilibriumForces:
 
 
 def _contact_force(piled: BlockPile, found: DeformedStack, numbers: list[int]) -> Reaction:
-    """Return the force of a contact on all blocks but the first of the scene, through the joints above some blocks."""
+    """Return the force of a contact through the joints above some blocks.
+
+    It acts on all blocks but the one that the scene names first.
+    """
     total, moment, at = NONE, NONE, piled.whole.middle
     for number in numbers:
         if piled.first not in (number, number + 1):
@@ -416,12 +428,12 @@ def _contact_force(piled: BlockPile, found: DeformedStack, numbers: list[int]) -
 
 
 def _end_centre(piled: BlockPile, found: DeformedStack, end: int) -> Vector:
-    """Return the centre of an end, m: deformed for neo-Hookean blocks, undeformed for Hooke's."""
+    """Return the centre of an end, m: deformed for neo-Hookean blocks, undeformed for blocks with Hooke's law."""
     return _deformed_position(found, piled.whole.centre(piled.way, end), -end)
 
 
 def _joint_middle(piled: BlockPile, found: DeformedStack, number: int) -> Vector:
-    """Return the centre of the upper face of a block, m, as for ends."""
+    """Return the centre of the upper face of a block, m: deformed or undeformed as in `_end_centre`."""
     return _deformed_position(found, piled.blocks[number].centre(piled.way, 1), number)
 
 
@@ -434,12 +446,12 @@ def _deformed_position(found: DeformedStack, at: Vector, number: int) -> Vector:
 
 @dataclass(frozen=True)
 class PatchStress(AnalyticField):
-    """Stress of the theory for metrics; without cells."""
+    """Stress field of the theory, for metrics; it has no cells."""
 
     theory: DeformedStack
 
     def at(self, X: Floats) -> Tensors:
-        """Return the stress at points X (n, 3) of the undeformed body."""
+        """Return the stress, Pa, at points X (n, 3), m, of the undeformed body."""
         from softmark.solvers.stress_recovery.sampling_point_stress import SYMMETRIC
         from softmark.solvers.stress_recovery.stress_measures import Tensors
 

@@ -1,4 +1,4 @@
-"""Measured points, or points of another mesh, that lie outside their body."""
+"""Treatment of measured points, or points of another mesh, that lie outside their body."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ BESIDE = 0.01  # relative to the body's diagonal: tolerance for marks and meshes
 
 
 def keep_near_points(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np.bool_], tuple[Diagnostic, ...]]:
-    """Return which points X (n, 3), m, lie in the body or next to it, and a warning about the others.
+    """Return a mask of points X (n, 3), m, in the body or close to it, and a warning about the other points.
 
-    A displacement outside the body is extrapolated. Next to the surface that depends on curvature and on where marks
-    are drawn; farther out it is meaningless. Raises Fault if no point is left.
+    A displacement outside the body is extrapolated. Close to the surface that is reasonable, because curvature and the
+    placement of marks move points off it; farther out the displacement is meaningless. Raises Fault if no point is
+    left.
     """
     far, extent = distances(case, X)
     inside = far <= BESIDE * extent
@@ -31,7 +32,7 @@ def keep_near_points(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np
         return inside, ()
     at, count = probe.at("of" if "of" in probe.fields else "mesh"), int((~inside).sum())
     most, body = units.format_value(float(far.max()), units.LENGTH), case.body.name
-    help_ = "check the unit, the origin and the axes of the file; points are those of the body before deformation"
+    help_ = "check the unit, the origin and the axes of the file; coordinates refer to the undeformed body"
     if not inside.any():
         problem = f"all {count} points of `{probe.name}` lie outside `{body}`, by {most} or less"
         raise fault("E504", at, problem, "outside the body", help_)
@@ -41,7 +42,7 @@ def keep_near_points(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np
 
 
 def distances(case: Case, X: Floats) -> tuple[Floats, float]:
-    """Return the distance of each point X (n, 3) outside a body (n,), and the body's diagonal, both in m."""
+    """Return the distance, m, of each point X (n, 3), m, from a body (n,), 0 inside, and the body's diagonal, m."""
     shape = case.shape
     if isinstance(shape, MeshFile):
         from softmark.solvers.mesh.element_interpolation import locate_points
@@ -58,13 +59,16 @@ def distances(case: Case, X: Floats) -> tuple[Floats, float]:
 
 
 def _box_distances(low: Floats, high: Floats, X: Floats) -> Floats:
-    """Return distances from the bounding box of a shape: lower bounds."""
+    """Return distances (n,), m, of points X (n, 3) from the bounding box of a shape, which are lower bounds."""
     found: Floats = np.linalg.norm(np.maximum(np.maximum(low - X, X - high), 0.0), axis=1)
     return found
 
 
 def _swept_distances(shape: Swept, X: Floats) -> Floats:
-    """Return distances from a body along an axis: exact if straight; a curved one is continued beyond its ends."""
+    """Return distances (n,), m, of points X (n, 3) from a body along an axis.
+
+    They are exact for a straight axis; a curved body is continued beyond its ends.
+    """
     s, u, v = shape.coordinates(X)
     along = np.maximum(np.maximum(-s, s - shape.length), 0.0)
     found: Floats = np.hypot(along, shape.section.outside(u, v))

@@ -1,4 +1,4 @@
-"""Setup of poroelastic theories: the porous column, slab or disc of a case, and the forces and fluid they give."""
+"""Setup of poroelastic theories: the porous column, slab or disc of a case, and the theory's results."""
 
 from __future__ import annotations
 
@@ -38,7 +38,10 @@ Body = Rectangular | Round
 
 @dataclass(frozen=True)
 class Ends:
-    """Two ends of a body normal to its axis (0 to 2; for a cylinder its own): one is held, the other is driven."""
+    """Two ends of a body normal to its axis: one is held, the other is moved or loaded.
+
+    The axis is x, y or z by number (0 to 2), or that of a cylinder.
+    """
 
     body: Body
     way: int  # of x, y and z
@@ -49,12 +52,12 @@ class Ends:
 
     @property
     def axis(self) -> Vector:
-        """Unit vector from the held end to the driven one."""
+        """Unit vector from the held end to the driven end."""
         return self.body.outward(self.way, 1 - self.held)
 
     @property
     def root(self) -> Vector:
-        """Centre of the held end, m; for a body of revolution on its axis."""
+        """Centre of the held end, m; for a body of revolution the point on its axis."""
         return self.body.centre(self.way, self.held)
 
     @property
@@ -64,16 +67,16 @@ class Ends:
 
     @property
     def area(self) -> float:
-        """Area of one end, m^2; for a body of revolution all around."""
+        """Area of one end, m^2; for a body of revolution that of the full end around the axis."""
         return self.body.area(self.way)
 
     @property
     def far(self) -> set[int]:
-        """Driven end."""
+        """Number of the driven end, as a set of one."""
         return {1 - self.held}
 
     def taken(self, where: Any) -> set[int]:
-        """Return which ends a condition selects exactly."""
+        """Return the numbers of the ends that a condition selects exactly."""
         return self.body.taken(where, self.way)
 
 
@@ -89,7 +92,7 @@ def _analysis(case: Case) -> Quasistatic:
 
 
 def _ends(case: Case, remedy: str) -> Ends:
-    """Return the held and the driven end. Raises NotApplicable."""
+    """Return the held and the driven end of a case. Raises NotApplicable with the `remedy`."""
     body = solid_body(case)
     drivers = [s for s in case.supports if at_full_size(s.thing).moves]
     drivers += [load for load in case.loads if any(_vector(load))]
@@ -112,7 +115,7 @@ def _ends(case: Case, remedy: str) -> Ends:
 
 
 def _ends_along(case: Case, body: Body, way: int, driving: Declared, vector: Vector, remedy: str) -> Ends:
-    """Return the ends along a direction. Raises NotApplicable."""
+    """Return the held and the driven end along a direction. Raises NotApplicable."""
     force = driving.kind == "load"
     where = at_full_size(driving.thing).action.where if force else at_full_size(driving.thing).where
     ends = Ends(body, way, 0, driving, force, 0.0)  # held end and amount are found below
@@ -146,7 +149,7 @@ def _vector(declared: Declared) -> Vector:
 
 
 def _are_sides_held(case: Case, ends: Ends) -> bool:
-    """Return whether lateral motion is prevented: on all sides, or everywhere."""
+    """Return whether supports prevent lateral motion, on all sides or in the whole body."""
     body = ends.body
     across = [c for c in range(3) if c != ends.way]
     if isinstance(body, Round):
@@ -158,7 +161,7 @@ def _are_sides_held(case: Case, ends: Ends) -> bool:
 
 
 def _held_sides(case: Case, body: Rectangular, across: int) -> set[int]:
-    """Return which faces along a lateral direction are held, 0 the low one."""
+    """Return the faces normal to a lateral direction that are held; 0 is the low one."""
     if body.flat and across == 2:
         return {0, 1}
     found = {0} if body.turns and body.low[0] == 0.0 and across == 0 else set()
@@ -183,7 +186,7 @@ def _check_no_fluid_pressure(case: Case) -> None:
 
 
 def _open_ends(case: Case, ends: Ends) -> Drains:
-    """Return the open ends. Raises NotApplicable if anything else is open."""
+    """Return which ends are drained. Raises NotApplicable if any other surface is drained."""
     _check_no_fluid_pressure(case)
     found: set[int] = set()
     for drain in case.drains:
@@ -199,7 +202,7 @@ def _open_ends(case: Case, ends: Ends) -> Drains:
 
 
 def _column(case: Case) -> tuple[Quasistatic, Ends, Drains]:
-    """Return the analysis, the ends, and which are open. Raises NotApplicable if the sides can move."""
+    """Return the analysis, the ends, and which ends are drained. Raises NotApplicable if the sides can move."""
     analysis, ends = _analysis(case), _ends(case, DRIVE)
     if not _are_sides_held(case, ends):
         raise NotApplicable(f"the sides of `{case.body.name}` can move", SIDES)
@@ -207,13 +210,16 @@ def _column(case: Case) -> tuple[Quasistatic, Ends, Drains]:
 
 
 def _moduli(case: Case) -> tuple[float, float]:
-    """Return shear modulus and confined compression modulus of the drained skeleton at rest, Pa."""
+    """Return the shear modulus and the confined compression modulus of the undeformed drained skeleton, Pa."""
     law = case.material.law
     return law.shear_modulus, law.lame_lambda + 2.0 * law.shear_modulus
 
 
 def column_of(case: Case) -> Column:
-    """Return the small strain column of a case, at its time. Raises NotApplicable if an assumption is violated."""
+    """Return the small-strain column of a case at the time of its state.
+
+    Raises NotApplicable if an assumption of the theory is violated.
+    """
     analysis, ends, drains = _column(case)
     driven = driven_by(at_full_size(ends.driving.thing).amplitude, analysis.duration)
     amount = ends.amount * ends.area if ends.force else ends.amount
@@ -222,7 +228,7 @@ def column_of(case: Case) -> Column:
 
 
 def pressed_column_of(case: Case) -> PressedColumn:
-    """Return the finite strain column of a case. Raises NotApplicable."""
+    """Return the finite-strain column of a case. Raises NotApplicable if an assumption of the theory is violated."""
     analysis, ends, drains = _column(case)
     material = case.material
     driven = driven_by(at_full_size(ends.driving.thing).amplitude, analysis.duration)
@@ -233,7 +239,10 @@ def pressed_column_of(case: Case) -> PressedColumn:
 
 
 def skeleton_of(case: Case) -> Skeleton:
-    """Return the drained law of a case. Raises NotApplicable if its confined compression is not known."""
+    """Return the law of the drained skeleton of a case.
+
+    Raises NotApplicable if its confined compression is not known.
+    """
     from softmark.interpreter.problem.rubber_constants import rubber_of, word_of
 
     law = case.material.law
@@ -248,8 +257,9 @@ def skeleton_of(case: Case) -> Skeleton:
 
 
 def compressed_body_of(reference: Declared, case: Case) -> CompressedPorousBody:
-    """Return the slab or disc of a case between plates, at its time. Raises NotApplicable if an assumption is
-    violated.
+    """Return the slab or disc of a case between plates, at the time of its state.
+
+    Raises NotApplicable if an assumption of the theory is violated.
     """
     analysis, ends = _analysis(case), _ends(case, PLATES)
     if ends.force and not any(
@@ -266,8 +276,9 @@ def compressed_body_of(reference: Declared, case: Case) -> CompressedPorousBody:
 
 
 def _slab(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
-    """Return dimension, half-width, a point of the symmetry plane, and a lateral vector of a slab. Raises
-    NotApplicable.
+    """Return the dimension, the half-width, m, a point of the symmetry plane, m, and a lateral vector of a slab.
+
+    Raises NotApplicable.
     """
     body = ends.body
     if not isinstance(body, Rectangular) or body.turns:
@@ -293,12 +304,15 @@ def _slab(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
 
 
 def _open_faces(case: Case, body: Rectangular, axis: int) -> set[int]:
-    """Return which faces along a lateral direction are open."""
+    """Return the faces normal to a lateral direction that are drained; 0 is the low one."""
     return set[int]().union(*(body.taken(d.thing.where, axis) for d in case.drains))
 
 
 def _disc(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
-    """Return dimension, radius, centre of the held plate, and no vector, of a disc. Raises NotApplicable."""
+    """Return the dimension, the radius, m, the centre of the held plate, m, and a zero vector for a disc.
+
+    Raises NotApplicable.
+    """
     body, none = ends.body, (0.0, 0.0, 0.0)
     remedy = "use a `cylinder(...)`, or a rectangle that begins at x = 0 in `axisymmetric(...)`"
     if isinstance(body, Rectangular):
@@ -329,25 +343,25 @@ def _disc(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
 
 @dataclass(frozen=True)
 class Fluid:
-    """Fluid results of a theory, with the outflow through each support."""
+    """Fluid results of a theory: pressure, and the outflow through each support."""
 
     theory: Any
     outflows: Mapping[str, float]  # m^3, by support
 
     @property
     def pressures(self) -> tuple[float, float]:
-        """Least and largest pressure in the body, which are not computed (nan)."""
+        """Least and largest pressure in the body: both nan, because theories do not compute them."""
         return math.nan, math.nan
 
     def pressure(self, point: Vector) -> float:
-        """Return the pressure at a material point, Pa; point in m."""
+        """Return the fluid pressure, Pa, at a material point, m."""
         import numpy as np
 
         return float(self.theory.pressure(np.array([point]))[0])
 
 
 def porous_theory_forces(case: Case, theory: Any) -> EquilibriumForces:
-    """Return the axial forces and the fluid of a theory; it gives no lateral forces."""
+    """Return the axial forces and the fluid results of a theory; it gives no lateral forces."""
     ends = _ends(case, DRIVE)
     none, found = (0.0, 0.0, 0.0), {}
     unknown = (math.nan, math.nan, math.nan)
@@ -368,7 +382,10 @@ def porous_theory_forces(case: Case, theory: Any) -> EquilibriumForces:
 
 
 def _outflows(case: Case, ends: Ends, theory: Any) -> dict[str, float]:
-    """Return the outflow through each support, m^3: half through each of two open ends; shared parts count once."""
+    """Return the outflow through each support, m^3, by name.
+
+    Each of two drained ends has half the outflow; a part that several supports select counts once.
+    """
     both, taken, found = getattr(theory, "drains", "") == "both", set[int](), {}
     for drain in case.drains:
         own = ends.taken(drain.thing.where) if both else {0}
@@ -378,6 +395,6 @@ def _outflows(case: Case, ends: Ends, theory: Any) -> dict[str, float]:
 
 
 def doubt_of(theory: Any) -> str | None:
-    """Return why the theory is not exact for the body (strains are not small), or None."""
+    """Return why the theory is inaccurate for the body, because strains are not small, or None."""
     large = getattr(theory, "strained", 0.0)
     return LARGE.format(100.0 * large) if large > SMALL else None

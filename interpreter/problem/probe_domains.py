@@ -1,7 +1,7 @@
-"""Domains of probes: integration points for means, and further points at which extremes are looked for.
+"""Domains of probes: integration points for means, and additional points at which extremes are searched.
 
 Means over a line or a surface are integrals. They are split where the material changes, since stress and strain jump
-there. Extremes over a volume lie on its surface, its edges and its corners as often as inside of it.
+there. Extremes over a volume lie on its surface, its edges and its corners as often as inside it.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ else:
 
 @dataclass(frozen=True)
 class ProbeDomain:
-    """Line, surface or volume of a probe.
+    """Line, surface or volume over which a probe evaluates results.
 
-    `ends` are those of a line, m. `points` (q, 3), m, and `weights` (q,), m^2, integrate over a surface of several
-    materials; each lies inside one material. `border` (b, 3), m, are points at which extremes are looked for besides
-    the probe's own. Nodes of a mesh belong to it as `nodes` says, where `where` holds; `extent` is that of the body, m.
+    `ends` are those of a line, m. `points` (q, 3), m, and `weights` (q,), m^2, integrate over a surface; each point
+    lies inside one material. `border` (b, 3), m, are additional points at which extremes are searched. `nodes` states
+    which nodes of a mesh belong to the domain, where the condition `where` holds. `extent` is that of the body, m.
     """
 
     ends: tuple[Floats, Floats] | None = None
@@ -39,7 +39,7 @@ class ProbeDomain:
     extent: float = 0.0
 
     def holds(self, X: Floats) -> Bools:
-        """Return the points X (n, 3), m, that satisfy the condition of the domain (n,)."""
+        """Return a mask of the points X (n, 3), m, that satisfy the condition of the domain (n,)."""
         if self.where is None:
             return np.ones(len(X), dtype=np.bool_)
         return np.array(

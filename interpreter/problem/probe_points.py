@@ -52,10 +52,10 @@ DRAWN = 1500  # points of a surface that is drawn only: enough for a smooth pict
 
 @dataclass(frozen=True)
 class ProbePoints:
-    """Material points X (n, 3), m, with triangles (k, 3) over them or the volume (n,) of each.
+    """Material points X (n, 3), m, of a probe, with triangles (k, 3) between them or a volume, m^3, of each (n,).
 
     `border` (b, 3), m, are the corners of the cells of a volume, on its surface and where it is cut. `notes` are
-    warnings about them.
+    warnings about the points.
     """
 
     X: Floats
@@ -66,7 +66,10 @@ class ProbePoints:
 
 
 def find_probe_points(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> ProbePoints:
-    """Return the points of a probe; `tracked` returns those of a named measurement. Raises Fault."""
+    """Return the points of a probe. Raises Fault.
+
+    `tracked` returns the points (n, 3), m, of a named measurement.
+    """
     own = probe.thing.cells is not None
     if not own and not (case.shape.file or case.shape.enclosed):
         return _place(probe, case, tracked)
@@ -102,7 +105,7 @@ def _of_body(probe: Declared, case: Case, X: Floats) -> ProbePoints:
 
 
 def _size(shape: geometry.Shape) -> float:
-    """Return an edge length that resolves a shape; any for a mesh from a file, which has its own."""
+    """Return an edge length, m, that resolves a shape; for a mesh from a file the value does not matter."""
     if shape.bounds is None:
         return 1.0
     low, high = shape.bounds
@@ -110,7 +113,7 @@ def _size(shape: geometry.Shape) -> float:
 
 
 def _volume_size(shape: geometry.Shape) -> float:
-    """Return an edge length for at most MANY tetrahedra throughout a shape, six in each cube."""
+    """Return an edge length, m, that fills a shape with at most MANY tetrahedra, six in each cube."""
     size = COARSER * _size(shape)
     volume = shape.closed(size).volume if isinstance(shape, SurfaceBody) else shape.volume
     return size if volume is None else max(size, (6.0 * volume / MANY) ** (1 / 3))
@@ -134,7 +137,7 @@ def _surface(probe: Declared, case: Case) -> ProbePoints:
 
 
 def _surface_within(probe: Declared, case: Case) -> Floats | None:
-    """Return points (n, 3), m, of the body's surface that the condition of a volume probe selects."""
+    """Return the points (n, 3), m, of the body's surface that the condition of a volume probe selects."""
     shape = download_shape(case.shape, case.shaped)
     X, triangles = shape.surface(_size(shape))
     if probe.thing.where is None:
@@ -146,7 +149,7 @@ def _surface_within(probe: Declared, case: Case) -> Floats | None:
 
 
 def domain_of(probe: Declared, case: Case, place: ProbePoints) -> ProbeDomain:
-    """Return the domain of a probe whose points are known."""
+    """Return the domain of a probe, given its points."""
     thing = probe.thing
     if thing.ends is not None:
         first, last = (np.array(end, dtype=np.float64) for end in thing.ends)
@@ -177,7 +180,7 @@ def _extent(case: Case, place: ProbePoints) -> float:
 
 
 def _split(case: Case, place: ProbePoints, extent: float) -> Floats:
-    """Return triangles (t, 3, 3), m, of a surface, cut along the borders of the materials of its body."""
+    """Return the triangles (t, 3, 3), m, of a probe's surface, cut along the borders between materials."""
     from softmark.interpreter.problem.surface_selection.triangle_parts import cut_along
     from softmark.solvers.mesh.simplex_clipping import Pieces
 
@@ -189,7 +192,7 @@ def _split(case: Case, place: ProbePoints, extent: float) -> Floats:
 
 
 def _on_surface(case: Case, shape: geometry.Shape, where: Condition) -> Members:
-    """Return the membership of surface triangles of a file in a named group, as a function. Raises Fault."""
+    """Return a function that gives the mask of surface triangles in a named group of a mesh file. Raises Fault."""
     from softmark.interpreter.problem import mesh_group_conditions
 
     mesh = shape.named()
@@ -214,12 +217,12 @@ def _curved_border_warning(probe: Declared, share: float) -> tuple[Diagnostic, .
 
 
 def _part(probe: Declared, X: Floats) -> Floats:
-    """Return the points that the probe's condition selects, all without one. Raises Fault."""
+    """Return the points that the probe's condition selects; all points without a condition. Raises Fault."""
     return X if probe.thing.where is None else X[_selected_mask(probe, X)]
 
 
 def _selected_mask(probe: Declared, X: Floats) -> NDArray[np.bool_]:
-    """Return whether the probe's condition selects each point (n,). Raises Fault if it selects none."""
+    """Return a mask of the points X (n, 3), m, that the probe's condition selects. Raises Fault if it selects none."""
     if probe.thing.where.groups:
         from softmark.interpreter.problem.mesh_group_conditions import group_of_points_fault
 
@@ -232,7 +235,7 @@ def _selected_mask(probe: Declared, X: Floats) -> NDArray[np.bool_]:
 
 
 def _empty_selection(probe: Declared, faces: Sequence[str] = ()) -> Fault:
-    """Return the Fault of an empty selection; `faces` are regions of facets, which have no volume."""
+    """Return the Fault of an empty selection. `faces` are named facet groups in it, which have no volume."""
     help = "check the condition: it applies to coordinates before deformation"
     if faces:
         named = " and ".join(f"`{name}`" for name in faces)
@@ -244,7 +247,7 @@ def _volume(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> 
     """Return four points in every tetrahedron of a volume, which integrate squares of linear fields exactly.
 
     At the centroid alone, strains of linear elements are superconvergent, so their error would be underestimated.
-    Tetrahedra are cut along borders of the condition and of other materials. Raises Fault for an empty selection.
+    Tetrahedra are cut along borders of the condition and of materials. Raises Fault for an empty selection.
     """
     each, named = _conditions_by_material(probe, case), case.groups and shape.prebuilt
     cuts = tuple(dict.fromkeys(cut for where in each for cut in cuts_for(where, shape)))
@@ -275,9 +278,9 @@ def _conditions_by_material(probe: Declared, case: Case) -> tuple[Condition, ...
 
 
 def _selected(probe: Declared, case: Case, mesh: Mesh, each: Sequence[Condition]) -> tuple[Floats, Floats]:
-    """Return selected tetrahedra (t, 4, 3), m, of a mesh, and their volumes (t,), m^3. Raises Fault.
+    """Return the selected tetrahedra (t, 4, 3), m, of a mesh, and their volumes (t,), m^3. Raises Fault.
 
-    `each` are the conditions of the selection, each with its own tetrahedra.
+    `each` has the condition for each material; tetrahedra are selected for each of them separately.
     """
     from softmark.interpreter.problem import mesh_group_conditions
     from softmark.interpreter.problem.surface_selection.selected_pieces import select_pieces
@@ -299,7 +302,7 @@ def _selected(probe: Declared, case: Case, mesh: Mesh, each: Sequence[Condition]
 
 
 def drawn_surface(case: Case) -> ProbePoints:
-    """Return a surface of the body for pictures."""
+    """Return the points and triangles of the body's surface for pictures."""
     return ProbePoints(*surface_triangles(download_shape(case.shape, case.shaped)))
 
 
@@ -315,7 +318,10 @@ def surface_triangles(shape: geometry.Shape) -> tuple[Floats, Ints]:
 
 
 def points_throughout(case: Case, place: ProbePoints) -> Floats:
-    """Return points (n, 3), m, throughout a body and on its drawn surface: nodes of its file, or of a cheap mesh."""
+    """Return points (n, 3), m, throughout a body and on its drawn surface.
+
+    They are the nodes of its mesh file, or of a coarse mesh made for this purpose.
+    """
     shape = download_shape(case.shape, case.shaped)
     if case.planar or shape.enclosed or place.triangles is None:
         return place.X
@@ -324,7 +330,7 @@ def points_throughout(case: Case, place: ProbePoints) -> Floats:
 
 
 def surface_points(case: Case, place: ProbePoints, where: Condition) -> Floats:
-    """Return the points (n, 3), m, of the drawn surface that a condition selects, with its borders; none for rods."""
+    """Return the points (n, 3), m, of the drawn surface that a condition selects, and of its border; none for rods."""
     if place.triangles is None:
         return np.zeros((0, 3))
     from softmark.interpreter.problem.surface_selection.triangle_parts import clip_triangles
@@ -334,7 +340,7 @@ def surface_points(case: Case, place: ProbePoints, where: Condition) -> Floats:
 
 
 def scan_surface(case: Case) -> ProbePoints:
-    """Return a surface of the body that is fine enough for a simulated scan."""
+    """Return points and triangles of the body's surface, fine enough for a simulated scan."""
     shape = download_shape(case.shape, case.shaped)
     return (
         ProbePoints(*triangulate_swept(shape, *SCANNED)) if isinstance(shape, geometry.Swept) else drawn_surface(case)
@@ -342,7 +348,7 @@ def scan_surface(case: Case) -> ProbePoints:
 
 
 def held_face(case: Case) -> tuple[Floats, Ints] | None:
-    """Return the part of the undeformed surface that supports fix; None if there is none."""
+    """Return points and triangles of the undeformed surface that supports fix; None if there are none."""
     place = drawn_surface(case)
     if place.triangles is None:
         return None
@@ -362,7 +368,7 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
 def surface_of(
     view: View, place: ProbePoints, u: Floats, error: Floats | None, measured_from: str | None
 ) -> DrawnSurface | None:
-    """Return the surface with its displacements u (n, 3), m, and some frames of its history."""
+    """Return the drawn surface with its displacements u (n, 3), m, and some frames of the motion over time."""
     if place.triangles is None:
         return None
     times = frames = None
@@ -384,7 +390,7 @@ def is_finite_probe(probe: ProbeResult) -> bool:
 
 
 def zero_below_error(u: Floats, error: float) -> Floats:
-    """Return displacements (n, 3), set to zero where they are below the reference's own error."""
+    """Return displacements u (n, 3), m, with those smaller than the reference's own error, m, set to zero."""
     small: Floats = np.where(np.linalg.norm(u, axis=1, keepdims=True) <= error, 0.0, u)  # nan stays nan
     return small
 

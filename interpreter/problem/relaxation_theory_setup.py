@@ -1,4 +1,4 @@
-"""Setup of the theory of a viscoelastic bar, and the forces that it gives."""
+"""Setup of the theory of a viscoelastic bar, and the forces of the theory."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ REMEDY = "hold one end face along the axis and move or pull the other: `displace
 
 
 def bar_of(case: Case) -> RelaxingBar:
-    """Return the bar of a case, at its time. Raises NotApplicable if an assumption of the theory is violated."""
+    """Return the bar of a case at the time of its state. Raises NotApplicable if an assumption is violated."""
     shape, name, material, analysis = case.shape, case.body.name, case.material, case.analysis
     if not isinstance(shape, Prism):
         raise NotApplicable(
@@ -59,7 +59,10 @@ def bar_of(case: Case) -> RelaxingBar:
 
 
 def _ends(case: Case) -> tuple[int, Declared, Any]:
-    """Return the held end, 0 the root, and the driver of the other with its amount. Raises NotApplicable."""
+    """Return the held end (0 is the root), and the support or load on the other end with its value.
+
+    Raises NotApplicable.
+    """
     shape = case.prism
     ends: dict[int, Declared] = {}
     for support in case.supports:
@@ -92,7 +95,10 @@ def _ends(case: Case) -> tuple[int, Declared, Any]:
 
 
 def _fixed_point(case: Case, root: Any) -> Any:
-    """Return a point without lateral motion: on faces that supports hold, else on the axis. Raises NotApplicable."""
+    """Return a point, m, without lateral motion: on the faces that supports hold, else on the axis.
+
+    Raises NotApplicable.
+    """
     low, high = case.shape.bounds or (root, root)
     found = list(root)
     for support in case.supports:
@@ -110,7 +116,7 @@ def _fixed_point(case: Case, root: Any) -> Any:
 
 
 def driven_by(amplitude: Any, now: float) -> Amplitude:
-    """Return jumps and slopes of an amplitude up to a time."""
+    """Return the jumps and slopes of an amplitude up to the time `now`, s."""
     match amplitude:
         case None:
             return Amplitude([(0.0, 1.0)], [])
@@ -137,7 +143,7 @@ def driven_by(amplitude: Any, now: float) -> Amplitude:
 
 
 def bar_forces(case: Case, bar: RelaxingBar) -> EquilibriumForces:
-    """Return the forces of the theory."""
+    """Return the reaction forces of the theory."""
     held, driving, _ = _ends(case)
     none, found = (0.0, 0.0, 0.0), {}
     for support in case.supports:

@@ -1,4 +1,4 @@
-"""Materials with a representative number for each varying constant, for checks before they are built."""
+"""Materials with a representative number for each varying constant, for checks before models are built."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def profiles(material: Any) -> dict[str, Profile]:
 
 
 def representative_material(material: Any, shape: Any) -> Any:
-    """Return a material with numbers for varying constants: means over the body, for Poisson's ratio the largest.
+    """Return a material with numbers for varying constants: means over the body, but the largest Poisson's ratio.
 
-    Used for orders of magnitude before anything is built. A uniform material is returned as it is.
+    It is used for orders of magnitude before anything is built. A uniform material is returned unchanged.
     """
     new: dict[str, float] = {}
     for name, profile in _of_all_laws(material).items():
@@ -49,14 +49,14 @@ def representative_material(material: Any, shape: Any) -> Any:
 def _of_all_laws(material: Any) -> dict[str, Profile]:
     """Return the varying constants of a material and of the laws within it, by name.
 
-    Laws of muscle may not vary. That is an error of its own (E367), and other checks must not fail because of it.
+    Laws of muscle may not vary. That is reported separately (E367), and other checks must not fail because of it.
     """
     within = vars(material).get("law")
     return (_of_all_laws(within) if hasattr(within, "varying") else {}) | profiles(material)
 
 
 def sample_constant(profile: Profile, shape: Any) -> Iterator[tuple[tuple[float, ...], float]]:
-    """Yield sample places of a body and the constant there; none if only a file has it."""
+    """Yield sample points of a body, m, with the value of a constant there; nothing if only a file has the values."""
     if shape.bounds is None or profile.fields:
         return
     yield from _values(profile, shape, file_stamp(shape))

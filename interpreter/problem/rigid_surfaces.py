@@ -1,6 +1,6 @@
-"""Surfaces of rigid bodies: in space, in section at z = 0, and their sharp edges.
+"""Surfaces of rigid bodies in space, their sections at z = 0, and their sharp edges.
 
-A half-space is drawn as a plate below the body, slightly wider than it.
+A half-space is drawn as a plate below the deformable body, slightly wider than it.
 """
 
 from __future__ import annotations
@@ -27,14 +27,17 @@ SHARP = 0.978  # cosine of 12 degrees from the mean normal: larger angles are sh
 
 
 def surface_in_space(shape: Shape, position: Floats) -> tuple[Floats, Ints]:
-    """Return the surface of a rigid body at its declared position, near a body at points (n, 3), m."""
+    """Return points (n, 3), m, and triangles (t, 3) of the surface of a rigid body at its declared position.
+
+    `position` (k, 3), m, are points of the deformable body, near which a half-space is drawn.
+    """
     if isinstance(shape, HalfSpace):
         return _plate(shape, position)
     return triangulate_swept(shape, *ROUND) if isinstance(shape, Swept) else surface_triangles(shape)
 
 
 def _plate(shape: HalfSpace, position: Floats) -> tuple[Floats, Ints]:
-    """Return a plate with one face on the plane, below or above a body at points (n, 3), m."""
+    """Return the surface of a plate with one face on the plane of a half-space, near a body at points (n, 3), m."""
     normal = np.array(shape.normal)
     low, high = position.min(axis=0), position.max(axis=0)
     middle = 0.5 * (low + high)
@@ -48,7 +51,7 @@ def _plate(shape: HalfSpace, position: Floats) -> tuple[Floats, Ints]:
 
 
 def section(X: Floats, triangles: Ints, shape: Shape, span: tuple[float, float], half: bool) -> tuple[Floats, Ints]:
-    """Return the section z = 0 of a shape's surface, extruded over a span of z, m: all of it, or the half x >= 0."""
+    """Return the section z = 0 of a shape's surface, extruded over a span of z, m; with `half` only the part x >= 0."""
     lines = _lines(X, triangles)
     P, ends = _join_lines(_half_of_lines(lines) if half else lines, X)
     if len(P) < 3:
@@ -61,7 +64,7 @@ def section(X: Floats, triangles: Ints, shape: Shape, span: tuple[float, float],
 
 
 def _lines(X: Floats, triangles: Ints) -> Floats:
-    """Return the lines (k, 2, 2), m, in which triangles cross z = 0, with the body on their left."""
+    """Return the lines (k, 2, 2), m, along which triangles cross z = 0, with the rigid body on their left."""
     corners = X[triangles]
     above = corners[..., 2] >= 0.0
     own = above.any(axis=1) & ~above.all(axis=1)
@@ -75,7 +78,10 @@ def _lines(X: Floats, triangles: Ints) -> Floats:
 
 
 def _join_lines(lines: Floats, X: Floats) -> tuple[Floats, Ints]:
-    """Return points (n, 2), m, and line ends (k, 2) among them, from lines (k, 2, 2) of a surface with points X."""
+    """Return the distinct points (n, 2), m, of lines (k, 2, 2), m, and the numbers of their end points (k, 2).
+
+    X are the points of the surface, which give the tolerance.
+    """
     small = SHORT * float(np.ptp(X, axis=0).max())
     P, ends = np.unique((lines.reshape(-1, 2) / small).round(), axis=0, return_inverse=True)
     ends = ends.reshape(-1, 2)
@@ -90,7 +96,7 @@ def _crossings_of_plane(a: Floats, b: Floats) -> Floats:
 
 
 def _half_of_lines(lines: Floats) -> Floats:
-    """Return the parts of lines (k, 2, 2) with x >= 0, m."""
+    """Return the parts with x >= 0 of lines (k, 2, 2), m."""
     lines = lines[(lines[..., 0] > 0.0).any(axis=1)]
     a, b = lines[:, 0], lines[:, 1]
     for end, other in ((a, b), (b, a)):
@@ -117,7 +123,7 @@ def _triangulate(P: Floats, shape: Shape) -> Ints:
 
 
 def sharp_points(X: Floats, triangles: Ints) -> Floats:
-    """Return points (n, 3), m, of a closed surface at convex edges, tips and corners."""
+    """Return points (n, 3), m, on the convex edges, tips and corners of a closed surface."""
     corners = X[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
@@ -138,7 +144,11 @@ def sharp_points_in_section(X: Floats, triangles: Ints) -> Floats:
 
 
 def _sharp_items(X: Floats, at: Ints, normals: Floats, away: Floats) -> Floats:
-    """Return points of X (n, 3) around which normals (k, 3) of items `at` (k,) differ and all go `away` (k, 3)."""
+    """Return the points of X (n, 3), m, at which the normals of adjoining items differ by a convex angle.
+
+    `at` (k,) are the points of the items, `normals` (k, 3) their normals, `away` (k, 3) directions from the point into
+    each item.
+    """
     mean = np.stack([np.bincount(at, column, len(X)) for column in normals.T], axis=1)
     mean = mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
     least, behind = np.ones(len(X)), np.bincount(at, np.einsum("ki,ki->k", away, mean[at]), len(X))

@@ -1,4 +1,4 @@
-"""Rubber laws for closed-form theories."""
+"""Constants of rubber laws for closed-form theories."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def word_of(material: Any) -> str:
 
 
 def rubber_of(case: Case) -> Rubber:
-    """Return the law of the body of a case. Raises NotApplicable if there is no closed form for it."""
+    """Return the rubber law of a case's body. Raises NotApplicable if no closed form is known for its material."""
     material: Any = case.material
     if isinstance(material, NeoHookean | NeoHookeanIsochoric):
         return Rubber.neo_hookean(material.shear_modulus)

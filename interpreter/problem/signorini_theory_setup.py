@@ -1,4 +1,4 @@
-"""Setup of the Signorini problem: a bar that a rigid plane stops."""
+"""Setup of the Signorini problem of an elastic bar that a rigid plane stops."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ LOADS = "use at most one `traction(...)` along the bar, on the whole end that me
 
 
 def bar_of(case: Case) -> StoppedBar:
-    """Return the bar of a case. Raises NotApplicable if an assumption is violated."""
+    """Return the bar of a case. Raises NotApplicable if an assumption of the theory is violated."""
     touch, face = face_of(case)
     material, nu = case.material, float(case.material.poisson)
     if touch.thing.friction and nu:
@@ -84,7 +84,10 @@ def _load(case: Case, face: Face) -> float:
 
 
 def _root(face: Face, mirrors: set[tuple[int, int]]) -> Vector:
-    """Return the fixed point, m: the centre of the opposite face, or in its symmetry planes. Raises NotApplicable."""
+    """Return the point that does not move, m: the centre of the opposite face, or a point of its symmetry planes.
+
+    Raises NotApplicable.
+    """
     found = add_multiples(face.middle, (-face.thickness, face.normal))
     for way, end in mirrors:
         assert isinstance(face.body, Rectangular)

@@ -21,9 +21,9 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class View:
-    """Results of a solved model, or of a solved or read reference.
+    """Results of a model or a reference that metrics and reports use.
 
-    `displacement` is None without a displacement field: nothing was found, or only a surface was measured.
+    `displacement` is None without a displacement field, if nothing was found or only a surface was measured.
     """
 
     name: str

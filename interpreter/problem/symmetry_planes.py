@@ -1,4 +1,4 @@
-"""Checks of symmetry planes: requirements of `symmetric(...)` on its body, loads and rigid bodies."""
+"""Checks of symmetry planes: the body, loads and rigid bodies must be symmetric about each `symmetric(...)` plane."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ IN_PLANE = 1e-6  # relative to the body's extent: tolerance of points in a symme
 
 
 def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnostic | None:
-    """Return the error of a symmetry support without a plane normal to x, y or z, or with a body on both sides."""
+    """Return the error of a symmetry support whose plane is not normal to x, y or z, or cuts the body, or None."""
     thing, at = support.thing, support.at("where")
     if thing.normal is None:
         return diagnostic(
@@ -59,9 +59,9 @@ def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
 
 
 def led_fault(support: Declared, rigid: Declared, way: Declared) -> Diagnostic | None:
-    """Return the error of a rigid body that moves out of a symmetry plane that cuts it, or None.
+    """Return the error of a support `way` that moves a rigid body out of a symmetry plane that cuts it, or None.
 
-    Bodies from files and filled surfaces are not checked.
+    Rigid bodies from files and filled surfaces are not checked.
     """
     shape = rigid.thing.shape
     if support.thing.normal is None or not isinstance(way.thing, Displaced | Rotated) or shape.fault:
@@ -79,23 +79,23 @@ def led_fault(support: Declared, rigid: Declared, way: Declared) -> Diagnostic |
     if isinstance(way.thing, Displaced):
         does = "moves" if way.thing.imposed[across] else ""
     else:
-        does = "turns" if any(c for i, c in enumerate(way.thing.rotation) if i != across) else ""
+        does = "rotates" if any(c for i, c in enumerate(way.thing.rotation) if i != across) else ""
     if not does:
         return None
     return diagnostic("E582", way.at(), f"`{way.name}` {does} `{rigid.name}` across the plane of symmetry"
-                      f" `{support.name}`, which cuts it", "its mirror image goes the other way",
+                      f" `{support.name}`, which cuts the rigid body", "its mirror image moves the other way",
                       f"model the whole body: motion along {'xyz'[across]} is not symmetric")  # fmt: skip
 
 
 def start_fault(support: Declared, analysis: Declared) -> Diagnostic | None:
-    """Return the error of an initial velocity normal to a symmetry plane, or of a spin about an axis in it."""
+    """Return the error of an initial velocity normal to a symmetry plane, or of a spin about an axis in it, or None."""
     if support.thing.normal is None or not isinstance(analysis.thing, Dynamic):
         return None
     across, way = support.thing.normal[0], "xyz"[support.thing.normal[0]]
     if analysis.thing.velocity[across]:
         return diagnostic("E582", analysis.at("velocity"),
                           f"the initial velocity of `{analysis.name}` crosses the plane of symmetry `{support.name}`",
-                          f"along {way}; its mirror image goes the other way",
+                          f"along {way}; its mirror image moves the other way",
                           "give a velocity along the plane, or model the whole body: points of the plane do not "
                           f"move along {way}")  # fmt: skip
     if any(turn for i, turn in enumerate(analysis.thing.spin) if i != across):
@@ -107,7 +107,10 @@ def start_fault(support: Declared, analysis: Declared) -> Diagnostic | None:
 
 
 def point_doubt(support: Declared, load: Declared, bounds: Bounds | None) -> Diagnostic | None:
-    """Return a diagnostic for a point force on a symmetry plane: its normal part vanishes, the rest counts half."""
+    """Return a warning for a point force on a symmetry plane, or None.
+
+    Its normal component vanishes there, and its other components count half.
+    """
     normal, action = support.thing.normal, load.thing.action
     if normal is None or bounds is None or not action.points:
         return None
@@ -124,19 +127,19 @@ def point_doubt(support: Declared, load: Declared, bounds: Bounds | None) -> Dia
                       f"`{load.name}` acts in the plane of symmetry `{support.name}`, so half of it belongs to the "
                       "mirror image",
                       "shared with the mirror image",
-                      "give half of the force on the whole body, unless it is that already")  # fmt: skip
+                      "give half of the force on the whole body, or ignore this if it is half already")  # fmt: skip
 
 
 def _tolerance(points: Floats) -> float:
-    """Return the tolerance for points in a symmetry plane, m, of a body with these points (m, 3)."""
+    """Return the distance, m, within which points (m, 3), m, of a body count as in a symmetry plane."""
     return IN_PLANE * float((points.max(axis=0) - points.min(axis=0)).max())
 
 
 def must_not_act_on_plane(case: Case, acting: Declared, X: Floats, points: Floats) -> None:
-    """Refuse a load, an elastic foundation or a drain with a facet on a plane of symmetry.
+    """Refuse a load, an elastic foundation or a drain with a facet on a symmetry plane. Raises Fault.
 
-    X are the nodes (f, k, 3) of the facets that it takes, points (m, 3) those of the body, all in m. Such a facet is no
-    part of the surface of the whole body. Raises Fault.
+    X are the nodes (f, k, 3), m, of its facets, `points` (m, 3), m, those of the body. Such a facet is not part of the
+    surface of the full body.
     """
     for support in case.supports:
         if not isinstance(support.thing, Symmetric) or support.thing.normal is None or not len(X):
@@ -150,11 +153,11 @@ def must_not_act_on_plane(case: Case, acting: Declared, X: Floats, points: Float
 
 
 def must_not_act_on_axis(case: Case, acting: Declared, X: Floats, points: Floats, *, partly: bool = False) -> None:
-    """Refuse a load, an elastic foundation or a drain on the axis of a body of revolution, which has no area.
+    """Refuse a load, foundation or drain on the axis of a body of revolution, which has no area. Raises Fault.
 
-    X are the nodes (f, k, 3) of the facets that it takes, points (m, 3) those of the body, all in m. All of them lie
-    on the axis, or with `partly` some: what holds a value there acts on the body, what is integrated does not. Raises
-    Fault.
+    X are the nodes (f, k, 3), m, of its facets, `points` (m, 3), m, those of the body. The Fault is raised if all
+    facets lie on the axis, or with `partly` if some do: a prescribed value there acts on the body, whereas an integral
+    is zero.
     """
     if not case.depth or not len(X):
         return
@@ -167,9 +170,10 @@ def must_not_act_on_axis(case: Case, acting: Declared, X: Floats, points: Floats
 
 
 def must_not_turn_half(case: Case, load: Declared, X: Floats, points: Floats) -> None:
-    """Refuse a moment on facets with nodes X (f, k, 3) that meet a symmetry plane of a body with points (m, 3).
+    """Refuse a moment on facets that meet a symmetry plane. Raises Fault.
 
-    The half of a face that continues beyond the plane has a force, and no moment about its own centre. Raises Fault.
+    X are the nodes (f, k, 3), m, of its facets, `points` (m, 3), m, those of the body. A face that continues beyond the
+    plane transmits a force in each half, and no moment about the centre of the half.
     """
     for support in case.supports:
         if not isinstance(support.thing, Symmetric) or support.thing.normal is None:
@@ -184,9 +188,9 @@ def must_not_turn_half(case: Case, load: Declared, X: Floats, points: Floats) ->
 
 
 def must_lie_in_plane(case: Case, support: Declared, mesh: Mesh, nodes: Ints) -> None:
-    """Check that nodes (n,) of a symmetry support lie in its plane, with facets, and the mesh on one side of it.
+    """Check that the nodes (n,) of a symmetry support lie in its plane and form facets. Raises Fault.
 
-    Raises Fault.
+    The mesh must lie on one side of the plane.
     """
     if not isinstance(support.thing, Symmetric) or support.thing.normal is None:
         return

@@ -72,7 +72,7 @@ def _frame(axis: Vector3) -> tuple[Vector3, Vector3, Vector3]:
 
 
 def _route(tendon: TendonLoad, root: Vector3, frame: tuple[Vector3, Vector3, Vector3]) -> TendonRoute:
-    """Return a tendon in coordinates of the rod, from its end nearer to the clamp."""
+    """Return the route of a tendon in coordinates of the rod, from its end nearer to the clamp."""
     ends = []
     for point in (tendon.begin, tendon.end):
         away = [p - r for p, r in zip(point, root, strict=True)]
@@ -82,7 +82,7 @@ def _route(tendon: TendonLoad, root: Vector3, frame: tuple[Vector3, Vector3, Vec
 
 
 def _declared_section(shape: Any, frame: tuple[Vector3, Vector3, Vector3]) -> Disc | Ring | Rectangle:
-    """Return the declared section; for a box, with its height along the third vector of the frame."""
+    """Return the cross-section as declared; for a box, with its height along the third vector of the frame."""
     if isinstance(shape, Cylinder):
         return Disc(shape.radius)
     if isinstance(shape, Tube):
@@ -92,14 +92,14 @@ def _declared_section(shape: Any, frame: tuple[Vector3, Vector3, Vector3]) -> Di
 
 
 def _stiffness(case: Case, frame: Any) -> tuple[float, float, float, float, float, float]:
-    """Return EA, GA2, GA3, GJ, EI2 and EI3, independent of the section that models compute with."""
+    """Return the section stiffnesses EA, GA2, GA3, GJ, EI2 and EI3, independent of the section that models use."""
     return section_stiffness(_declared_section(case.shape, frame), case.material.young, case.material.poisson)
 
 
 def section_stiffness(
     section: Disc | Ring | Rectangle, E: float, nu: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Return EA, GA2, GA3, GJ, EI2 and EI3 of a section, whose height lies along its second axis."""
+    """Return the stiffnesses EA, GA2, GA3, GJ, EI2 and EI3 of a section, whose height lies along its second axis."""
     G = E / (2.0 * (1.0 + nu))
     shear = section.shear_factor(nu) * G * section.area
     about_2, about_3, J = section.second_moment, section.second_moment, 2.0 * section.second_moment
@@ -110,7 +110,10 @@ def section_stiffness(
 
 
 def _torsion(height: float, width: float) -> float:
-    """Return J of a rectangle, m^4: Saint-Venant's series (Timoshenko and Goodier 1970, section 109)."""
+    """Return the torsion constant J of a rectangle, m^4, by Saint-Venant's series.
+
+    Source: Timoshenko and Goodier 1970, section 109.
+    """
     a, b = max(height, width), min(height, width)
     odd = range(1, 200, 2)
     series = sum(math.tanh(n * math.pi * a / (2.0 * b)) / n**5 for n in odd)

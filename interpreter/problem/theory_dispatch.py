@@ -1,4 +1,4 @@
-"""Dispatch of theories: the problem that each reference solves, and its results."""
+"""Dispatch of references to their theories: the problem that each reference solves, and its results."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ DRY = "its body is not poroelastic", "use the material `biphasic(LAW, permeabili
 
 
 class Theory(Protocol):
-    """Solution of a reference."""
+    """Protocol of the solution of a theory, as a reference uses it."""
 
     @property
     def estimated_error(self) -> float:
-        """Estimated displacement error of any point, m."""
+        """Estimated displacement error at any point, m."""
 
     @property
     def displacement(self) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-        """Displacement field: maps undeformed points (n, 3) to (n, 3), m."""
+        """Displacement field: maps undeformed points (n, 3), m, to displacements (n, 3), m."""
 
 
 def problem_of(reference: Declared, case: Case) -> Any:
-    """Return the problem that a reference solves. Raises Fault if an assumption of it is violated."""
+    """Return the problem that a reference solves. Raises Fault if an assumption of its theory is violated."""
     if any(getattr(material, "directed", False) for material in case.materials):
         from softmark.interpreter.problem.anisotropy_limits import must_be_isotropic
 
@@ -68,7 +68,7 @@ def problem_of(reference: Declared, case: Case) -> Any:
 
 
 def _problem(reference: Declared, case: Case) -> Any:
-    """Return the problem that a reference solves. Raises NotApplicable."""
+    """Return the problem that a reference solves. Raises NotApplicable if an assumption is violated."""
     match reference.thing.about:
         case "torsion":
             from softmark.interpreter.problem.torsion_theory_setup import cylinder_of
@@ -124,7 +124,7 @@ def _problem(reference: Declared, case: Case) -> Any:
 
 
 def solve_theory(reference: Declared, case: Case) -> Theory:
-    """Solve a reference. Raises Fault, and any error of the solution."""
+    """Solve the problem of a reference. Raises Fault, and any error of the theory's solver."""
     problem = problem_of(reference, case)
     try:
         found: Theory = reference.thing.solve(problem)
@@ -165,7 +165,7 @@ def at_rest_of(reference: Declared, case: Case, found: Theory) -> EquilibriumFor
 
 
 def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
-    """Return the stress field of a theory, as for a model; None if it has none."""
+    """Return the stress field of a theory in the form that models use; None if it has none."""
     if not reference.thing.with_stress:
         return None
     own: Any = found
@@ -182,7 +182,7 @@ def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
 
 
 def doubt_of_theory(reference: Declared, found: Theory) -> str | None:
-    """Return why the theory is not exact for the loaded body, or None."""
+    """Return why the theory is inaccurate for the loaded body, or None."""
     if reference.thing.about in POROUS:
         from softmark.interpreter.problem import porous_theory_setup
 
@@ -199,7 +199,7 @@ def doubt_of_theory(reference: Declared, found: Theory) -> str | None:
 
 
 def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:
-    """Return the facts of a theory for the report, besides its error."""
+    """Return the facts about a theory's solution for the report, except its error."""
     own: Any = found
     if reference.thing.about == "inflation":
         limit = own.limit

@@ -1,4 +1,4 @@
-"""Setup of the theory of torsion of a cylinder, and the forces that it gives."""
+"""Setup of the theory of torsion of a cylinder, and the forces of the theory."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def cylinder_of(case: Case) -> TwistedCylinder:
 
 
 def _ends(case: Case) -> tuple[int, Rotated]:
-    """Return the held end, 0 the root, and the rotation of the other. Raises NotApplicable."""
+    """Return the held end (0 is the root), and the rotation of the other end. Raises NotApplicable."""
     found: dict[int, object] = {}
     for support in case.supports:
         thing = support.thing
@@ -61,7 +61,7 @@ def _ends(case: Case) -> tuple[int, Rotated]:
 
 
 def torsion_forces(case: Case, cylinder: TwistedCylinder) -> EquilibriumForces:
-    """Return the forces of the theory."""
+    """Return the reaction forces and moments of the theory."""
     found, none = {}, (0.0, 0.0, 0.0)
     for support in case.supports:
         turned = isinstance(support.thing, Rotated)

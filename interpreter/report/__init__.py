@@ -7,10 +7,11 @@
     comparison   page and terminal table of `dsl compare`
     robustness   page and terminal table of `dsl robustness`
     leaderboard  site of `dsl board`
-    notebook     boxes for Jupyter
+    notebook     display of results in Jupyter notebooks
     exam_export  models and expected results for other programs
     files        JSON, HTML, JUnit and ParaView files
 
-To add a section to a run: a file with `section_of(findings) -> str` ("" if it has nothing to show) in `run/tables` or
-`run/figures`, and a line in `SECTIONS` of `run/report_page.py`.
+To add a section to the report of a run, write a file in `run/tables` or `run/figures` with a function
+`section_of(findings) -> str`, which returns "" if there is nothing to show. Then add a line in `SECTIONS` of
+`run/report_page.py`.
 """

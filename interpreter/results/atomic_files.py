@@ -1,7 +1,7 @@
 """Atomic writing of files, never through a symbolic link.
 
-Each file is written under a temporary name in its folder and then renamed: nobody reads half a file, and a link in a
-foreign folder is replaced, while the file that it leads to stays unchanged.
+Each file is written under a temporary name in its folder and then renamed, so nobody reads an incomplete file. A
+symbolic link is replaced, and the file that it points to stays unchanged.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ parts: set[str] = set()  # temporary files in use, removed if a signal ends the 
 
 
 def replace(path: Path, content: str | bytes) -> Path:
-    """Write a file in place of an existing file, link or pipe of that name. Raises OSError."""
+    """Write a file, replacing an existing file, link or pipe of that name. Raises OSError."""
     with replace_atomically(path) as part:
         part.write_bytes(_encoded(content))
     return path
 
 
 def write_named(path: Path, content: str | bytes) -> Path:
-    """Write to a path of the command line, also to a device or a pipe such as /dev/stdout. Raises OSError."""
+    """Write to a path from the command line, which may be a device or a pipe such as /dev/stdout. Raises OSError."""
     if path.exists() and not path.is_file():
         path.write_bytes(_encoded(content))
         return path
@@ -32,7 +32,7 @@ def write_named(path: Path, content: str | bytes) -> Path:
 
 @contextmanager
 def replace_atomically(path: Path) -> Iterator[Path]:
-    """Yield a temporary path with the same ending, which replaces the file when the block ends. Raises OSError."""
+    """Yield a temporary path with the same suffix, which replaces `path` when the block ends. Raises OSError."""
     handle, temporary = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
     os.close(handle)
     parts.add(temporary)
@@ -48,7 +48,7 @@ def replace_atomically(path: Path) -> Iterator[Path]:
 
 
 def folder_within(folder: Path, *inner: str) -> Path:
-    """Create a folder below another; no folder in between may be a symbolic link. Raises OSError."""
+    """Create and return a folder below `folder`; no folder in between may be a symbolic link. Raises OSError."""
     folder.mkdir(parents=True, exist_ok=True)
     for name in inner:
         folder = folder / name
@@ -58,7 +58,7 @@ def folder_within(folder: Path, *inner: str) -> Path:
 
 
 def refuse_link(path: Path) -> None:
-    """Refuse a path that is a symbolic link, since writing would change another file. Raises OSError."""
+    """Raise OSError if a path is a symbolic link, since writing through it would change another file."""
     if path.is_symlink():
         raise OSError(None, f"{path} is a symbolic link")
 
@@ -68,7 +68,7 @@ def _encoded(content: str | bytes) -> bytes:
 
 
 def _umask() -> int:
-    """Return the permissions that new files do not get; mkstemp gives only the owner's."""
+    """Return the file mode creation mask (umask): mkstemp would otherwise give access only to the owner."""
     mask = os.umask(0)
     os.umask(mask)
     return mask

@@ -1,4 +1,4 @@
-"""Declared names of a scene in its report, with the metrics that the scene is about."""
+"""Declared names of a scene in its report, with the metrics that its expectations name."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class DeclaredName:
-    """Declaration: `word` is its constructor, `line` its line in the scene's text."""
+    """Declared name: `word` is its constructor, `line` the line number in the scene's text."""
 
     kind: str  # model, probe, body ...
     word: str = ""
@@ -27,8 +27,9 @@ class DeclaredName:
 class DeclaredNames:
     """Declared names of a scene in the order of its text.
 
-    `expected` are the metrics of models in the order in which expectations name them; reports show these first, as the
-    purpose of the scene. `down` is the direction of gravity.
+    `expected` are the model metrics in the order in which expectations name them; reports show these first, as the
+    purpose
+    of the scene. `down` is the direction of gravity.
     """
 
     declared: Mapping[str, DeclaredName] = field(default_factory=dict)
@@ -36,5 +37,5 @@ class DeclaredNames:
     down: tuple[float, float, float] = (0.0, 0.0, -1.0)
 
     def of_kind(self, kind: str) -> list[str]:
-        """Return the names of a kind."""
+        """Return the names that are declared with a kind, such as `model`."""
         return [name for name, known in self.declared.items() if known.kind == kind]

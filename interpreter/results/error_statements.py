@@ -1,4 +1,4 @@
-"""Statements of models about the error of their own results."""
+"""Error estimates that models state for their own results."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from softmark.records import dataclass
 class StatedError(JsonRecord):
     """Error that a model states for one quantity: the sum of its parts, or None with the reason.
 
-    `doubts` are codes of warnings that the result may be inaccurate.
+    `doubts` are the codes of warnings that the result may be inaccurate.
     """
 
     SELDOM: ClassVar[tuple[str, ...]] = ("unit",)

@@ -1,4 +1,4 @@
-"""Records as JSON: conversion of dataclasses to plain JSON values and back."""
+"""Conversion of records (dataclasses) to plain JSON values and back."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Json = Mapping[str, Any]  # JSON object as read from a file
 
 
 def to_plain_json(value: Any) -> Any:
-    """Convert records, numpy values and their containers to plain JSON; a number that is not finite becomes None."""
+    """Return records, numpy values and their containers as plain JSON values; non-finite numbers become None."""
     if isinstance(value, Mapping):
         return {str(k): to_plain_json(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
@@ -24,12 +24,12 @@ def to_plain_json(value: Any) -> Any:
 
 
 def list_reader(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """Return a reader of a list, from the reader of its items."""
+    """Return a function that reads a JSON list, given the function that reads its items."""
     return lambda values: tuple(map(read, values))
 
 
 def mapping_reader(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """Return a reader of an object, from the reader of its values."""
+    """Return a function that reads a JSON object, given the function that reads its values."""
     return lambda values: {name: read(value) for name, value in values.items()}
 
 
@@ -37,7 +37,8 @@ class JsonRecord:
     """Dataclass whose fields are the entries of a JSON object, in their order.
 
     `READ` has readers for entries that need conversion, `NAMED` the JSON names that differ from field names, and
-    `SELDOM` the fields that are left out if they are None, False or (). A class with another form overrides `entries`.
+    `SELDOM`
+    the fields that are left out if they are None, False or (). A class with another form overrides `entries`.
     """
 
     READ: ClassVar[Mapping[str, Callable[[Any], Any]]] = {}
@@ -45,18 +46,21 @@ class JsonRecord:
     SELDOM: ClassVar[tuple[str, ...]] = ()
 
     def entries(self) -> Mapping[str, object]:
-        """Return the values to write, by name."""
+        """Return the values to write, by JSON name."""
         own = {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
         said = {n: v for n, v in own.items() if n not in self.SELDOM or not (v is None or v is False or v == ())}
         return {self.NAMED.get(n, n): v for n, v in said.items()}
 
     def to_json(self) -> dict[str, Any]:
-        """Return the entries as plain values."""
+        """Return the entries as plain JSON values."""
         return {name: to_plain_json(value) for name, value in self.entries().items()}
 
     @classmethod
     def from_json(cls, values: Json) -> Self:
-        """Read a record from its entries: a missing or null entry gets its default, an unknown one is ignored."""
+        """Return the record with these JSON entries.
+
+        A missing or null entry gets its default; an unknown entry is ignored.
+        """
         found = {}
         for f in fields(cls):  # type: ignore[arg-type]
             value = values.get(cls.NAMED.get(f.name, f.name))

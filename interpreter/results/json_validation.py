@@ -1,6 +1,7 @@
-"""Validation of JSON from a file against the form that its readers expect, with the first misfit in words.
+"""Validation of JSON from a file against the form that its readers expect.
 
-A form is one or several types, a list with the form of its items, or a dictionary of forms by key, with `*` for any
+The first mismatch is reported. A form is one or several types, a list with the form of its items, or a dictionary of
+forms by key, with `*` for any
 other key and `!` after required keys. Null is accepted for everything optional.
 """
 
@@ -48,7 +49,10 @@ ENTRIES: Mapping[str, Form] = {
 
 
 def find_misfit(value: Any, form: Any, place: str = "") -> str | None:
-    """Return the first part that does not fit a form, `models.a.metrics is a list`; None if everything fits."""
+    """Return a message about the first mismatch, `models.a.metrics is a list`; None if the value has the form.
+
+    `place` is the path of the value in the file.
+    """
     if isinstance(form, list):
         return _of_list(value, form[0], place)
     if isinstance(form, Mapping):
@@ -59,7 +63,7 @@ def find_misfit(value: Any, form: Any, place: str = "") -> str | None:
 
 
 def _is_number(value: Any) -> bool:
-    """Return whether a value is a finite number that a float can hold, and not a boolean."""
+    """Return whether a value is a finite number within the range of float, and not a boolean."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
     return math.isfinite(value) if isinstance(value, float) else abs(value) < 2**63
@@ -89,12 +93,12 @@ def _of_object(value: Any, form: Mapping[str, Any], place: str) -> str | None:
 
 
 def _under(place: str, key: str) -> str:
-    """Return the path of a part, with long keys shortened, since keys come from the file."""
+    """Return the path of the entry `key` at `place`; long keys are shortened, since they come from the file."""
     short = key if len(key) <= 40 else f"{key[:40]}…"
     return f"{place}.{short}" if place else short
 
 
 def describe_type(value: Any) -> str:
-    """Return the type of a JSON value in words: `a list`."""
+    """Return the type of a JSON value in words, such as `a list`."""
     words = {bool: "true or false", int: "a number", float: "a number", str: "a text", list: "a list"}
     return words.get(type(value), "null" if value is None else "an object")

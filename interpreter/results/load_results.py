@@ -1,4 +1,4 @@
-"""Results of a load in the report: its resultant on the mesh, and the one that the scene asks for."""
+"""Results of a load in the report: its resultant on the mesh, and its exact resultant on the body."""
 
 from __future__ import annotations
 
@@ -14,19 +14,22 @@ Vector = tuple[float, float, float]
 
 
 def to_vector(v: Iterable[float]) -> Vector:
-    """Return three numbers of an array as Python floats."""
+    """Return an array of three numbers as a tuple of Python floats."""
     x, y, z = (float(c) for c in v)
     return x, y, z
 
 
 @dataclass(frozen=True)
 class Resultant(JsonRecord):
-    """Force, N, and moment about the origin, N m, of one load at full size, undeformed, and its area, m^2.
+    """Resultant of one load at full size on the undeformed mesh.
 
-    `exact_force` is the force on the exact body, None for a mesh from a file; `exact_moment` the moment, for loads
-    whose place is fully known. A line load has its `length`, m. `share` is the selected part of the requested area.
-    `remainder` is the area that may or may not belong to the selection; `leaning` the area selected because a flat
-    facet represents a curved surface that no file contains (see `deviation`).
+    It consists of `force`, N, `moment` about the origin, N m, and loaded `area`, m^2. `exact_force` is the force on the
+    exact body, None for a mesh from a file. `exact_moment` is the moment on the exact
+    body, for loads whose points of action are fully known. A line load has its `length`, m. `share` is the selected
+    part of
+    the requested area. `remainder` is the area that may or may not belong to the selection, m^2. `leaning` is the area,
+    m^2,
+    that is selected because flat facets represent a curved surface that no file contains (see `deviation`).
     """
 
     SELDOM: ClassVar[tuple[str, ...]] = ("exact_moment", "length")
@@ -43,5 +46,5 @@ class Resultant(JsonRecord):
 
     @property
     def missing(self) -> float:
-        """Possible relative error of the load."""
+        """Possible relative error of the load, due to the selection of its area."""
         return abs(1.0 - self.share) + (self.remainder / self.area if self.area else 0.0)

@@ -17,7 +17,7 @@ KEPT = 2000  # maximum number of stored states; of more steps only every second,
 
 @dataclass(frozen=True)
 class History:
-    """Time history of a dynamic analysis at t accepted times, the first being the start."""
+    """Time history of a dynamic analysis at t accepted times; the first is the start of the motion."""
 
     times: NDArray[np.float64]  # (t,) s
     displacement: Callable[[NDArray[np.float64]], NDArray[np.float64]]  # (n, 3) -> (t, n, 3), m

@@ -1,6 +1,6 @@
-"""One-line representations of a report and its parts for a prompt, a debugger and a log, without arrays.
+"""One-line representations of a report and its parts for prompts, debuggers and logs, without arrays.
 
-The functions take objects of any class: the classes import this module.
+The functions accept objects of any class, because the classes of results import this module.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def represent_report(report: Any) -> str:
 
 
 def _group_by_status(noun: str, results: Mapping[str, Any]) -> list[str]:
-    """Return for each status its results by name."""
+    """Return one text for each status, with the names of the results that have it."""
     ends: dict[str, list[str]] = {}
     for name, result in results.items():
         ends.setdefault(_status_text(result), []).append(name)
@@ -33,7 +33,7 @@ def _group_by_status(noun: str, results: Mapping[str, Any]) -> list[str]:
 
 
 def _status_text(result: Any) -> str:
-    """Return the status of a result, as text, and whether cells are inverted."""
+    """Return the status of a result as text, with a remark if cells are inverted."""
     return f"{result.status} with inverted cells" if getattr(result, "inverted", 0) else str(result.status)
 
 
@@ -74,13 +74,13 @@ def represent_curve(curve: Any) -> str:
 
 
 def shorten(words: str) -> str:
-    """Put words on one line and shorten it."""
+    """Return text on a single line, shortened if it is long."""
     words = " ".join(words.split())
     return words if len(words) <= SHOWN else f"{words[: SHOWN - 1]}…"
 
 
 def join_names(names: Sequence[str]) -> str:
-    """Return the first names and the number of the others."""
+    """Return the first names and the number of further names, as text."""
     more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
     return ", ".join(names[:NAMED]) + more
 

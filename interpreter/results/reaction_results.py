@@ -1,4 +1,4 @@
-"""Results of supports and contacts in the report: selection, force and moment, contact pressure and friction."""
+"""Results of supports and contacts in the report: selected part, force, moment, contact pressure and friction."""
 
 from __future__ import annotations
 
@@ -19,9 +19,13 @@ if TYPE_CHECKING:
 class Reaction(JsonRecord):
     """Reaction of a support at static equilibrium: force, N, and moment about the origin, N m.
 
-    `own_moment` is the moment about `at`, the centre of the supported part, m: deformed, or undeformed at small strain.
-    `shared` names the supports that also hold some of that part, and `shared_force` is the reaction there. It counts
-    for the support that comes first in the scene, so that the sum over all supports is the reaction of the body.
+    `own_moment` is the moment about `at`, the centre of the supported part, m: in the deformed shape, or in the
+    undeformed
+    shape at small strain. `shared` names the supports that also hold some of that part, and `shared_force` is the
+    reaction
+    there, N. The shared force counts for the support that comes first in the scene, so that the sum over all supports
+    is
+    the reaction of the body.
     """
 
     force: Vector
@@ -32,7 +36,7 @@ class Reaction(JsonRecord):
     shared_force: Vector = (0.0, 0.0, 0.0)
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries, with the point of the moment, and with shared forces only if there are some."""
+        """Return the JSON entries: force, moments and their point, and shared forces if there are any."""
         own = {"force": self.force, "moment": self.moment, "about": (0.0, 0.0, 0.0), "at": self.at,
                "own_moment": self.own_moment}  # fmt: skip
         return own | ({"shared": self.shared, "shared_force": self.shared_force} if self.shared else {})
@@ -40,10 +44,11 @@ class Reaction(JsonRecord):
 
 @dataclass(frozen=True)
 class SupportResult(JsonRecord):
-    """Support in the report: the share of its selection that the mesh holds, and its reaction.
+    """Result of a support in the report: the supported area relative to its selection, and its reaction.
 
-    `held` is None without a mesh; `beyond` is the share held outside the selection. `reason` is why the reaction is
-    unknown.
+    `held` is the fraction of the selected area that the mesh supports; None without a mesh. `beyond` is the area
+    supported
+    outside the selection, as a fraction of the selected area. `reason` is the reason why the reaction is unknown.
     """
 
     held: float | None
@@ -52,7 +57,7 @@ class SupportResult(JsonRecord):
     reason: str | None
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries with the reaction, and the shares if there are any."""
+        """Return the JSON entries: the reaction, and the fractions `held` and `beyond` if they are known."""
         shares = {} if self.held is None else {"held": self.held} | ({"beyond": self.beyond} if self.beyond else {})
         carried = {"force": None, "moment": None, "reason": self.reason}
         return {**shares, **(carried if self.reaction is None else self.reaction.entries())}
@@ -60,11 +65,13 @@ class SupportResult(JsonRecord):
 
 @dataclass(frozen=True)
 class ContactNumbers(JsonRecord):
-    """Contact in numbers: area under pressure, m^2, largest pressure, Pa, and smallest gap, m.
+    """Contact results as numbers: area under pressure, m^2, largest pressure, Pa, and smallest gap, m.
 
-    The gap is None if unknown: in self-contact, no parts of the surface face each other. Area and pressure are
-    deformed, or undeformed at small strain. `left` is the mean gap that the barrier leaves where there is pressure, m;
-    `field` has pressures and gaps at points; `rubbing` is the result of friction, if any.
+    The gap is None if no parts of the surface face each other, which is possible in self-contact. Area and pressure
+    refer
+    to the deformed surface, or to the undeformed surface at small strain. `left` is the mean gap that the barrier
+    leaves at
+    points with pressure, m. `field` has pressures and gaps at points. `rubbing` is the result of friction, if any.
     """
 
     area: float
@@ -75,17 +82,19 @@ class ContactNumbers(JsonRecord):
     rubbing: Friction | None = None
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries without the field."""
+        """Return the JSON entries, without `field`."""
         own = {"area": self.area, "pressure": self.pressure, "gap": self.gap, "left": self.left}
         return own | ({} if self.rubbing is None else {"friction": self.rubbing})
 
 
 @dataclass(frozen=True)
 class Friction(JsonRecord):
-    """Result of friction in a contact.
+    """Friction results of a contact.
 
-    `slip` is the largest sliding distance of a node under pressure, m, `sticks` the share of the pressing forces in
-    sticking contact, `area` the undeformed area there, m^2, and `work` the heat dissipated in this state only, J.
+    `slip` is the largest sliding distance of a node under pressure, m. `sticks` is the fraction of the normal contact
+    forces that acts at sticking points. `area` is the undeformed sticking area, m^2. `work` is the heat dissipated in
+    this
+    state only, J.
     """
 
     slip: float
@@ -96,11 +105,13 @@ class Friction(JsonRecord):
 
 @dataclass(frozen=True)
 class ContactResult(JsonRecord):
-    """Contact in the report: its numbers, and its force and moment on the deformable body.
+    """Result of a contact in the report: its numbers, and its force and moment on the deformable body.
 
-    `overlap` is the depth to which facets cut into the rigid body between their nodes, m; None if unknown. `taken` is
-    the area of the facets that may touch relative to the selected area; None if everything is selected. `beyond` is the
-    contact force over area times largest pressure, if a coarse mesh makes it exceed 1.
+    `overlap` is the largest penetration depth of facets between their nodes, m; None if unknown. `taken` is the area of
+    the
+    facets that may touch relative to the selected area; None if everything is selected. `beyond` is the contact force
+    over
+    the product of area and largest pressure, if a coarse mesh makes it exceed 1.
     """
 
     touch: ContactNumbers
@@ -110,57 +121,62 @@ class ContactResult(JsonRecord):
     beyond: float | None = None
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries of numbers, force and moment."""
+        """Return the JSON entries: contact numbers, penetration, force and moment."""
         known = {"taken": self.taken, "beyond": self.beyond}
         own = {"overlap": self.overlap} | {name: value for name, value in known.items() if value is not None}
         return {**self.touch.entries(), **own, **self.reaction.entries()}
 
 
 class PressedSurface(Protocol):
-    """Surface of a body with its contact pressures."""
+    """Interface of a body surface with contact pressures."""
 
     def pressures(self, X: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return pressures (n,), Pa, at material points X (n, 3), m; NaN at points off the surface."""
 
     @property
     def at_nodes(self) -> Mapping[str, NDArray[np.float64]]:
-        """Return `pressure`, Pa, and `gap`, m, at all nodes of the mesh (n,): zero and NaN off the surface.
+        """Return `pressure`, Pa, and `gap`, m, at all nodes of the mesh (n,); off the surface they are zero and NaN.
 
-        With friction also `slip`, m, and `sticks`: 1 for sticking, -1 for sliding, 0 without pressure.
+        With friction there are also `slip`, m, and `sticks`: 1 for sticking, -1 for sliding, 0 without pressure.
         """
 
 
 class ContactHistory(Protocol):
-    """Contact results over time."""
+    """Interface of contact results over time."""
 
     def states(self, surface: bool) -> tuple[NDArray[np.float64], Iterator[EquilibriumForces]]:
-        """Return times (t,), s, with the result at each: all times, or only those with a known surface."""
+        """Return times (t,), s, and an iterator over the forces at each time.
+
+        With `surface`, only the times at which the surface is known are included.
+        """
 
 
 class Fluid(Protocol):
-    """Fluid in a porous body."""
+    """Interface of the results of the fluid in a porous body."""
 
     @property
     def outflows(self) -> Mapping[str, float]:
-        """Return the volume that has left through each permeable support, by name, m^3."""
+        """Return the fluid volume that has left through each permeable support, m^3, by name."""
 
     @property
     def pressures(self) -> tuple[float, float]:
-        """Return the smallest and the largest pressure in the body, Pa."""
+        """Return the smallest and the largest fluid pressure in the body, Pa."""
 
     def pressure(self, point: tuple[float, float, float]) -> float:
-        """Return the pressure at a material point (m), Pa."""
+        """Return the fluid pressure at a material point (coordinates in m), Pa."""
 
 
 @dataclass(frozen=True)
 class EquilibriumForces:
     """Forces at static equilibrium: reactions and works of loads by name, and the strain energy, J.
 
-    In a dynamic analysis it holds the final state, and `followed` holds contact results at earlier times.
+    In a dynamic analysis they are those of the final state, and `followed` holds contact results at earlier times.
 
-    The work of a load at full size is None if it depends on the path. `acting` is the largest load (by its nodal
-    forces) or reaction, N; `moved` the largest nodal displacement, and `extent` the size of the body, m. `reason` is
-    why nothing is known beyond the listed reactions.
+    The work of a load at full size, J, is None if it depends on the path. `acting` is the largest nodal force of a load
+    or
+    the largest reaction, N; `moved` is the largest nodal displacement, m; `extent` is the size of the body, m. If only
+    the
+    listed reactions are known, `reason` says why.
     """
 
     reactions: Mapping[str, Reaction] = field(default_factory=dict)

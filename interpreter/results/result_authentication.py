@@ -1,8 +1,9 @@
-"""Authentication of saved results that a later run reuses: HMAC-SHA-256 with a key that only this user can read.
+"""Authentication of saved results that a later run reuses, by HMAC-SHA-256 with a private key of the user.
 
-A foreign folder may contain forged results, which would decide what the next run reports. Results without the user's
-own code are computed again. The key is stored only in the user's cache folder; without such a folder a process trusts
-only its own results. Source: RFC 2104.
+A folder from someone else may contain forged results, which would decide what the next run reports. Results without the
+authentication code of this user are computed again. The key is stored only in the user's cache folder; without such a
+folder a process trusts only its own results.
+Source: RFC 2104.
 """
 
 from __future__ import annotations
@@ -22,12 +23,12 @@ SIZE = 32  # bytes of the key
 
 
 def code_of(purpose: str, data: bytes) -> str:
-    """Return the authentication code of data for a purpose, as hexadecimal digits; the key is created if missing."""
+    """Return the authentication code of data for a purpose, as hexadecimal digits; a missing key is created."""
     return _code(_key() or _make_key() or _unkept_key(), purpose, data)
 
 
 def is_authentic(purpose: str, data: bytes, code: str) -> bool:
-    """Return whether a code is that of this user for the data and the purpose."""
+    """Return whether `code` is the authentication code of this user for the data and the purpose."""
     known = _code(_key() or _unkept_key(), purpose, data)
     return hmac.compare_digest(known.encode(), code.encode(errors="replace"))
 
@@ -37,7 +38,7 @@ def _code(key: bytes, purpose: str, data: bytes) -> str:
 
 
 def key_file() -> Path | None:
-    """Return the path of the key; None if there is no absolute home or cache folder."""
+    """Return the path of the key file; None if there is no absolute home or cache folder."""
     root = os.environ.get("XDG_CACHE_HOME", "")
     if not os.path.isabs(root):
         root = os.path.join(os.path.expanduser("~"), ".cache")
@@ -45,7 +46,7 @@ def key_file() -> Path | None:
 
 
 def _key() -> bytes | None:
-    """Return the key, if its file belongs to this user and nobody else may read or write it."""
+    """Return the key; None unless its file belongs to this user and nobody else may read or write it."""
     file = key_file()
     flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
     if file is None:
@@ -64,7 +65,10 @@ def _key() -> bytes | None:
 
 
 def _make_key() -> bytes | None:
-    """Create a key and return it, or the one that another process made at the same time; None if none can be kept."""
+    """Create a key file and return its key; None if no file can be written.
+
+    If another process created the file at the same time, its key is returned.
+    """
     file = key_file()
     if file is None:
         return None
@@ -86,5 +90,5 @@ def _make_key() -> bytes | None:
 
 @cache
 def _unkept_key() -> bytes:
-    """Return a key that lasts only for this process."""
+    """Return a random key that is not stored and lasts only for this process."""
     return secrets.token_bytes(SIZE)

@@ -1,7 +1,7 @@
-"""Report of a run; its parts are plain values and numpy arrays.
+"""Report of a run, whose parts are plain values and numpy arrays.
 
 `Report.to_json` has the form of the contract `softmark-report/1`: SI numbers, and null with a reason where there is no
-value. NaN is refused when a part is made, and is finally replaced by null.
+value. NaN is refused when a part is made; any NaN that is left is written as null.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ SCHEMA = "softmark-report/1"
 
 @dataclass(frozen=True)
 class Timing:
-    """Seconds of several runs of the same work, compilation excluded.
+    """Computing times of several runs of the same work, s, without compilation.
 
     For work of an external program, `basis` names the clock, and `most` is true if the time is only an upper bound.
     """
@@ -41,17 +41,17 @@ class Timing:
 
     @property
     def median(self) -> float:
-        """Median of all runs, s."""
+        """Median time of all runs, s."""
         ordered, middle = sorted(self.seconds), len(self.seconds) // 2
         return ordered[middle] if len(ordered) % 2 else 0.5 * (ordered[middle - 1] + ordered[middle])
 
     @property
     def runs(self) -> int:
-        """Number of runs."""
+        """Number of timed runs."""
         return len(self.seconds)
 
     def to_json(self) -> dict[str, float | int | str]:
-        """Return median, minimum, maximum and number of runs, and the clock if it is not ours."""
+        """Return median, minimum, maximum and number of runs, and the clock of an external program."""
         own: dict[str, float | int | str] = {
             "median": self.median,
             "min": min(self.seconds),
@@ -65,10 +65,11 @@ class Timing:
 
 @dataclass(frozen=True)
 class ProbeResult:
-    """Displacements (n, 3) in m of the material points (n, 3), given by their undeformed position in m.
+    """Displacements (n, 3), m, at material points (n, 3), which are given by their undeformed positions, m.
 
-    In a dynamic analysis `displacement` is that of the end, and `course` (t, n, 3) that of all `times` (t,) in s.
-    A probe of a surface has `triangles` (k, 3) over its points.
+    In a dynamic analysis `displacement` is that at the end, and `course` (t, n, 3) that at all `times` (t,), s. A probe
+    of
+    a surface has `triangles` (k, 3) over its points.
     """
 
     points: NDArray[np.float64]
@@ -87,7 +88,7 @@ class ProbeResult:
         return result
 
     def to_json(self) -> dict[str, Any]:
-        """Return nested lists, with the displacements of all times if there are several."""
+        """Return the arrays as nested lists, with the displacements of all times if there are several."""
         own: dict[str, Any] = {"points": self.points.tolist()}
         if self.course is not None and self.times is not None:
             return {**own, "displacement": self.course.tolist(), "times": self.times.tolist()}
@@ -97,11 +98,14 @@ class ProbeResult:
 
 @dataclass(frozen=True)
 class SurfaceField:
-    """Scalar of stress, strain or contact that a metric asks for, at the points of a model's drawn surface.
+    """Scalar field of stress, strain or contact at the points of a model's drawn surface, requested by a metric.
 
     `values` (n,) in `unit` are those of the last time, or None with the `reason`. `size` is the typical magnitude of
-    the tensor in the body, `apart` the share of points around which cells disagree (W387), `limitless` the share of the
-    surface without a limit (W388). `partly` is true if it is nonzero only on a part of the surface.
+    the
+    tensor in the body. `apart` is the fraction of points around which cells disagree (W387). `limitless` describes the
+    place of a singularity, where values do not converge (W388). `partly` is true if the field is nonzero only on a part
+    of
+    the surface.
     """
 
     words: str  # `stress xx, cauchy`
@@ -117,10 +121,10 @@ class SurfaceField:
 
 @dataclass(frozen=True)
 class DrawnRigidBody:
-    """Surface of a rigid body next to a deformable one, as declared: X (n, 3) m, `triangles` (k, 3).
+    """Surface of a rigid body next to a deformable one: declared points X (n, 3), m, and `triangles` (k, 3).
 
-    Its position at each time or state i is turns[i] X + shifts[i]: `turns` (t, 3, 3) and `shifts` (t, 3), m; t is 1 if
-    nothing moves.
+    The points at time or state i are turns[i] X + shifts[i], with rotations `turns` (t, 3, 3) and translations `shifts`
+    (t, 3), m; t is 1 if the body does not move.
     """
 
     name: str
@@ -130,23 +134,24 @@ class DrawnRigidBody:
     shifts: NDArray[np.float64]
 
     def at(self, i: int) -> NDArray[np.float64]:
-        """Return the positions of its points (n, 3) at a time, m; -1 is the last."""
+        """Return the positions of the points (n, 3), m, at time or state i; -1 is the last."""
         found: NDArray[np.float64] = self.X @ self.turns[i].T + self.shifts[i]
         return found
 
     def sampled(self, chosen: NDArray[np.int64]) -> DrawnRigidBody:
-        """Return the body at some of its times."""
+        """Return the rigid body with only the chosen times or states."""
         return replace(self, turns=self.turns[chosen], shifts=self.shifts[chosen])
 
 
 @dataclass(frozen=True)
 class DrawnSurface:
-    """Surface of a body in a model or a reference, as the report draws it.
+    """Deformed surface of a body in a model or a reference, as the report draws it.
 
-    `position` (n, 3) in m, after deformation; `triangles` (k, 3), outward. `frames` (t, n, 3) and `times` (t,) if there
-    is a history or several states. `error` (n,) is the distance to what is `measured_from`, in m; `carried` are the
-    stress, strain and contact fields that the scene asks for. `instruments` are the rigid bodies next to it, at the
-    same times or states, or at rest.
+    `position` (n, 3), m, are the deformed points; `triangles` (k, 3) have normals outward. `frames` (t, n, 3), m, and
+    `times` (t,), s, are given if there is a history or several states. `error` (n,), m, is the distance to the
+    reference
+    `measured_from`. `carried` are the stress, strain and contact fields that the scene asks for. `instruments` are the
+    rigid bodies next to the body, at the same times or states, or at rest.
     """
 
     position: NDArray[np.float64]
@@ -162,10 +167,10 @@ class DrawnSurface:
 
 @dataclass(frozen=True)
 class PlottedCurve:
-    """Curve that the report plots: y (n,) over x (n,), SI, in these units; for a reference with its uncertainty (n,).
+    """Curve that the report plots: y (n,) over x (n,), in SI; a reference also has its uncertainty (n,).
 
-    `band` has lower and upper limits (n,) if the uncertainty is not symmetric. `known` (n,) is the reference at the
-    same x, if that is no curve itself.
+    `band` has lower and upper limits (n,) if the uncertainty is not symmetric. `known` (n,) are reference values at the
+    same x, if the reference itself is not a curve.
     """
 
     x: NDArray[np.float64]
@@ -179,7 +184,7 @@ class PlottedCurve:
         return prompt_representation.represent_curve(self)
 
     def to_json(self) -> dict[str, Any]:
-        """Return nested lists."""
+        """Return the arrays as nested lists."""
         own = {"x": self.x.tolist(), "y": self.y.tolist(), "units": list(self.units)}
         own |= {} if self.uncertainty is None else {"uncertainty": self.uncertainty.tolist()}
         own |= {} if self.known is None else {"known": self.known.tolist()}
@@ -188,11 +193,12 @@ class PlottedCurve:
 
 @dataclass(frozen=True)
 class MetricResult:
-    """Number in SI, or None with the reason why there is none.
+    """Value of a metric in SI, or None with the reason why there is none.
 
-    `details` are further numbers and words (SI); `samples` the values that it is the mean of, for a histogram;
-    `uncertainty` that of the reference, in the metric's unit: a value below it only shows agreement. `published` are
-    the values of others that the scene states.
+    `details` are further numbers and words (SI). `samples` are the values whose mean is the metric, for a histogram.
+    `uncertainty` is that of the reference, in the metric's unit: an error below it only shows agreement. `published`
+    are
+    values of other authors that the scene quotes.
     """
 
     value: float | None
@@ -230,7 +236,7 @@ class MetricResult:
 
 @dataclass(frozen=True)
 class ModelKind:
-    """Model family: all properties of a model except its mesh size and Poisson's ratio."""
+    """Family of models: all properties of a model except its mesh size and Poisson's ratio."""
 
     words: str  # `tet4, corotational strain`
     size: str  # `7 mm`, or how many parts it has
@@ -239,7 +245,7 @@ class ModelKind:
 
 @dataclass(frozen=True)
 class ModelResult:
-    """Result of a model; probes and metrics have numbers only if it converged."""
+    """Result of a model; its probes and metrics have numbers only if the model converged."""
 
     name: str
     status: str  # converged | capped | read | not_converged | diverged | failed | skipped | unsupported
@@ -267,7 +273,7 @@ class ModelResult:
         return prompt_representation.represent_outcome(self)
 
     def curve(self, metric: str) -> Curve:
-        """Return a metric over the states. Raises KeyError if the model lacks it."""
+        """Return the values of a metric over the states. Raises KeyError if the model does not have the metric."""
         return curve_of(self.each, self.states, metric)
 
     @property
@@ -277,7 +283,7 @@ class ModelResult:
         return max((own, *(state.inverted for state in self.each)))
 
     def to_json(self) -> dict[str, Any]:
-        """Return the contract's entry of a model."""
+        """Return the JSON entry of the model, as the contract `softmark-report/1` defines it."""
         own: dict[str, Any] = {
             "status": self.status,
             "message": self.message,
@@ -298,7 +304,7 @@ class ModelResult:
 
 
 def _measured(metrics: Mapping[str, MetricResult], states: Sequence[float]) -> dict[str, Any]:
-    """Return the entries of metrics, each with its value in every state."""
+    """Return the JSON entries of metrics, each with its value in every state."""
     found = {name: metric.to_json() for name, metric in metrics.items()}
     for name, metric in metrics.items():
         if metric.states:
@@ -308,7 +314,7 @@ def _measured(metrics: Mapping[str, MetricResult], states: Sequence[float]) -> d
 
 
 def _in_each(states: tuple[float, ...], each: Sequence[Any]) -> dict[str, Any]:
-    """Return the entries of every state with its value; empty for a result without states."""
+    """Return the JSON entry of the results in every state; empty for a result without states."""
     found = [{"state": value, **own.to_json()} for value, own in zip(states, each, strict=True)]
     return {"states": found} if found else {}
 
@@ -329,7 +335,7 @@ def _timing(name: str, timing: Timing | None, status: str) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class ReferenceResult:
-    """Solution of a reference, with an estimate of its own error, m."""
+    """Result of a reference, with an estimate of its own error, m."""
 
     name: str
     status: str  # converged | failed
@@ -352,15 +358,15 @@ class ReferenceResult:
 
     @property
     def about(self) -> str:
-        """Kind of reference and its solution method."""
+        """Description of the reference: its kind and its solution method."""
         return f"{self.kind}, {self.means}" if self.means else self.kind
 
     def curve(self, metric: str) -> Curve:
-        """Return a metric over the states. Raises KeyError if the reference lacks it."""
+        """Return the values of a metric over the states. Raises KeyError if the reference does not have the metric."""
         return curve_of(self.each, self.states, metric)
 
     def to_json(self) -> dict[str, Any]:
-        """Return the contract's entry of a reference."""
+        """Return the JSON entry of the reference, as the contract `softmark-report/1` defines it."""
         return {
             "status": self.status,
             "message": self.message,
@@ -381,7 +387,9 @@ class ReferenceResult:
 class ExpectationResult:
     """Verdict on an expectation; None, with a reason, if it could not be judged.
 
-    `value` is that of its first operand; it is compared with each of `limits`, in the same unit, by one of `relations`.
+    `value` is the value of its first operand. It is compared with each of `limits`, in the same unit, by the relation
+    of
+    the same index in `relations`.
     """
 
     text: str
@@ -398,16 +406,16 @@ class ExpectationResult:
 
     @property
     def metric(self) -> str:
-        """First metric that it names: `rod.eta`."""
+        """First metric in the expectation, such as `rod.eta`."""
         return ".".join(self.about[0]) if self.about else ""
 
     @property
     def verdict(self) -> str:
-        """Verdict as text: `met`, `not_met`, or `cannot_tell`."""
+        """Verdict as a word: `met`, `not_met`, or `cannot_tell`."""
         return "cannot_tell" if self.passed is None else "met" if self.passed else "not_met"
 
     def to_json(self) -> dict[str, Any]:
-        """Return the contract's entry of an expectation."""
+        """Return the JSON entry of the expectation, as the contract `softmark-report/1` defines it."""
         own = {"text": self.text, "line": self.line, "passed": self.passed, "value": self.value}
         own |= {"verdict": self.verdict, "unit": self.unit or None}
         own |= {"states": list(self.states)} if self.states else {}
@@ -416,7 +424,7 @@ class ExpectationResult:
 
 @dataclass(frozen=True)
 class ReportWarning:
-    """Warning about the scene or about a model's treatment of it."""
+    """Warning about the scene or about the treatment of the scene by a model."""
 
     code: str
     message: str
@@ -426,7 +434,7 @@ class ReportWarning:
 
 @dataclass(frozen=True)
 class Report:
-    """Results of one run of one scene; `partial` while models are still running, or after an interruption."""
+    """Results of one run of a scene; `partial` is true while models are still running, or after an interruption."""
 
     scene: Mapping[str, Any]  # title, file, sha256, parameters, text
     environment: Mapping[str, Any]
@@ -442,12 +450,12 @@ class Report:
 
     @property
     def outcomes(self) -> tuple[ModelResult | ReferenceResult, ...]:
-        """Results of models, then of references."""
+        """Results of all models, followed by those of all references."""
         return (*self.models.values(), *self.references.values())
 
     @property
     def failures(self) -> tuple[ModelResult | ReferenceResult, ...]:
-        """Results of models and references that were tried and failed."""
+        """Results of the models and references that were solved without success."""
         return tuple(o for o in self.outcomes if o.status not in (*ANSWERED, *LEFT_OUT))
 
     @property
@@ -463,7 +471,7 @@ class Report:
         return 1 if any(not e.passed and not e.left_out for e in self.expectations) else 0
 
     def to_json(self) -> dict[str, Any]:
-        """Return the report in the form of the contract: only JSON's own types, no NaN, no infinity."""
+        """Return the report in the form of the contract `softmark-report/1`: only JSON types, no NaN or infinity."""
         own = {
             "schema": SCHEMA,
             "partial": self.partial,

@@ -1,12 +1,12 @@
-"""Results of a model or a reference in several states: one of each state, and one for all.
+"""Results of a model or a reference in several states: one result for each state, and one that combines them.
 
-The one for all has the last state's values, the total time, and the status of the first failed state; its `states` are
-the values of the states and `each` the result in each. A metric over the states is a `Curve`:
+The combined result has the values of the last state, the total time, and the status of the first failed state. Its
+`states` are the values of the states, and `each` holds the result in each state. A metric over the states is a `Curve`:
 
     curve = report.models["finite"].curve("pull")
     curve.states, curve.values  # (0.05, 0.125), (1.2, 3.4); None where a state has no answer
 
-`curve_of(results, states, name)` makes the same from the results of single states, while a run is in progress.
+`curve_of(results, states, name)` makes the same curve from the results of single states, while a run is in progress.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ LEFT_OUT = ("skipped", "unsupported")  # not tried: neither failed nor solved
 
 
 class Moment(float):
-    """Value of a state that is a time, s."""
+    """Value of a state that is a point in time, s."""
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Metric over the states: values in its unit (SI), None for a state without a number."""
+    """Values of a metric over the states, in its SI unit; None for a state without a value."""
 
     states: tuple[float, ...]
     values: tuple[float | None, ...]
@@ -36,13 +36,13 @@ class Curve:
 
     @property
     def known(self) -> tuple[tuple[float, float], ...]:
-        """Pairs (state, value) of the states that have a value."""
+        """Pairs (state, value) of the states in which the metric has a value."""
         pairs = zip(self.states, self.values, strict=True)
         return tuple((state, value) for state, value in pairs if value is not None)
 
 
 def curve_of(each: Sequence[Any], states: Sequence[float], name: str) -> Curve:
-    """Return a metric of a model or reference over the states. Raises KeyError if no state has it."""
+    """Return the values of a model's or reference's metric over the states. Raises KeyError if no state has it."""
     if not states:
         raise KeyError(f"there is no curve of `{name}`: the analysis has no states")
     found = [result.metrics.get(name) for result in each]
@@ -53,7 +53,7 @@ def curve_of(each: Sequence[Any], states: Sequence[float], name: str) -> Curve:
 
 
 def join_states(each: Sequence[Any], states: Sequence[float]) -> Any:
-    """Combine the results of a model or a reference in each state (k > 0) into one."""
+    """Return the results of a model or reference in all states (at least one) combined into one result."""
     last, known = each[-1], {}
     for name, metric in last.metrics.items():
         known[name] = replace(metric, states=curve_of(each, states, name).values)
@@ -65,7 +65,7 @@ def join_states(each: Sequence[Any], states: Sequence[float]) -> Any:
 
 
 def _first_failure(each: Sequence[Any], states: Sequence[float]) -> dict[str, Any]:
-    """Return the status of the first failed state, and its number."""
+    """Return the status and the number of the first failed state, as fields of the combined result."""
     wrong = next((i for i, r in enumerate(each) if r.status not in ANSWERED), None)
     if wrong is None:
         capped = any(r.status == "capped" for r in each)
@@ -85,18 +85,18 @@ def _count(number: int) -> str:
 
 
 def format_state(value: float) -> str:
-    """Format the value of a state: `12.5 %`, or `2.5 s` for a time."""
+    """Return the value of a state as text: `12.5 %`, or `2.5 s` for a time."""
     return f"{value:.6g} s" if isinstance(value, Moment) else f"{100.0 * value:.6g} %"
 
 
 def _collect_iterations(each: Sequence[Any]) -> dict[str, int]:
-    """Return the iterations of all states."""
+    """Return the numbers of iterations over all states, by kind."""
     known = [r.solve["iterations"] for r in each if "iterations" in r.solve]
     return {"iterations": sum(known)} if known else {}
 
 
 def _sum_timings(name: str, each: Sequence[Any]) -> Any:
-    """Return the seconds of all states for every repetition; None if a state has none."""
+    """Return the computing time summed over all states, for every repetition; None if a state has none."""
     times: list[Any] = [r.time.get(name) for r in each if r.status in ANSWERED]
     if not times or None in times:
         return None

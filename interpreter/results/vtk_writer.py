@@ -1,12 +1,12 @@
-"""Writer of meshes and surfaces for ParaView: undeformed points with displacements, and surfaces with errors.
+"""Writer of meshes and surfaces for ParaView: undeformed meshes with displacements, and surfaces with errors.
 
-Meshes in contact have the contact pressure and the gap of each contact at their nodes. If a scene asks for stress, they
-also have stress at their nodes. Porous bodies have their fluid pressure. If material constants vary in space, cells
-have their means, in SI.
+Meshes in contact have the contact pressure and the gap of each contact at their nodes. Meshes have stress at their
+nodes if the scene asks for stress. Porous bodies have their fluid pressure. If material constants vary in space, cells
+have the mean constants, in SI.
 
-A mesh is anything with `points` (n, 3) m, `cells` (m, a), `kind` (an element's word, nodes in VTK's order) and
-`displacement` (n, 3) m; also `times` (t,) s and `frames` (t, n, 3) m if there is a history. ParaView's filter Warp By
-Vector with `displacement` shows the deformed body.
+A mesh is an object with the attributes `points` (n, 3), m, `cells` (m, a), `kind` (an element's word, nodes in VTK's
+order) and `displacement` (n, 3), m; with a history also `times` (t,), s, and `frames` (t, n, 3), m. ParaView's filter
+Warp By Vector with `displacement` shows the deformed body.
 """
 
 from __future__ import annotations
@@ -34,9 +34,11 @@ meshio._mesh.topological_dimension.setdefault("wedge15", 3)
 def write_vtu(report: Report, folder: str | Path) -> list[Path]:
     """Write vtu/NAME.vtu for each mesh and vtu/NAME-surface.vtu for each surface, in m; return their paths.
 
-    Each rigid body next to it is written as vtu/NAME-BALL.vtu. A result with a history gets one file for each time and
-    NAME.pvd, which ParaView opens as one animation; a result with states one file for each solved state, with the value
-    of the state in place of the time. Raises OSError; UnknownElement for an unknown kind of cell.
+    Each rigid body next to a deformable one is written as vtu/NAME-BALL.vtu. A result with a history gets one file for
+    each
+    time and NAME.pvd, which ParaView opens as one animation. A result with states gets one file for each solved state,
+    with
+    the value of the state in place of the time. Raises OSError, and UnknownElement for an unknown kind of cell.
     """
     target = folder_within(Path(folder), "vtu")
     written: list[Path] = []
@@ -55,7 +57,7 @@ def write_vtu(report: Report, folder: str | Path) -> list[Path]:
 
 
 def _file_name(name: str, taken: set[str]) -> str:
-    """Return the name without characters that file systems refuse, and different from all in `taken`."""
+    """Return a file name for a result, without characters that file systems refuse, and not in `taken`."""
     base = re.sub(r"[^\w.-]+", "_", name)[:80].strip(".") or "unnamed"
     own, n = base, 1
     while own.lower() in taken:
@@ -65,7 +67,10 @@ def _file_name(name: str, taken: set[str]) -> str:
 
 
 def _mesh(target: Path, name: str, outcome: ModelResult) -> list[Path]:
-    """Write undeformed points with the final displacement or, with a history, that of each time; stress at the end."""
+    """Write the undeformed mesh of a model with its displacements; return the paths.
+
+    A model with a history has displacements at each time, and stress at the end.
+    """
     mesh: Any = outcome.mesh
     stress, constants = outcome.stress, _constants(outcome)
     X, cells = np.asarray(mesh.points), [(element_of(mesh.kind).meshio, np.asarray(mesh.cells))]
@@ -79,7 +84,7 @@ def _mesh(target: Path, name: str, outcome: ModelResult) -> list[Path]:
 
 
 def _write_states(target: Path, name: str, outcome: ModelResult | ReferenceResult) -> list[Path]:
-    """Write a mesh and a surface for each solved state."""
+    """Write a mesh and a surface for each solved state; return the paths."""
     each: Sequence[Any] = outcome.each
     pairs, written = list(zip(outcome.states, each, strict=True)), list[Path]()
     solved = [(s, r) for s, r in pairs if isinstance(r, ModelResult) and r.mesh is not None]
@@ -99,7 +104,7 @@ def _write_states(target: Path, name: str, outcome: ModelResult | ReferenceResul
 
 
 def _at_nodes(result: ModelResult) -> dict[str, Floats]:
-    """Return displacements at static equilibrium, and stress if requested."""
+    """Return displacements at static equilibrium, and stress if the scene asks for it, at the nodes, by name."""
     known = {} if result.stress is None else _stress(result.stress)
     return (
         {"displacement": np.asarray(result.mesh.displacement)} | known | _fluid(result.mesh) | _contact_fields(result)
@@ -107,28 +112,28 @@ def _at_nodes(result: ModelResult) -> dict[str, Floats]:
 
 
 def _fluid(mesh: Any) -> dict[str, Floats]:
-    """Return the fluid pressure at the nodes of a porous body, Pa; empty for others."""
+    """Return the fluid pressure at the nodes of a porous body, Pa; empty for other bodies."""
     found = getattr(mesh, "pore_pressure", None)
     return {} if found is None else {"pore_pressure": np.asarray(found)}
 
 
 def _contact_fields(result: ModelResult) -> dict[str, Floats]:
-    """Return the pressure, Pa, and the gap, m, of each contact at the nodes; empty without contact."""
+    """Return the pressure, Pa, and the gap, m, of each contact at the nodes; empty without contacts."""
     fields = {name: own.touch.field for name, own in result.contacts.items()}
     known = {name: field.at_nodes for name, field in fields.items() if field is not None}
     return {f"{name}_{word}": values for name, own in known.items() for word, values in own.items()}
 
 
 def _constants(result: ModelResult) -> dict[str, Floats]:
-    """Return the material constants that vary in space, for each cell."""
+    """Return the material constants that vary in space, by name, for each cell."""
     found: dict[str, Floats] = {} if result.constants is None else result.constants()
     return found
 
 
 def _stress(stress: Any) -> dict[str, Floats]:
-    """Return the Cauchy stress at the nodes, Pa, as xx yy zz xy yz zx (ParaView's order), and von Mises.
+    """Return the Cauchy stress at the nodes, Pa, as xx yy zz xy yz zx (ParaView's order), and von Mises stress.
 
-    The result is empty if there is no stress; the metrics that ask for it give the reason.
+    The result is empty if there is no stress; the stress metrics give the reason.
     """
     from softmark.solvers.stress_recovery.sampling_point_stress import StressUnavailable
 
@@ -140,7 +145,7 @@ def _stress(stress: Any) -> dict[str, Floats]:
 
 
 def _surface(target: Path, name: str, shape: DrawnSurface) -> list[Path]:
-    """Write the deformed surface, with its error at the end if there is one."""
+    """Write the deformed surface, with the error of its points at the end if it is known; return the paths."""
     cells = [("triangle", shape.triangles)]
     error = {} if shape.error is None else {"error": shape.error}
     if shape.times is None or shape.frames is None:
@@ -154,7 +159,7 @@ def _surface(target: Path, name: str, shape: DrawnSurface) -> list[Path]:
 
 
 def _write_rigid_bodies(target: Path, name: str, shape: DrawnSurface, times: Floats | None) -> list[Path]:
-    """Write the rigid bodies that a model may touch, NAME-BALL.vtu, or a file for each time or state."""
+    """Write the rigid bodies that a model may touch as NAME-BALL.vtu, or one file for each time or state."""
     written: list[Path] = []
     taken = {f"{name}-{word}".lower() for word in OWN}
     for own in shape.instruments:
@@ -174,7 +179,7 @@ def _series(
     states: Iterator[tuple[Floats, dict[str, Floats]]],
     of_cells: Mapping[str, Floats] | None = None,
 ) -> list[Path]:
-    """Write a file for each time, and the collection that lists them with their times."""
+    """Write a file for each time, and the collection that lists the files with their times; return the paths."""
     files = [_write(target / f"{name}-{i:04d}.vtu", X, cells, data, of_cells) for i, (X, data) in enumerate(states)]
     entries = "".join(
         f'    <DataSet timestep="{float(t)!r}" part="0" file={quoteattr(file.name)}/>\n'

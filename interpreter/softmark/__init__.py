@@ -11,14 +11,14 @@
     report.write("results")                            # its page, and all numbers as JSON
 
     found = softmark.compare("beam.scene", vary={"h": ["10 mm", "5 mm"]})
-    found.points, found.analysis                       # plain dicts: errors and times, and what they tell
+    found.points, found.analysis                       # plain dicts: errors and times, and conclusions from them
 
     found = softmark.robustness("beam.scene")
-    found.silent                                       # points that look right and are wrong: there should be none
+    found.silent                                       # wrong results without any warning: there should be none
 
 In Jupyter and in IPython `%load_ext softmark` adds `%%scene`, which runs a cell as a scene.
 
-Nothing is imported before it is used: importing this package costs about a millisecond.
+Every module is imported at its first use: importing this package costs about a millisecond.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ _PUBLIC = {
 
 
 def load_ipython_extension(shell: InteractiveShell) -> None:
-    """Add the magic `%%scene` to a shell of IPython or Jupyter: `%load_ext softmark`."""
+    """Add the magic `%%scene` to a shell of IPython or Jupyter, as the extension `%load_ext softmark`."""
     from softmark.interpreter.api.cell_magic import register
 
     register(shell)

@@ -1,7 +1,7 @@
 """Checks that refuse hazardous mesh files before another library reads them.
 
-meshio opens whatever path an XDMF file names, HDF5 follows its links itself, and the time that meshio takes for VTU
-grows with the square of the tags of appended data.
+There are three hazards. meshio opens whatever path an XDMF file names. HDF5 follows the links in a file by itself. The
+time that meshio takes for a VTU file grows with the square of the number of its tags for appended data.
 Source: XDMF Model and Format (xdmf.org); HDF5 File Format Specification, section IV.A (hdfgroup.org).
 """
 
@@ -24,9 +24,9 @@ MOST = 100_000  # maximum number of objects of an HDF5 file that are checked
 
 
 def find_hazard(path: Path) -> str:
-    """Return why a mesh file is refused, because it refers to other files or exceeds a limit; empty if it is accepted.
+    """Return the reason to refuse a mesh file, "" if it is accepted.
 
-    Raises OSError.
+    A file is refused if it refers to other files or exceeds a limit. Raises OSError.
     """
     if path.suffix.lower() in XDMF:
         return ELSEWHERE if _is_external(read_regular(path)) else ""
@@ -39,7 +39,7 @@ def find_hazard(path: Path) -> str:
 
 
 def _is_external(data: bytes) -> bool:
-    """Return whether an XDMF item has its data outside the XML. Invalid XML is left for the reader to refuse."""
+    """Return whether an XDMF data item is stored outside the XML. Invalid XML is left for the reader to refuse."""
     from xml.parsers import expat
 
     found: list[str] = []
@@ -57,7 +57,10 @@ def _is_external(data: bytes) -> bool:
 
 
 def _find_external_links(path: Path) -> str:
-    """Return why an HDF5 file is refused: it has links to other files, or stores data in them."""
+    """Return the reason to refuse an HDF5 file, "" if it is accepted.
+
+    A file is refused if it has links to other files, stores data in them, or has too many groups.
+    """
     try:
         h5py: Any = importlib.import_module("h5py")
     except ImportError:

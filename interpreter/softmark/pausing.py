@@ -1,6 +1,6 @@
-"""Pause of Python's garbage collector while a command loads its modules, whose objects live until its end.
+"""Pause of Python's garbage collector while a command imports modules, whose objects live until the command ends.
 
-The collector would scan all of them repeatedly, a tenth of a short run's time, and find almost nothing.
+The collector would scan all these objects repeatedly, a tenth of a short run's time, and find almost nothing.
 """
 
 from __future__ import annotations
@@ -13,14 +13,17 @@ _own = False  # whether this process ends with its command
 
 
 def pause_collection() -> None:
-    """Disable garbage collection in a process of our own."""
+    """Disable garbage collection in a process that ends with its command, such as `dsl`."""
     global _own
     _own = True
     gc.disable()
 
 
 def resume_collection() -> None:
-    """Enable garbage collection again, in a process of our own only for objects created from now on."""
+    """Enable garbage collection again after `pause_collection`, only for objects created from now on.
+
+    Without `pause_collection` nothing changes.
+    """
     if _own:
         gc.freeze()
         gc.enable()
@@ -28,7 +31,7 @@ def resume_collection() -> None:
 
 @contextmanager
 def collection_paused() -> Iterator[None]:
-    """Disable garbage collection inside the block, for imports."""
+    """Disable garbage collection inside the block, in which modules are imported."""
     searched = gc.isenabled()
     gc.disable()
     try:

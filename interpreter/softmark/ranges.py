@@ -1,4 +1,4 @@
-"""Ranges of numbers as in annotations of fields: `Pa in (0, inf)`; a round bracket excludes its end."""
+"""Ranges of numbers in the annotations of fields, such as `Pa in (0, inf)`; a round bracket excludes its end."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Range:
 
     @classmethod
     def read(cls, text: str) -> Self | None:
-        """Read the range at the end of an annotation; None if it has none."""
+        """Return the range at the end of an annotation; None if the annotation has no range."""
         found = _WRITTEN.search(text)
         if found is None:
             return None
@@ -36,7 +36,7 @@ class Range:
 
 
 class InvalidCombination(ValueError):
-    """Values are each in range, but their combination is invalid; with the field to blame and the remedy."""
+    """Error for values that are each in range, but invalid together; it names the field to change and the remedy."""
 
     def __init__(self, field: str, problem: str, short: str, remedy: str) -> None:
         super().__init__(f"{problem}: {remedy}")

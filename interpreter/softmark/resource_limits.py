@@ -1,4 +1,4 @@
-"""Limits of memory and time for file readers, by the size of the file, and the amount of free memory."""
+"""Limits of memory and time for file readers, from the size of the file and the amount of free memory."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LIMITS = (  # limit and use of a container's memory, by cgroup version
 
 
 class TooSlow(Exception):
-    """Reading a file takes longer than its size justifies."""
+    """Error when reading a file takes longer than its size justifies."""
 
     def __init__(self) -> None:
         super().__init__("reading it takes longer than its size can need: it is damaged, or of another format")
@@ -38,12 +38,15 @@ def limited_resources(path: Path, size: int | None = None) -> Iterator[None]:
     """Limit the memory of this process and the time of this thread while a file is read, one file at a time.
 
     The memory limit is the current use plus 1 GiB and 200 times the size of the file, but at most half of the free
-    memory. `size` in bytes is that of all files of a series. A header that promises more data than the file holds, or a
-    small file that unpacks to a large one, then ends in a MemoryError instead of exhausting the machine. Where the
-    system has no such limits, or sets a lower one, memory is not limited.
+    memory.
+    `size` in bytes replaces the size of the file, for a series of several files. The limit turns two attacks into a
+    MemoryError: a header that promises more data than the file holds, and a small file that unpacks to a large one.
+    Memory
+    is not limited if the system has no such limits, or already sets a lower one.
 
     The time limit is 8 s of processor time plus 2 s for each MB; TooSlow is raised as soon as Python code runs again.
-    Other threads wait until the file is read, so that limits are restored in order.
+    Other
+    threads wait until the file is read, so that limits are restored in order.
     """
     try:
         long = path.stat().st_size if size is None else size
@@ -55,7 +58,7 @@ def limited_resources(path: Path, size: int | None = None) -> Iterator[None]:
 
 @contextmanager
 def _limited_time(seconds: float) -> Iterator[None]:
-    """Raise TooSlow in this thread after so much of its processor time; a nested limit has no effect."""
+    """Raise TooSlow in this thread after `seconds` of its processor time; a nested limit has no effect."""
     if getattr(_timed, "within", False):
         yield
         return
@@ -87,10 +90,11 @@ def _limited_time(seconds: float) -> Iterator[None]:
 
 
 def _take_pending() -> None:
-    """Raise a pending TooSlow here, and drop it.
+    """Raise a TooSlow that is still pending in this thread, and discard it.
 
-    `PyThreadState_SetAsyncExc(thread, NULL)` would cancel it too, but leaves the interpreter's flag of pending work set
-    forever (CPython 3.11), which makes every later function slower and hangs it under a profiler.
+    `PyThreadState_SetAsyncExc(thread, NULL)` would also cancel it, but leaves the interpreter's flag of pending work
+    set
+    forever (CPython 3.11). That makes every later function slower and hangs it under a profiler.
     """
     with suppress(TooSlow):
         for _ in range(TURNS):
@@ -122,7 +126,7 @@ def _limited_memory(size: int) -> Iterator[None]:
 
 
 def describe_read_error(error: BaseException) -> str:
-    """Return the reason in a reader's exception, in words for the owner of the file."""
+    """Return the reason for a reader's exception, in words for the owner of the file."""
     if isinstance(error, MemoryError):
         return "it asks for more memory than its size can need: it is cut off, or its header is wrong"
     if isinstance(error, RecursionError):
@@ -135,7 +139,7 @@ def describe_read_error(error: BaseException) -> str:
 
 
 def available_memory() -> float:
-    """Return the bytes available without swapping, as reported by the system; infinite if unknown."""
+    """Return the memory available without swapping, bytes, as reported by the system; infinite if unknown."""
     return min(_available_in_system(), _available_in_container())
 
 

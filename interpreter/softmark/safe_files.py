@@ -1,7 +1,8 @@
-"""Safe reading of untrusted files: only regular files, and no file outside the folder of the one that is read.
+"""Safe reading of untrusted files: only regular files, and references only within the folder of a file.
 
-Every reader opens files here. A pipe or a device never blocks it, and a file can refer only to files in its own folder,
-whatever `..`, absolute paths or symbolic links it uses. No numpy: scenes are checked without it.
+Every reader opens files here. A pipe or a device never blocks it. A file can refer only to files in its own folder,
+whatever `..`, absolute paths or symbolic links it uses. This module does not import numpy, because scenes are checked
+without it.
 """
 
 from __future__ import annotations
@@ -19,23 +20,27 @@ SMALL = 1 << 16  # bytes
 
 
 class UnsafeFile(OSError):
-    """A file is refused; `strerror` is the reason."""
+    """Error when a file is refused; `strerror` is the reason."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(None, reason)
 
 
 def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
-    """Open a regular file for reading, in bytes.
+    """Open a regular file for reading bytes. Raises OSError, and UnsafeFile if it is not a regular file.
 
     The path is checked before and after a non-blocking open: a pipe without a writer would block for ever, and opening
-    some devices has effects. Raises OSError, and UnsafeFile if it is not a regular file.
+    some
+    devices has effects.
     """
     return open(path, "rb", opener=descriptor_of)
 
 
 def descriptor_of(path: str | os.PathLike[str], _: int = 0) -> int:
-    """Open a regular file as a file descriptor for reading, an `opener` of `open`. Raises UnsafeFile, OSError."""
+    """Open a regular file for reading and return its file descriptor; usable as `opener` of `open`.
+
+    Raises UnsafeFile, OSError.
+    """
     if "\0" in os.fspath(path):
         raise UnsafeFile("a name has no NUL in it")
     _require_regular(os.stat(path).st_mode)
@@ -50,7 +55,10 @@ def descriptor_of(path: str | os.PathLike[str], _: int = 0) -> int:
 
 
 def read_regular(path: str | os.PathLike[str], largest: int = LARGEST) -> bytes:
-    """Read a regular file. Raises OSError, and UnsafeFile if it is not regular or has more bytes than `largest`."""
+    """Return the bytes of a regular file.
+
+    Raises OSError, and UnsafeFile if the file is not regular or has more bytes than `largest`.
+    """
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         if size <= largest:
@@ -60,7 +68,7 @@ def read_regular(path: str | os.PathLike[str], largest: int = LARGEST) -> bytes:
 
 
 def path_within(folder: Path, told: str) -> Path:
-    """Return the regular file at a path that another file in `folder` names, with symbolic links resolved.
+    """Return the resolved path of a regular file that another file in `folder` names as `told`.
 
     Raises OSError, and UnsafeFile if the path leads out of the folder or to no regular file.
     """

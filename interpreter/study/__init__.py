@@ -1,6 +1,6 @@
-"""Studies: many runs of one scene and their joint evaluation.
+"""Studies: many runs of one scene, evaluated together.
 
-    configurations/    from a study to tasks, each with a key that identifies equal computations
+    configurations/    variations of a scene, the tasks that compute them, and keys that identify equal computations
     workers/           processes that perform tasks, and the journal of finished tasks
     timing/            timing that detects disturbances
     analysis/          evaluation of a comparison: orders of convergence, Pareto fronts, advice
@@ -9,5 +9,5 @@
     run_cache/         saved results of `dsl run`
     comparison_study   a whole comparison for `dsl compare`
 
-Imports packages up to the pipeline.
+This package imports `interpreter.pipeline` and lower packages.
 """

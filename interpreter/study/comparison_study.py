@@ -1,7 +1,8 @@
-"""Comparison of configurations, from scenes to `softmark-compare/1`: expand, compute, time, analyse.
+"""Comparison of configurations: from scenes to the result `softmark-compare/1`.
 
-Results are computed first, possibly in parallel; timing follows, alone on the machine. Both are journalled on disk, so
-that an interrupted comparison continues where it stopped.
+The steps are: expand scenes to configurations, compute results, measure times, analyse. Results are computed first,
+possibly in parallel. Times are measured afterwards, one process at a time. Results and times are saved in a journal on
+disk, so that an interrupted comparison continues where it stopped.
 """
 
 from __future__ import annotations
@@ -50,7 +51,10 @@ Say = Callable[[str, str], None]
 
 @dataclass(frozen=True)
 class ComparisonRequest:
-    """Settings of a comparison. `timeout` in s for each task, None: no limit; `repeats` 0: no timing."""
+    """Settings of a comparison.
+
+    `timeout` is the time limit of each task, s, or None for no limit. With `repeats` 0 nothing is timed.
+    """
 
     folder: Path
     vary: tuple[str, ...] = ()
@@ -75,9 +79,9 @@ class ComparisonRequest:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Results of a comparison as JSON: `points`, one for each configuration, and their `analysis`.
+    """Results of a comparison: one JSON entry in `points` for each configuration, and the analysis.
 
-    `found` has both as values.
+    `found` has the same results and their analysis as objects.
     """
 
     points: list[Json]
@@ -92,7 +96,7 @@ class Comparison:
 
     @cached_property
     def analysis(self) -> Json:
-        """Analysis of the points."""
+        """Analysis of the points as JSON."""
         return self.found.analysis.to_json()
 
     @property
@@ -101,7 +105,7 @@ class Comparison:
         return 3 if self.unsound or any(p["status"] not in FINE for p in self.points) else 0
 
     def to_json(self) -> Json:
-        """Return the comparison as `softmark-compare/1`."""
+        """Return the comparison as JSON of the schema `softmark-compare/1`."""
         return {
             "schema": SCHEMA, "created": self.created, "environment": self.environment, "command": self.command,
             "scenes": self.scenes, "studies": self.studies, "points": self.points, "references": self.references,
@@ -114,7 +118,7 @@ class Comparison:
 
 
 def compare(subjects: Sequence[SceneSubject], request: ComparisonRequest) -> Comparison:
-    """Run a comparison.
+    """Run a comparison: compute and time all configurations, and analyse them.
 
     Raises SceneError for invalid names or values of the request, JournalRefused for an unusable folder, NoWorkers if no
     worker is available, Interrupted, and OSError.
@@ -128,10 +132,10 @@ def compare(subjects: Sequence[SceneSubject], request: ComparisonRequest) -> Com
         tasks = {c.key: c.task for c in configurations if c.reason is None}
         request.say("journal", journal.remark)
         _refuse_mixing(journal, tasks, request)
-        done = _Done(journal, frozenset(tasks))
+        done = _Progress(journal, frozenset(tasks))
         request.saying(done.words)
         try:
-            outcomes = _accuracy(tasks, request, done)
+            outcomes = _compute_outcomes(tasks, request, done)
             if request.accurate is not None and request.repeats:
                 request.accurate(_comparison(subjects, configurations, outcomes, {}, request, started).found)
             costs = _time_configurations(configurations, outcomes, request, journal)
@@ -145,7 +149,10 @@ def _comparison(
     subjects: Sequence[SceneSubject], configurations: Sequence[Configuration], outcomes: Mapping[str, PointOutcome],
     costs: Json, request: ComparisonRequest, started: datetime,
 ) -> Comparison:  # fmt: skip
-    """Return the results so far: `costs` by key, empty before they are measured."""
+    """Return the comparison with the results so far.
+
+    `costs` are the timing results by key; the mapping is empty before anything is timed.
+    """
     points = mark_problems([_point(c, outcomes, costs) for c in configurations])
     references, unsound = _references(points, outcomes)
     saved: Json = {
@@ -167,19 +174,19 @@ def _refuse_mixing(journal: Journal, tasks: Mapping[str, PointTask], request: Co
 
 
 @dataclass
-class _Done:
-    """Progress of a comparison."""
+class _Progress:
+    """Progress of a comparison: its journal, and the keys of all its tasks."""
 
     journal: Journal
     keys: frozenset[str]  # number of all tasks
 
     @property
     def count(self) -> int:
-        """Number of tasks in the journal."""
+        """Number of tasks that are finished and saved in the journal."""
         return len(self.keys & self.journal.on_disk(ACCURACY))
 
     def words(self) -> str:
-        """Progress in words, shown after an interruption."""
+        """Return a sentence on the saved tasks, shown after an interruption."""
         kept = f"{self.count} of {len(self.keys)} tasks are saved in {self.journal.path}"
         return f"{kept}; continue with the same command and `--resume`"
 
@@ -187,11 +194,13 @@ class _Done:
 # ------------------------------------------------------------------ accuracy
 
 
-def _accuracy(tasks: Mapping[str, PointTask], request: ComparisonRequest, done: _Done) -> dict[str, PointOutcome]:
-    """Return outcomes by key, from the journal or computed now."""
+def _compute_outcomes(
+    tasks: Mapping[str, PointTask], request: ComparisonRequest, done: _Progress
+) -> dict[str, PointOutcome]:
+    """Return the outcomes of all tasks by key, read from the journal or computed now."""
     journal = done.journal
     sound = ({**e["outcome"], "key": k} for k, e in journal.of_kind(ACCURACY).items() if k in tasks and _is_complete(e))
-    outcomes = {o.key: o for o in map(PointOutcome.from_json, sound) if not o.again(request.timeout)}
+    outcomes = {o.key: o for o in map(PointOutcome.from_json, sound) if not o.is_worth_retrying(request.timeout)}
     labels = {key: f"{task.scene}: {task.model}" for key, task in tasks.items()}
     waiting = [task for key, task in tasks.items() if key not in outcomes]
     for outcome in _computed(waiting, request, lambda key: request.say("compute", labels[key])):
@@ -202,14 +211,17 @@ def _accuracy(tasks: Mapping[str, PointTask], request: ComparisonRequest, done: 
 
 
 def _is_complete(entry: Json) -> bool:
-    """Return whether an entry of the journal is complete; a damaged one is computed or timed again."""
+    """Return whether an entry of the journal is complete.
+
+    A damaged entry is ignored, and its task is computed or timed again.
+    """
     if json_validation.find_misfit(entry, json_validation.ENTRIES[entry["kind"]]) is not None:
         return False
-    return entry["kind"] != TIMING or _counts(entry["record"])
+    return entry["kind"] != TIMING or _is_valid_record(entry["record"])
 
 
-def _counts(record: Json) -> bool:
-    """Return whether a timing record by itself gives a cost or the reason why there is none."""
+def _is_valid_record(record: Json) -> bool:
+    """Return whether a timing record can be summarized without an error."""
     from softmark.interpreter.study.analysis.timing_quality import summarize_cost
 
     try:
@@ -238,7 +250,10 @@ def _time_configurations(
     request: ComparisonRequest,
     journal: Journal,
 ) -> Json:
-    """Return the costs of solved configurations by key, timed alone on this machine; each record is saved at once."""
+    """Return the timing results of all solved configurations by key.
+
+    Configurations are timed one at a time on this machine. Each record is saved in the journal at once.
+    """
     if request.repeats == 0:
         return {}
     from softmark.interpreter.study.timing.timing_rounds import time_jobs
@@ -280,7 +295,10 @@ def _point(configuration: Configuration, outcomes: Mapping[str, PointOutcome], c
 
 
 def _references(points: Sequence[Json], outcomes: Mapping[str, PointOutcome]) -> tuple[dict[str, Json], bool]:
-    """Return each problem's references from its first configuration or a failed one, and whether any failed."""
+    """Return the references of each group of points, and whether any reference failed.
+
+    A reference is taken from the first configuration of the group that has it, or from one where it failed.
+    """
     found: dict[str, Json] = {}
     unsound = False
     for p in points:
@@ -301,7 +319,7 @@ def _analysed(saved: Json, request: ComparisonRequest) -> ComparisonRecord:
 
 
 def _studies(subject: SceneSubject) -> Json:
-    """Return the studies of a scene for the analysis: sweeps, and the evaluations of them."""
+    """Return the studies of a scene as JSON for the analysis: sweeps, convergence studies and Pareto studies."""
     found: Json = {}
     for name, declared in subject.scene.of_kind("study").items():
         match declared.thing:

@@ -41,7 +41,7 @@ OFF = 0.05  # the same for ten steps, 1 - cos(pi / 10)
 
 
 def check_amplitude_resolution(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield diagnostics of amplitudes that the step does not resolve: errors for aliasing, otherwise warnings."""
+    """Yield diagnostics of amplitudes that the time step does not resolve: errors for aliasing, otherwise warnings."""
     analysis = next((a.thing for a in scene.of_kind("analysis").values()), None)
     if isinstance(analysis, Quasistatic):
         yield from _check_quasistatic(scene, analysis)
@@ -68,7 +68,10 @@ def check_amplitude_resolution(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _check_quasistatic(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnostic]:
-    """Check a quasistatic analysis, in which steps end at every break of an amplitude, for unresolved oscillations."""
+    """Check the amplitudes of a quasistatic analysis for oscillations that its steps do not resolve.
+
+    Steps end at every break of an amplitude.
+    """
     materials = [m.thing for m in scene.of_kind("material").values()]
     remembers = any(getattr(thing, "branches", ()) or porous(thing) for thing in materials)
     for declared in find_time_dependent(scene):
@@ -94,7 +97,7 @@ def _begins_too_late(declared: Declared, start: float, end: float) -> Diagnostic
 
 
 def is_resolved_by_step(case: Case, step: float) -> bool:
-    """Return whether steps of this length resolve all amplitudes of a case."""
+    """Return whether time steps of this length, s, resolve all amplitudes of a case."""
     things = [d.thing for d in (*case.loads, *case.muscles, *case.supports)]
     swings = [t.amplitude for t in things if isinstance(t.amplitude, Sine)]
     tables = [t.amplitude for t in things if isinstance(t.amplitude, Table)]
@@ -104,7 +107,7 @@ def is_resolved_by_step(case: Case, step: float) -> bool:
 
 
 def _check_table(declared: Declared, amplitude: Table, analysis: Dynamic) -> Iterator[Diagnostic]:
-    """Check the deviation of a table from straight lines between the ends of steps."""
+    """Check how far a table deviates from straight lines between the ends of time steps."""
     if amplitude.path.startswith("data:"):
         return  # checked by the run
     if (fault := table_fault(declared, analysis.duration)) is not None:
@@ -144,7 +147,7 @@ def _table_deviation(amplitude: Table, step: float, duration: float) -> float:
 
 
 def _check_sine(declared: Declared, amplitude: Sine, step: float) -> Iterator[Diagnostic]:
-    """Check the steps per period of a sine."""
+    """Check the number of time steps per period of a sine."""
     count = 1.0 / (amplitude.frequency * step)
     if count >= SHOWN * (1.0 - NEAR):
         return
@@ -166,7 +169,7 @@ def _check_sine(declared: Declared, amplitude: Sine, step: float) -> Iterator[Di
 
 
 def _check_moving_support(declared: Declared, amplitude: Pulse | Ramp | Smooth, step: float) -> Iterator[Diagnostic]:
-    """Check the amplitude of a moving support, whose motion within a step is lost."""
+    """Check the amplitude of a moving support, whose motion within a time step is lost."""
     if not isinstance(amplitude, Pulse):
         if amplitude.over < step * (1.0 - NEAR):
             yield diagnostic(
@@ -203,7 +206,7 @@ def _is_whole(number: float) -> bool:
 
 
 def _round(step: float) -> float:
-    """Round down to two digits."""
+    """Round a time step, s, down to two digits."""
     if not step > 0.0:
         return step
     digit = 10.0 ** (math.floor(math.log10(step)) - 1)

@@ -41,9 +41,9 @@ CATALOGUE = Vocabulary(
 def compile_source(
     source: Source, folder: Path, file: Path | None = None, overrides: Sequence[str] = (), plugins: Sequence[str] = ()
 ) -> tuple[Scene, list[Diagnostic]]:
-    """Compile a text; return its scene, complete only without errors, and all diagnostics.
+    """Compile a text, and return its scene and all diagnostics; the scene is complete only without errors.
 
-    `plugins` are files or names of plugins whose words it may use; their errors are included.
+    `plugins` are files or names of plugins whose words the text may use; their errors are included.
     """
     vocabulary, found = vocabulary_with(plugins)
     scene, diagnostics = compile_scene(source, folder, file, overrides, vocabulary)
@@ -51,7 +51,7 @@ def compile_source(
 
 
 def vocabulary_with(plugins: Sequence[str]) -> tuple[Vocabulary, list[Diagnostic]]:
-    """Return the vocabulary with the words of plugins, and the plugins' errors; nothing is loaded without plugins."""
+    """Return the vocabulary extended by plugins, and the plugins' errors; without plugins nothing is loaded."""
     if not plugins:
         return CATALOGUE, []
     from softmark.interpreter.validation.plugin_loader import vocabulary_of

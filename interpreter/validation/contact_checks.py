@@ -1,4 +1,4 @@
-"""Checks of rigid bodies and contacts that need only the scene."""
+"""Checks of rigid bodies and contacts that use only the scene, before anything is built."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ MOVED = (
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield the errors of contacts and rigid bodies."""
+    """Yield the errors about contacts and rigid bodies of a scene."""
     contacts = list(scene.of_kind("contact").values())
     between = [c for c in contacts if isinstance(c.thing, RigidContactPair)]
     for contact in between:
@@ -71,7 +71,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _check_deformable(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
-    """Check that a body in self-contact or with tied parts is deformable."""
+    """Check that a body with self-contact or tied parts is deformable."""
     body, kind = scene.declared[contact.thing.body], contact.constructor.name
     if is_rigid(body):
         yield diagnostic(
@@ -84,7 +84,7 @@ def _check_deformable(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
 
 
 def _check_duplicates(contacts: list[Declared]) -> Iterator[Diagnostic]:
-    """Check for duplicate contacts, which would each bear a part with a friction of its own."""
+    """Check for duplicate contacts, which would share the contact force and each have a friction of its own."""
     for i, later in enumerate(contacts):
         for first in contacts[:i]:
             one = later.thing
@@ -97,12 +97,12 @@ def _check_duplicates(contacts: list[Declared]) -> Iterator[Diagnostic]:
 
 
 def _contact_key(thing: Any) -> tuple[Any, ...]:
-    """Return the bodies and places of a contact."""
+    """Return the bodies and selections of a contact, which identify duplicates."""
     return type(thing), getattr(thing, "rigid", None), thing.body, thing.where
 
 
 def _check_bodies(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
-    """Check that a contact has one rigid and one deformable body, and that they do not overlap."""
+    """Check that a contact joins one rigid and one deformable body, and that these do not overlap."""
     first, second = (scene.declared[name] for name in (contact.thing.rigid, contact.thing.body))
     if not is_rigid(first):
         label = "the same body, which is not rigid" if first is second else "not rigid"
@@ -137,7 +137,10 @@ def _check_symmetry(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
 
 
 def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: Declared) -> Iterator[Diagnostic]:
-    """Check that the rigid body has a signed distance, fits a plane body, and lies outside the deformable body."""
+    """Check that the rigid body has a signed distance, fits a plane body, and lies outside the deformable body.
+
+    `first` and `second` are the bodies of the contact.
+    """
     shape = first.thing.shape
     if not isinstance(shape, DISTANT) or (isinstance(shape, RoundBody) and shape.kept):
         yield diagnostic(
@@ -167,7 +170,7 @@ def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: De
             contact.at(),
             f"`{first.name}` starts inside `{second.name}`: its centre lies in the material",
             "inside from the start",
-            "move it outside, so that it touches at most, and "
+            "move it outside, where it may touch the surface, and "
             "press it in with a support: `displaced(..., by = "
             "...)`; declare an inclusion as a `region` with its "
             "own material",
@@ -177,7 +180,7 @@ def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: De
 
 
 def _is_inside(shape: Shape, point: Vector3) -> bool:
-    """Return whether a point is inside a shape and not on its surface; False if that needs its mesh."""
+    """Return whether a point, m, is inside a shape and not on its surface; False if only a mesh could tell."""
     if shape.bounds is None or shape.prebuilt or shape.enclosed:
         return False
     low, high = shape.bounds
@@ -185,7 +188,7 @@ def _is_inside(shape: Shape, point: Vector3) -> bool:
 
 
 def _check_actions(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
-    """Check that supports take a whole rigid body, and refuse declarations that rigid bodies do not support."""
+    """Check that supports hold whole rigid bodies, and refuse declarations that rigid bodies do not support."""
     for declared in scene.declared.values():
         thing = declared.thing
         if declared.kind in ("contact", "metric") or getattr(thing, "body", None) != body.name:
@@ -216,7 +219,7 @@ def _is_load_of_rigid_body(scene: Scene, body: Declared, load: Any) -> bool:
 
 
 def _check_supports(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
-    """Check that supports of a rigid body are compatible: at most one rotation, and no motion of what is fixed."""
+    """Check that supports of a rigid body are compatible: at most one rotation, and no motion of fixed components."""
     before: list[Declared] = []
     for support in scene.acting("support", body.name):
         if not isinstance(support.thing, Fixed | Displaced | Rotated):
@@ -232,16 +235,16 @@ def _check_supports(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
                     support.at(),
                     f"`{other.name}` and `{support.name}` both {what} `{body.name}`",
                     "conflicting supports",
-                    "keep one of them: a rigid body first rotates about one axis, and then its displacements are added",
+                    "keep one support: a rigid body first rotates about one axis, and then its displacements are added",
                 )
         before.append(support)
 
 
 def _find_conflict(one: Fixed | Displaced | Rotated, other: Fixed | Displaced | Rotated) -> str | None:
-    """Return the conflict of two supports of a rigid body in a word, or None; displacements add up."""
+    """Return the conflict of two supports of a rigid body as a word, or None; displacements may be combined."""
     turns = [isinstance(support, Rotated) for support in (one, other)]
     if all(turns):
-        return "turn"
+        return "rotate"
     still, moving = (one, other) if isinstance(one, Fixed) else (other, one)
     if not isinstance(still, Fixed) or isinstance(moving, Fixed):
         return None

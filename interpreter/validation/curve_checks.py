@@ -1,4 +1,4 @@
-"""Checks of measured curves and of the metrics compared with them, as far as text and tables show."""
+"""Checks of measured curves and of the metrics compared with them, from the scene and its tables."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ NEAR = 1e-9  # relative tolerance for the ends of a range
 
 
 def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
-    """Yield all errors of curves whose declarations have no errors yet."""
+    """Yield all errors about curves, except of declarations that already have errors."""
     for reference in _curves(scene):
         told = list(_check_uncertainty(reference))
         yield from told or _check_column_units(reference)
@@ -33,7 +33,7 @@ def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
 
 
 def _curves(scene: Scene) -> list[Declared]:
-    """Return the references that are curves."""
+    """Return the references of a scene that are measured curves."""
     return [d for d in scene.of_kind("reference").values() if isinstance(d.thing, CurveFromFile)]
 
 
@@ -41,7 +41,7 @@ def _curves(scene: Scene) -> list[Declared]:
 
 
 def _check_uncertainty(reference: Declared) -> Iterator[Diagnostic]:
-    """Check the uncertainty of a curve, and the dimensions of its amounts."""
+    """Check the uncertainty of a measured curve, and the dimensions of its amounts."""
     thing: CurveFromFile = reference.thing
     if isinstance(thing, ConsensusCurve) and (fault := _band(reference)) is not None:
         yield fault
@@ -60,7 +60,7 @@ def _check_uncertainty(reference: Declared) -> Iterator[Diagnostic]:
 
 
 def _band(reference: Declared) -> Diagnostic | None:
-    """Check that a band has both ends, is given in one way, and states the number of codes."""
+    """Return the error of a curve's band, which needs both ends, given in one way, and the number of codes."""
     thing: ConsensusCurve = reference.thing
     ends = [field for field in ("low", "high") if getattr(thing, field)]
     why, field = "", ends[0] if ends else ""
@@ -92,7 +92,7 @@ def _band(reference: Declared) -> Diagnostic | None:
 
 
 def _check_column_units(reference: Declared) -> Iterator[Diagnostic]:
-    """Check the unit in the name of a column: `Load (N)` contradicts `y_unit = 1 kN`."""
+    """Check for a unit in a column's name that contradicts the scene, as `Load (N)` does `y_unit = 1 kN`."""
     thing: CurveFromFile = reference.thing
     for field, names, unit in (("x_unit", (thing.x,), thing.x_unit), ("y_unit", thing.y, thing.y_unit)):
         for name in names:
@@ -108,7 +108,7 @@ def _check_column_units(reference: Declared) -> Iterator[Diagnostic]:
 
 
 def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
-    """Check that the metric has a curve with the reference's dimensions over its range, with unloading for a loop."""
+    """Check that a metric has a curve over the reference's range, with its dimensions, and unloading for a loop."""
     thing: CurveMetric = metric.thing
     reference, of = scene.declared.get(thing.measured_from or ""), scene.declared[thing.of]
     analysis = next((a.thing for a in scene.of_kind("analysis").values()), None)
@@ -124,7 +124,7 @@ def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
 
 
 def _check_unloading(metric: Declared, reference: Declared | None) -> Diagnostic | None:
-    """Refuse a measured curve without unloading."""
+    """Return the error if a measured curve has no unloading, or None."""
     if reference is None or not is_cheap_to_read(reference.thing.files):
         return None
     try:
@@ -162,7 +162,10 @@ def _check_dimensions(
 
 
 def _check_has_curve(scene: Scene, metric: Declared, of: Declared, moving: bool, timed: bool) -> Diagnostic | None:
-    """Refuse metrics without a curve: errors, in dynamics those without history, in statics those without `over`."""
+    """Return the error if a metric has no curve, or None.
+
+    Errors have none, in dynamics those without history, and in statics those without `over`.
+    """
     thing: CurveMetric = metric.thing
     for field, other in (("of", of), ("over", scene.declared.get(thing.over or ""))):
         if other is not None and (other.thing.measured_from is not None or isinstance(other.thing, CurveMetric)):

@@ -14,7 +14,7 @@ from softmark.interpreter.vocabulary.self_contact_words import SelfContact
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of contacts in a dynamic analysis, such as explicit steps, which detect contact too late."""
+    """Yield errors about contacts in dynamic analyses, such as explicit steps, which detect contact too late."""
     contacts = list(scene.of_kind("contact").values())
     analysis = next(iter(scene.of_kind("analysis").values()), None)
     if not contacts or analysis is None or not isinstance(analysis.thing, Dynamic):
@@ -31,7 +31,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def metric_faults(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of force metrics: values over time in a static analysis, and static metrics in a dynamic one."""
+    """Yield errors of force metrics over time in a static analysis, and of static force metrics in a dynamic one."""
     analysis = next(iter(scene.of_kind("analysis").values()), None)
     moving = analysis is not None and isinstance(analysis.thing, Dynamic)
     for metric in scene.of_kind("metric").values():
@@ -41,10 +41,10 @@ def metric_faults(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic(
                 "E634",
                 metric.at("over"),
-                f"`{metric.name}` is the {metric.thing.when} over time, but the analysis is not dynamic",
+                f"`{metric.name}` is the {metric.thing.when} value over time, but the analysis is not dynamic",
                 "no time here",
-                "remove `over`, as a static analysis has one value, or several states of which `.at(50 %)` is one; "
-                "or use a dynamic analysis: `dynamic(...)`",
+                "remove `over`: a static analysis has one value, or one for each state, such as `.at(50 %)`; "
+                "or use a dynamic analysis, `dynamic(...)`",
             )
         elif moving and not isinstance(
             scene.declared[named := metric.thing.concerned or ""].thing, RigidContactPair | SelfContact

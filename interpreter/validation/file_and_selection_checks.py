@@ -1,4 +1,4 @@
-"""Checks of files and selections that a run would refuse, by names, headers and bounds only."""
+"""Checks of files and selections that a run would refuse, using only names, file headers and bounds."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOST = 4000  # largest number of cells that are checked
 
 
 def meshes(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of mesh files that cannot hold a solid."""
+    """Yield errors about mesh files that cannot contain a solid."""
     said: set[Location | Diagnostic] = set()
     for model in scene.asked("model").values():
         if model.thing.mesh_key() is None:
@@ -61,7 +61,7 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _plane_region_error(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
-    """Return why a model cannot use the plane region of a file, or None.
+    """Return the error if a model cannot use the plane region of a mesh file, or None.
 
     The file is read during checking because its position determines the supports.
     """
@@ -79,14 +79,14 @@ def _plane_region_error(model: Declared, case: Case, shape: Shape) -> Diagnostic
 
 
 def _file_error(path: str) -> tuple[str, str] | None:
-    """Return message and remedy for a file that cannot hold a solid, or None."""
+    """Return message and remedy for a file that cannot contain a solid, or None."""
     from softmark.solvers.mesh.files import mesh_formats  # only imported for mesh files
 
     return mesh_formats.find_format_problem(path)
 
 
 def groups(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of groups that a mesh file lacks, or that are of the wrong kind."""
+    """Yield errors about named groups that a mesh file lacks, or that are of the wrong kind."""
     said: set[str] = set()
     for model in scene.asked("model").values():
         try:
@@ -115,7 +115,7 @@ def _groups(case: Case, shape: Shape) -> Iterator[Diagnostic]:
 
 
 def tables(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of tables of tracked points and curves with missing columns."""
+    """Yield errors about tables of tracked points and of curves that lack columns."""
     for reference in scene.of_kind("reference").values():
         if not is_cheap_to_read(reference.thing.files):
             continue
@@ -136,7 +136,7 @@ def is_cheap_to_read(files: Sequence[str]) -> bool:
 
 
 def loads(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of surface loads that select only interior points."""
+    """Yield errors about surface loads that select only interior points."""
     for load in scene.of_kind("load").values():
         where = load.thing.action.surface
         if where is None or load.thing.body not in scene.declared:
@@ -151,7 +151,7 @@ def loads(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _may_meet_surface(condition: Condition, shape: Shape) -> bool:
-    """Return whether a selection may include surface points of a convex body; False only if certain.
+    """Return whether a selection may include surface points of a convex body; False only if that is certain.
 
     The bounding box is halved repeatedly. Cells in which the condition holds nowhere, and cells whose corners all lie
     inside the body, contain no selected surface.
@@ -174,7 +174,7 @@ def _may_meet_surface(condition: Condition, shape: Shape) -> bool:
 
 
 def _is_inside(shape: Shape, low: Point, high: Point, margin: float) -> bool:
-    """Return whether a cell with a margin around it lies in a convex body: all its corners do."""
+    """Return whether a cell with a margin around it lies in a convex body, judged by its corners."""
     sides = [(a - margin, b + margin) for a, b in zip(low, high, strict=True)]
     return all(shape.contains((x, y, z)) for x, y, z in product(*sides))
 
@@ -189,7 +189,7 @@ def _halves(low: Point, high: Point) -> list[tuple[Point, Point]]:
 
 
 def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
-    """Yield all these errors of declarations without errors yet."""
+    """Yield all errors of this module, except of declarations that already have errors."""
     blamed = {(d.source, d.span.line) for d in found if d.severity == "error" and d.span is not None}
     for ask in (meshes, groups, tables, loads):
         yield from (d for d in ask(scene) if d.span is None or (d.source, d.span.line) not in blamed)

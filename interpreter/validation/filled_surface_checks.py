@@ -1,4 +1,4 @@
-"""Checks of surfaces that are to be filled with tetrahedra, without running the mesher."""
+"""Checks of surfaces that are to be filled with tetrahedra; they do not run the mesher."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from softmark.solvers.mesh.surface_bodies import SurfaceBody
 
 
 def doubts(model: Declared, case: Case, shape: SurfaceBody) -> tuple[Diagnostic, ...]:
-    """Return errors of a model of a body enclosed by such a surface; for a public data set only of its elements."""
+    """Return errors of a model of a body enclosed by a surface; for a public data set only errors of its elements."""
     found = [check_filled_surface(model, case, shape)]
     if not shape.fault and "data:" not in shape.file:
         try:
@@ -24,6 +24,6 @@ def doubts(model: Declared, case: Case, shape: SurfaceBody) -> tuple[Diagnostic,
                 return tuple(d for d in found if d is not None)
             problem = f"the surface of `{case.body.name}` cannot be filled with tetrahedra: {error}"
             remedy = error.remedy or "name a file with one closed surface"
-            return (diagnostic(error.code, case.body.at("shape"), problem, "encloses no body", remedy),)
+            return (diagnostic(error.code, case.body.at("shape"), problem, "cannot be filled", remedy),)
         found += [repair_warning(case, surface), thickness_warning(model, case, surface)]
     return tuple(d for d in found if d is not None)

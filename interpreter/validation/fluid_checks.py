@@ -1,4 +1,4 @@
-"""Checks of pore fluid: metrics of fluid without a porous body, and bodies that fluid cannot leave."""
+"""Checks of pore fluid: fluid metrics without a porous body, and porous bodies without drainage."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ REMEDY = "use the material `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`"
 
 
 def metrics(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of fluid metrics without fluid or outside the body, and of forces of drained supports."""
+    """Yield errors of outflow through undrained supports, of forces of drained ones, and of pore pressures."""
     for metric in scene.of_kind("metric").values():
         thing: Any = metric.thing
         support = scene.declared.get(metric.value("of") or "")
@@ -43,7 +43,7 @@ def metrics(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _check_pressure(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
-    """Check that a pore pressure has a porous body and a point inside it."""
+    """Check that a pore pressure metric refers to a porous body and to a point inside it."""
     body = scene.declared[metric.thing.body]
     if is_rigid(body) or not porous(body.thing.material):
         yield diagnostic("E228", metric.at("body"), f"`{body.name}` contains no fluid", "no fluid", REMEDY)

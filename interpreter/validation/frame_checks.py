@@ -1,4 +1,4 @@
-"""Checks of spring and beam networks: models of other bodies, theories of one beam, and metrics inside a solid."""
+"""Checks of spring and beam networks: unsuitable models, theories of a single beam, and metrics inside a solid."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ if TYPE_CHECKING:
 
 
 def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Refuse a model that cannot represent a network."""
+    """Yield the error of a model that cannot represent a network."""
     yield diagnostic("E344", declared.at(), f"`{declared.name}` does not support `{case.body.name}`, a network of "
                                             "beams",
                      "not for networks", "use `frame6dof(segments = 8)`")  # fmt: skip
 
 
 def reference(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Refuse a theory that does not apply to a network."""
+    """Yield the error of a theory that does not apply to a network."""
     yield diagnostic("E344", declared.at(), f"`{declared.name}` does not apply to `{case.body.name}`, a network of "
                                             "beams", "not for networks",
                      "use `frame_theory(...)`, closed forms in `expect` lines, or a `curve(...)`")  # fmt: skip
 
 
 def check_metrics_and_probes(scene: Scene) -> Iterator[Diagnostic]:
-    """Refuse metrics and probes that a network does not have."""
+    """Yield errors of metrics and probes that networks do not support."""
     for probe in scene.of_kind("probe").values():
         body = scene.declared.get(probe.value("body") or "")
         if body is None or not isinstance(body.thing, BeamNetwork):
@@ -50,5 +50,5 @@ def check_metrics_and_probes(scene: Scene) -> Iterator[Diagnostic]:
                 metric.at(),
                 f"`{metric.name}` does not apply to `{body.name}`, a network of beams",
                 "not for networks",
-                "remove it: members overlap at joints, and their rigid sections keep their area",
+                "remove this metric: members overlap at joints, and their rigid sections keep their area",
             )

@@ -1,4 +1,4 @@
-"""Checks of free rigid bodies that need only the scene."""
+"""Checks of free rigid bodies that use only the scene, before anything is built."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ Reason = tuple[Any, str, str, str]  # place, what, label, help
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield the first error of every rigid body with a mass or a force."""
+    """Yield the first error of every rigid body that has a mass or a force."""
     for body in scene.of_kind("rigid").values():
         for at, what, label, help in _reasons(scene, body):
             yield diagnostic("E658", at, what, label, help)
@@ -49,7 +49,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _reasons(scene: Scene, body: Declared) -> Iterator[Reason]:
-    """Yield the reasons against one rigid body."""
+    """Yield the reasons why one free rigid body is refused."""
     thing, name = body.thing, body.name
     if is_force_driven(scene, body):
         yield from _check_static(scene, body)
@@ -88,7 +88,7 @@ def _initial_motion_field(thing: Any) -> str:
 
 
 def _check_mass(body: Declared) -> Iterator[Reason]:
-    """Refuse both a density and a mass."""
+    """Refuse a rigid body with both a density and a mass."""
     if body.thing.density is not None and body.thing.mass is not None:
         yield (
             body.at("mass"),
@@ -99,7 +99,7 @@ def _check_mass(body: Declared) -> Iterator[Reason]:
 
 
 def _check_dynamic(scene: Scene, body: Declared) -> Iterator[Reason]:
-    """Check a free rigid body in a dynamic analysis, whose moments are those at the ends of steps."""
+    """Check a free rigid body in a dynamic analysis, in which load moments are taken at the ends of time steps."""
     analysis = next(iter(scene.of_kind("analysis").values()), None)
     if analysis is None or not isinstance(analysis.thing, Dynamic):
         yield (
@@ -118,7 +118,7 @@ def _check_dynamic(scene: Scene, body: Declared) -> Iterator[Reason]:
 
 
 def _check_static(scene: Scene, body: Declared) -> Iterator[Reason]:
-    """Check that loads of a free rigid body in statics act along one direction only, without moments, and are known."""
+    """Check that the loads of a free rigid body in statics are known, along one direction only, without moments."""
     thing, name = body.thing, body.name
     if field := _initial_motion_field(thing):
         yield (
@@ -153,7 +153,7 @@ def _check_static(scene: Scene, body: Declared) -> Iterator[Reason]:
 
 
 def _check_free_direction(scene: Scene, body: Declared, other: Declared) -> Iterator[Reason]:
-    """Check that one direction is free with known weight, and that no other rigid body is force-driven."""
+    """Check that one direction is free, that the weight is known, and that no other rigid body is force-driven."""
     name, left = body.name, free_directions(scene, body, other)
     loads = [load for load in scene.acting("load", name) if isinstance(load.thing, Gravity | PointForce)]
     if not left:
@@ -172,7 +172,7 @@ def _check_free_direction(scene: Scene, body: Declared, other: Declared) -> Iter
             body.at(),
             f"`{name}` is driven by loads but is free along {ways}, and free to rotate",
             "one free direction is needed",
-            f"fix the others, which prevents rotation too: `fixed({name}, components = {hold})`",
+            f"fix the other directions, which also prevents rotation: `fixed({name}, components = {hold})`",
         )
     weighed = any(isinstance(load.thing.action, BodyForce) for load in loads)
     if len(left) == 1 and not any(_has_component(load.thing.action, left[0]) for load in loads):
@@ -205,18 +205,18 @@ def _check_free_direction(scene: Scene, body: Declared, other: Declared) -> Iter
                 body.at(),
                 f"`{name}` and `{second.name}` are both driven by loads",
                 "only one is allowed",
-                "remove the mass and the loads of one of them and fix it: it then carries the force of the other",
+                "remove the mass and the loads of one body and fix this body: it then carries the force of the other",
             )
             return
 
 
 def _has_component(action: Any, along: int) -> bool:
-    """Return whether a load has a component along a direction."""
+    """Return whether a load has a component along a direction, x, y or z by number."""
     return bool((action.acceleration if isinstance(action, BodyForce) else action.force)[along])
 
 
 def _check_contacts(scene: Scene, body: Declared) -> Iterator[Reason]:
-    """Check that it contacts exactly one body, in dynamics a solid."""
+    """Check that a free rigid body contacts exactly one body, which in dynamics must be a solid."""
     known = (c for c in scene.of_kind("contact").values() if isinstance(c.thing, RigidContactPair))
     contacts = [c for c in known if c.thing.rigid == body.name]
     if not contacts:

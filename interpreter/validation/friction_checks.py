@@ -1,4 +1,4 @@
-"""Checks of friction: loads applied in a single step, and friction metrics without friction."""
+"""Checks of friction: loads applied in a single step, and friction metrics of frictionless contacts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NEAR = 1e-9  # relative tolerance
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of friction metrics without friction, and warnings if all load comes in one step."""
+    """Yield errors of friction metrics without friction, and warnings if the whole load is applied in one step."""
     yield from _check_friction_metrics(scene)
     rubbing = _frictional_contacts(scene)
     if not rubbing or scene.state is not None or states_of(scene):
@@ -37,7 +37,10 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def check_rotations(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of rigid bodies that rotate so far between states that slip is underestimated or reversed."""
+    """Yield errors of rigid bodies that rotate so far between states that slip is underestimated or reversed.
+
+    Friction assumes that points slide along a straight line in each state.
+    """
     bodies = {c.thing.rigid: c for c in _frictional_contacts(scene) if isinstance(c.thing, RigidContactPair)}
     for body, contact in bodies.items():
         for support in (s for s in scene.acting("support", body) if isinstance(s.thing, Rotated)):
@@ -55,7 +58,7 @@ def check_rotations(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _largest_rotation(scene: Scene, support: Declared) -> float:
-    """Return the largest rotation of a support from one state to the next, or from rest to the first, rad."""
+    """Return the largest rotation of a support, rad, between two states or from rest to the first state."""
     try:
         each = [float(in_state(scene, i).declared[support.name].thing.angle) for i in range(len(states_of(scene)))]
     except Unreadable:  # an unreadable table is reported elsewhere

@@ -10,11 +10,11 @@ from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.problem.body_case import Fault, body_of
 
 OF_WALLS = (
-    "select points of the wall: stress and strain of a hollow member are those of its wall, and its axis has "
+    "select points of the wall: only the wall of a hollow member has stress and strain, because its axis has "
     "no material"
 )
 OF_BEAMS = (
-    "use only beam models, `beam6dof(...)` and `frame6dof(...)`, which refer such a point to the whole section; for "
+    "use only beam models, `beam6dof(...)` and `frame6dof(...)`, which locate such a point by its section; for "
     "other models {instead}: the axis of a hollow member has no material"
 )
 INSTEAD = {"load": "apply a traction to the end face or to a strip of the wall", "probe": "select points of the wall"}
@@ -23,7 +23,8 @@ INSTEAD = {"load": "apply a traction to the end face or to a strip of the wall",
 def axis_point_refusal(scene: Scene, declared: Declared) -> str | None:
     """Return why a load or probe cannot lie on the axis of a hollow body, as a remedy; None if it can.
 
-    It can if all models of the body are beams, which move and are loaded by sections, and no stress is requested.
+    It can lie there if all models of the body are beams, whose sections move and are loaded as wholes, and if no stress
+    is requested.
     """
     if declared.kind == "probe" and any(
         isinstance(metric.thing, TensorMetric) and metric.thing.probe == declared.name
@@ -37,7 +38,7 @@ def axis_point_refusal(scene: Scene, declared: Declared) -> str | None:
 
 
 def _is_of_body(scene: Scene, model: Declared, body: str) -> bool:
-    """Return whether a model is of this body."""
+    """Return whether a model represents this body."""
     try:
         return body_of(scene, model) == body
     except Fault:  # reported elsewhere

@@ -1,7 +1,7 @@
-"""Check for initial overlap of a rigid body with another body, as far as shapes show; a run also checks meshes.
+"""Check for initial overlap of a rigid body with another body, judged by shapes; a run also checks meshes.
 
 Only certain overlaps are reported: a surface point of the deformable body that no support constrains and that lies
-clearly inside the rigid body. Shapes from files, planes and parts of a surface are left to the run.
+clearly inside the rigid body. Shapes from files, planes and parts of a surface are checked during the run.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ HALVES = 30  # bisections of a line to find the surface
 
 
 def check_initial_overlap(scene: Scene, contact: Declared, rigid: Declared, body: Declared) -> Iterator[Diagnostic]:
-    """Yield an error if a surface point of the body lies inside the rigid one; the message gives the point."""
+    """Yield an error with a surface point of the deformable body that lies inside the rigid body, if there is one."""
     if contact.thing.where is not EVERYWHERE or body.thing.planar:
         return
     held = [s.thing.where for s in scene.acting("support", body.name) if getattr(s.thing, "where", None) is not None]
@@ -37,14 +37,14 @@ def check_initial_overlap(scene: Scene, contact: Declared, rigid: Declared, body
                 "E611", contact.at(),
                 f"`{rigid.name}` overlaps `{body.name}` at the start: both contain {place}",
                 "overlap at the start",
-                "move it away, so that it touches at most, and press it in with a support: `displaced(..., by = "
+                "move it away until the bodies only touch, and press it in with a support: `displaced(..., by = "
                 "...)`",
             )  # fmt: skip
             return
 
 
 def _surface_points_inside(inner: Shape, outer: Shape) -> Iterator[Vector3]:
-    """Yield surface points of `outer` that are clearly inside `inner`, m, on a few lines along the axes."""
+    """Yield surface points of `outer`, m, that are clearly inside `inner`, on a few lines along the axes."""
     if inner.bounds is None or outer.bounds is None:
         return
     low = [max(a, b) for a, b in zip(inner.bounds[0], outer.bounds[0], strict=True)]
@@ -66,7 +66,7 @@ def _surface_points_inside(inner: Shape, outer: Shape) -> Iterator[Vector3]:
 
 
 def _surface_crossing(shape: Shape, within: Vector3, beyond: Vector3) -> Vector3:
-    """Return the point where a line from inside a shape to outside crosses its surface."""
+    """Return the point, m, at which a line from inside a shape to outside crosses its surface."""
     a, b = within, beyond
     for _ in range(HALVES):
         middle = (0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2]))
@@ -75,6 +75,6 @@ def _surface_crossing(shape: Shape, within: Vector3, beyond: Vector3) -> Vector3
 
 
 def _is_well_inside(shape: Shape, at: Vector3, deep: float) -> bool:
-    """Return whether the corners of a cube around a point are in a shape as well."""
+    """Return whether a point and the corners of a cube around it are inside a shape."""
     x, y, z = at
     return all(shape.contains((x + i * deep, y + j * deep, z + k * deep)) for i, j, k in product((-1, 1), repeat=3))

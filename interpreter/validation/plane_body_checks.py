@@ -1,6 +1,6 @@
 """Checks of plane bodies: regions without a thickness, unsupported models, and forces out of the plane.
 
-Everything without plane formulas is refused here, so that nothing is computed as if it had them.
+Everything without formulas for plane bodies is refused here.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ QUADS = ", ".join(f"`{name}`" for name in PLANE)
 
 
 def shapes(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of plane regions used for solids, and of plane bodies without a plane region."""
+    """Yield errors of plane regions in solids, and of plane bodies without a plane region."""
     for body in scene.of_kind("body").values():
         if body.thing.planar and not body.thing.shape.flat:
             yield diagnostic("E542", body.at("region"), f"`{body.name}` needs a plane region as its shape",
@@ -67,12 +67,12 @@ def shapes(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _crosses_axis(shape: Shape) -> bool:
-    """Return whether a region has points with x < 0."""
+    """Return whether a region of a body of revolution has points with x < 0."""
     return shape.bounds is not None and shape.bounds[0][0] < -NEAR * shape.diagonal
 
 
 def check_conditions(scene: Scene) -> Iterator[Diagnostic]:
-    """Refuse conditions on z for plane bodies, which are the same for all z."""
+    """Yield errors of conditions on z for plane bodies, whose points at all z are equivalent."""
     for declared in (d for kind in ("region", "support", "load") for d in scene.of_kind(kind).values()):
         body, condition = scene.declared.get(declared.value("body") or ""), declared.value("where")
         if body is not None and body.thing.planar and condition is not None and 2 in condition.axes:
@@ -83,7 +83,7 @@ def check_conditions(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def check_actions(scene: Scene) -> Iterator[Diagnostic]:
-    """Refuse loads and supports across the plane of a plane body.
+    """Yield errors of loads and supports normal to the plane of a plane body.
 
     Gravity along z is allowed if the scene also has solids: it acts on all bodies, and the plane body is held in its
     plane.
@@ -115,7 +115,7 @@ def check_actions(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _check_rigid_motion(scene: Scene, rigid: str, body: Declared) -> Iterator[Diagnostic]:
-    """Refuse supports that move a rigid body out of the plane, or off the axis, of the body it contacts."""
+    """Yield errors of supports that move a rigid body out of the plane, or off the axis, of the body it contacts."""
     around = body.thing.planar == "axisymmetric"
     for support in scene.acting("support", rigid):
         thing = support.thing
@@ -137,12 +137,12 @@ def _check_rigid_motion(scene: Scene, rigid: str, body: Declared) -> Iterator[Di
                 support.at(),
                 f"`{support.name}` moves `{rigid}` out of the plane of `{body.name}`, with which it is in contact",
                 "it has a component along z",
-                "remove the z component, and rotate about z only: the plane is that of x and y",
+                "remove the z component, and rotate about z only: the body lies in the x-y plane",
             )
 
 
 def _check_axisymmetric_actions(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
-    """Refuse gravity across the axis of revolution, symmetry planes not normal to it, and rotated parts."""
+    """Yield errors of gravity across the axis of revolution, symmetry planes not normal to it, and rotated parts."""
     turned = [body.name for body in scene.of_kind("body").values() if body.thing.planar == "axisymmetric"]
     thing, own = declared.thing, declared.value("body")
     if isinstance(thing, Symmetric):
@@ -169,14 +169,14 @@ def _check_axisymmetric_actions(scene: Scene, declared: Declared) -> Iterator[Di
 
 
 def _is_off_plane_force(action: Any) -> bool:
-    """Return whether an action is a force at a point off the plane."""
+    """Return whether an action is a force at a point outside the plane."""
     return len(action.points) == 1 and action.points[0][1][2] != 0.0
 
 
 def _out_of_plane_starts(analysis: Any, alone: bool) -> Iterator[str]:
     """Yield the names of initial motions that leave the plane.
 
-    A velocity along z counts only if all bodies are plane (`alone`).
+    A velocity along z counts only with `alone`, if all bodies are plane.
     """
     if not isinstance(analysis, Dynamic):
         return
@@ -204,7 +204,7 @@ def _out_of_plane(declared: Declared, revolved: bool) -> Reason | None:
 
 
 def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Refuse a model that does not fit a plane body, or a plane model of a solid."""
+    """Yield errors of a model that does not fit a plane body, or of a plane model of a solid."""
     thing = declared.thing
     plane = getattr(thing, "element", None) in PLANE
     if not case.planar:
@@ -248,7 +248,7 @@ PLAIN = {"rotation": "point", "precision": "double", "mass": "consistent", "init
 
 
 def _check_axisymmetric_model(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Refuse options and dynamic analyses that axisymmetric models do not have."""
+    """Yield errors of options and dynamic analyses that axisymmetric models do not support."""
     for field in (name for name, only in PLAIN.items() if getattr(thing, name) != only):
         yield diagnostic(
             "E322",
@@ -259,12 +259,12 @@ def _check_axisymmetric_model(thing: Fem, declared: Declared, case: Case) -> Ite
         )
     if isinstance(case.analysis, Dynamic) or case.analysis.disturbed != "none" or case.analysis.path != "load":
         yield diagnostic("E322", declared.at(), f"`{declared.name}` models a body of revolution, which supports only "
-                                                "static analysis under growing load", "not for axisymmetric bodies",
+                                                "static analyses that start at rest", "not for axisymmetric bodies",
                          "use `static()`, or a `solid`")  # fmt: skip
 
 
 def _check_plane_stress_model(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Refuse options that plane stress does not have, and materials whose thickness could not follow."""
+    """Yield errors of options that plane stress does not support, and of materials with unknown change of thickness."""
     field = "integration" if thing.integration != "full" else "formulation"
     if thing.integration != "full" or thing.formulation != "displacement" or thing.rotation != "point":
         field = "rotation" if thing.rotation != "point" else field
@@ -287,17 +287,17 @@ def _check_plane_stress_model(thing: Fem, declared: Declared, case: Case) -> Ite
         yield diagnostic(
             "E545",
             case.body.at("material"),
-            f"`{case.body.name}` is in plane stress, but its material has no bulk modulus, which the thickness needs",
+            f"`{case.body.name}` is in plane stress, but its material has no bulk modulus to compute the thickness",
             "a Poisson's ratio of 0.5",
-            "use a smaller one, such as 0.4999: plane stress does not lock",
+            "use a smaller Poisson's ratio, such as 0.4999: plane stress does not lock",
         )
 
 
 def _reason_unknown(metric: Declared, scene: Scene) -> str:
-    """Return why a metric is not known for an axisymmetric body; "" if it is."""
+    """Return why a metric has no value for an axisymmetric body; "" if it has one."""
     thing = metric.thing
     if isinstance(thing, Force):
-        return "" if not (thing.direction[0] or thing.direction[2]) else "whose forces across its axis cancel"
+        return "" if not (thing.direction[0] or thing.direction[2]) else "because forces across the axis cancel"
     if isinstance(thing, StrainEnergy | PorePressure | Outflow | ContactMetric):
         return ""
     if isinstance(thing, DerivedMetric):  # known if the metric `of` is
@@ -305,12 +305,15 @@ def _reason_unknown(metric: Declared, scene: Scene) -> str:
     probe = scene.declared.get(thing.looked_at or "")
     if isinstance(thing, AT_POINTS) and probe is not None:
         seen = isinstance(probe.thing, Point | Line)
-        return "" if seen else "whose section is probed at points and along lines"
+        return "" if seen else "which is probed only at points and along lines"
     return "which does not support this metric"
 
 
 def metrics(scene: Scene) -> Iterator[Diagnostic]:
-    """Refuse metrics that a slice does not have: frequencies, and the volume of a plate of varying thickness."""
+    """Yield errors of metrics without a value for plane bodies.
+
+    These are frequencies, and the volume of a plate whose thickness varies.
+    """
     for metric in scene.of_kind("metric").values():
         body = scene.declared.get(metric.thing.body_in(scene) or "")
         planar = "" if body is None else body.thing.planar

@@ -85,7 +85,7 @@ def vocabulary_of(ours: Vocabulary, asked: Sequence[str]) -> tuple[Vocabulary, l
 
 
 class NoPlugin(Exception):
-    """There is no such plugin; carries the diagnostic."""
+    """Exception for a plugin that does not exist; it carries the diagnostic."""
 
     def __init__(self, message: str, help: str) -> None:
         super().__init__(message)
@@ -93,7 +93,7 @@ class NoPlugin(Exception):
 
 
 def installed_plugins() -> dict[str, str]:
-    """Return the installed plugins and the module of each; none is loaded."""
+    """Return the names of installed plugins and the module of each, without loading them."""
     from importlib.metadata import entry_points
 
     return {point.name: point.module for point in entry_points(group=GROUP)}
@@ -104,7 +104,7 @@ def installed_plugins() -> dict[str, str]:
 
 @dataclass(frozen=True)
 class PluginSource:
-    """Text of a plugin, and how to load it."""
+    """Text of a plugin, and the way to load it."""
 
     asked: str
     source: Source
@@ -131,7 +131,7 @@ class PluginSource:
         return Span(start + indent, start + len(own), number, indent + 1, number, len(own) + 1)
 
     def _span(self, node: Any) -> Span:
-        """Return the span of a node; columns of `ast` count bytes."""
+        """Return the span of a node, whose columns `ast` counts in bytes."""
         lines = self.source.text.split("\n")
         first, last = (
             len(lines[row - 1].encode()[:column].decode(errors="ignore"))
@@ -148,7 +148,7 @@ _LOADED: dict[tuple[str, str], Plugin] = {}  # by requested name and text
 
 
 def load_plugin(asked: str) -> Plugin:
-    """Load a plugin by file or name; it runs once per process while its text is unchanged. Raises NoPlugin."""
+    """Load a plugin by file or name, once per process while its text is unchanged. Raises NoPlugin."""
     read = _read(asked)
     key = read.asked, read.sha256
     if key not in _LOADED:
@@ -183,7 +183,7 @@ def _read(asked: str) -> PluginSource:
 
 
 def _locate_installed(name: str) -> tuple[Path, str]:
-    """Return file and module of an installed plugin without running it; its parent packages do run. Raises NoPlugin."""
+    """Return file and module of an installed plugin; only its parent packages run. Raises NoPlugin."""
     from importlib.util import find_spec
 
     known = installed_plugins()
@@ -207,7 +207,7 @@ def _locate_installed(name: str) -> tuple[Path, str]:
 
 
 class BadPlugin(Exception):
-    """A plugin is unusable; carries the diagnostic."""
+    """Exception for an unusable plugin; it carries the diagnostic."""
 
     def __init__(self, diagnostic: Diagnostic, why: str) -> None:
         super().__init__(why)
@@ -216,7 +216,7 @@ class BadPlugin(Exception):
 
 @dataclass(frozen=True)
 class Entry:
-    """One line of a plugin's table."""
+    """Word in the table of a plugin, with the name of its class."""
 
     table: str
     word: str
@@ -225,12 +225,12 @@ class Entry:
 
     @property
     def kind(self) -> str:
-        """Kind of declaration."""
+        """Kind of declaration to which the word belongs."""
         return TABLES[self.table][0]
 
 
 def _build_plugin(read: PluginSource) -> Plugin:
-    """Load a plugin; return it with all its errors."""
+    """Load a plugin, and return it with all its errors."""
     doubts: list[Diagnostic] = []
     broken: dict[tuple[str, str], str] = {}
     words: dict[str, dict[str, Any]] = {}
@@ -264,7 +264,7 @@ def _build_plugin(read: PluginSource) -> Plugin:
 
 
 def _left_out_diagnostic(read: PluginSource, entry: Entry, why: BadClass) -> Diagnostic:
-    """Return the diagnostic for a word that is left out."""
+    """Return the diagnostic for a word of a plugin that cannot be used."""
     return read.doubt("W731", f"has a word that is ignored: {why}", entry.node, f"not a valid {entry.kind}", why.remedy)
 
 
@@ -276,12 +276,13 @@ def _tree(read: PluginSource) -> ast.Module:
         line = getattr(error, "lineno", 0) or 0
         why = f"it is not valid Python: {getattr(error, 'msg', None) or error}" + (f" (line {line})" if line else "")
         raise BadPlugin(
-            read.doubt("W730", f"is broken: {why}", line, "here", "no word of it can be used"), why
+            read.doubt("W730", f"is broken: {why}", line, "here", "correct the plugin: none of its words can be used"),
+            why,
         ) from error
 
 
 def _entries(read: PluginSource, tree: ast.Module, doubts: list[Diagnostic]) -> Iterator[Entry]:
-    """Yield the lines of the table. Raises BadPlugin if there is no table."""
+    """Yield the words in the table of a plugin. Raises BadPlugin if it has no table."""
     form = f'a literal at its top level, such as `{NAME} = {{"metrics": {{"sway": "Sway"}}}}`'
     node = next((n.value for n in tree.body if isinstance(n, ast.Assign | ast.AnnAssign) and _names(n)), None)
     if node is None:
@@ -322,7 +323,7 @@ def _lines(read: PluginSource, table: str, node: ast.Dict, doubts: list[Diagnost
 
 
 def _recover_entries(read: PluginSource) -> Iterator[Entry]:
-    """Yield the lines of the table of a file with a syntax error elsewhere."""
+    """Yield the words in the table of a plugin with a syntax error elsewhere."""
     found = re.search(rf"^{NAME}\s*(?::[^=\n]*)?=\s*(\{{.*?^\}}|\{{[^\n]*\}})", read.source.text, re.M | re.S)
     try:
         tree = ast.parse(f"{NAME} = {found[1]}") if found else ast.Module([], [])
@@ -335,7 +336,7 @@ def _recover_entries(read: PluginSource) -> Iterator[Entry]:
 
 
 def _run(read: PluginSource) -> ModuleType:
-    """Run a plugin and return its module; its output goes to standard error. Raises BadPlugin for any exception."""
+    """Run a plugin, with its output on standard error, and return its module. Raises BadPlugin."""
     named = not read.module.startswith(OWN)
     module = ModuleType(read.module)
     module.__file__ = read.file
@@ -348,7 +349,11 @@ def _run(read: PluginSource) -> ModuleType:
     except (Exception, SystemExit) as error:
         sys.modules.pop(read.module, None)
         line, why = _line_of(error, read.file), format_exception(error)
-        help = "no word of it can be used; install what it needs" if isinstance(error, ImportError) else "correct it"
+        help = (
+            "install the missing module: no word of the plugin can be used"
+            if isinstance(error, ImportError)
+            else "correct it"
+        )
         doubt = read.doubt("W730", f"is broken: {why}", line, "raised here", help)
         raise BadPlugin(doubt, f"{why} (line {line})") from None
     return module
@@ -364,7 +369,7 @@ def _line_of(error: BaseException, file: str) -> int:
 
 
 class BadClass(Exception):
-    """A class cannot define a word; `remedy` says what it needs."""
+    """Exception for a class that cannot define a word; `remedy` names what the class needs."""
 
     def __init__(self, why: str, remedy: str) -> None:
         super().__init__(why)
@@ -372,7 +377,7 @@ class BadClass(Exception):
 
 
 def _check_safely(entry: Entry, module: ModuleType) -> Any:
-    """Return the checked class of a word. Raises BadClass, also for any exception of the plugin."""
+    """Return the checked class of a word. Raises BadClass, also in place of any exception that the plugin raises."""
     try:
         return _check_entry(entry, module)
     except BadClass:
@@ -392,7 +397,7 @@ def _check_entry(entry: Entry, module: ModuleType) -> Any:
     if entry.table == "adapters":
         return _register_adapter(entry.word, name, thing, root, module)
     if not isinstance(thing, type):
-        raise BadClass(f"it has no class `{name}`", "write a word and the name of a class of this file")
+        raise BadClass(f"it has no class `{name}`", "write a word and the name of a class in this file")
     if not issubclass(thing, root):
         raise BadClass(f"`{name}` is not a {base}", f"derive it from `{base}` of `softmark.{place}`")
     check_class(thing, entry.kind)
@@ -402,7 +407,7 @@ def _check_entry(entry: Entry, module: ModuleType) -> Any:
 
 
 def check_class(cls: type[Any], kind: str) -> None:
-    """Check that a class has all that its word needs. Raises BadClass."""
+    """Check that a class has every attribute that a word of its kind needs. Raises BadClass."""
     name = cls.__name__
     own: Any = vars(cls).get("__dataclass_params__")  # not inherited from its base
     if own is None or not own.frozen:
@@ -435,7 +440,7 @@ def _is_only_inherited(cls: type[Any], root: type[Any], name: str) -> bool:
 
 
 def _check_reference(cls: type[Any]) -> None:
-    """Check that a reference defines how its answer is computed. Raises BadClass."""
+    """Check that a reference class defines how its results are computed. Raises BadClass."""
     known: Mapping[str, str] = {"solved": "solve", "measured": "load", "scanned": "load"}
     if cls.how not in known:
         raise BadClass(f"`{cls.__name__}` is `{cls.how}`", 'write `how = "solved"` or `"measured"` in a reference')
@@ -444,7 +449,7 @@ def _check_reference(cls: type[Any]) -> None:
 
 
 def _register_builder(cls: type[Any], builder: str, module: ModuleType) -> None:
-    """Register the builder of a model: a function of this file, or a module. Raises BadClass."""
+    """Register the function or module that builds a model. Raises BadClass."""
     from softmark.interpreter.models.model_builders import BUILDERS, Builder
 
     if "." in builder:
@@ -479,7 +484,7 @@ def _is_same_module(one: ModuleType, other: ModuleType) -> bool:
 
 
 def _remove_existing_words(plugin: Plugin, ours: Vocabulary) -> Plugin:
-    """Return the plugin without words that already exist."""
+    """Return the plugin without words that the vocabulary already has."""
     taken = {(k, w): ours.owner(k, w) for k, own in plugin.words.items() for w in own if w in ours[k]}
     if not taken:
         return plugin

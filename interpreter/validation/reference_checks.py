@@ -1,7 +1,8 @@
 """Checks that a reference has the data that a metric, a probe or a support needs.
 
 A theory and a model are displacement fields, known at every point. A measured surface gives the deformed shape, but not
-the motion of material points. Tracked points are known only where they were tracked. Some theories know only forces.
+the motion of material points. Tracked points give the displacement of those points only. Some theories give only
+forces.
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ class _Refusal:
 
 
 def data_kind_of(reference: Declared) -> Known:
-    """Return the kind of data of a reference, or of a model used as one."""
+    """Return the kind of data of a reference, or of a model used as a reference."""
     if isinstance(reference.thing, TrackedPoints):
         return "points"
     if isinstance(reference.thing, CurveFromFile):
@@ -69,7 +70,7 @@ def data_kind_of(reference: Declared) -> Known:
 
 
 def check_comparisons(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of metrics without any value, and of probes and supports that need tracked points."""
+    """Yield errors of metrics that have no value, and of probes and supports that need tracked points."""
     for declared in (*scene.of_kind("probe").values(), *scene.of_kind("support").values()):
         yield from _check_tracked_points(scene, declared)
     for metric in scene.of_kind("metric").values():
@@ -79,7 +80,7 @@ def check_comparisons(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _check_tracked_points(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
-    """Check that probes of markers and supports that follow them have a reference of tracked points."""
+    """Check that probes of markers, and supports that follow markers, have a reference of tracked points."""
     of = declared.thing.tracked
     if of is None or data_kind_of(scene.declared[of]) == "points":
         return
@@ -94,7 +95,7 @@ def _check_tracked_points(scene: Scene, declared: Declared) -> Iterator[Diagnost
 
 
 def _probe(scene: Scene, metric: Declared) -> _Refusal | None:
-    """Check that a metric of surfaces has a surface probe, and one of strains a volume probe."""
+    """Return the refusal of a surface metric without a surface probe, or a strain metric without a volume probe."""
     name = metric.thing.looked_at
     if name is None:
         return None
@@ -129,7 +130,7 @@ def _nearest(metric: Declared) -> str:
 
 
 def _tensor(scene: Scene, metric: Declared) -> _Refusal | None:
-    """Check that a stress metric has a model with stress, and a component that its tensor has."""
+    """Return the refusal of a stress metric whose model has no stress, or of an invalid component, or None."""
     thing = metric.thing
     if not isinstance(thing, TensorMetric):
         return None
@@ -156,7 +157,7 @@ def _tensor(scene: Scene, metric: Declared) -> _Refusal | None:
 
 
 def _history_dependent_body(scene: Scene, model: Declared) -> str:
-    """Return "porous" or "viscoelastic" body of a model in words, whose stress is not known at points; else ""."""
+    """Return "porous" or "viscoelastic" for a body whose stress is not known at points; "" for others."""
     try:
         case = case_for(scene, _full_model(scene, model))
     except Fault:  # reported elsewhere
@@ -167,7 +168,7 @@ def _history_dependent_body(scene: Scene, model: Declared) -> str:
 
 
 def _check_correct_model(scene: Scene, metric: Declared) -> _Refusal | None:
-    """Check that the model taken as correct has stress as well."""
+    """Return the refusal of a stress metric whose reference model has no stress, or None."""
     if (name := metric.thing.against) is None:
         return None
     if (right := scene.declared[name]).kind == "reference":
@@ -184,12 +185,12 @@ def _check_correct_model(scene: Scene, metric: Declared) -> _Refusal | None:
 
 
 def _full_model(scene: Scene, model: Declared) -> Declared:
-    """Return the model itself, or the full model of a reduced one."""
+    """Return the model itself, or the full model from which a reduced one is derived."""
     return model if model.thing.reduces is None else scene.declared[model.thing.reduces]
 
 
 def _time(scene: Scene, metric: Declared) -> _Refusal | None:
-    """Check that metrics over time have a dynamic analysis, and frequencies a static one."""
+    """Return the refusal of a metric over time without a dynamic analysis, or a frequency with one, or None."""
     moving = any(isinstance(analysis.thing, Dynamic) for analysis in scene.of_kind("analysis").values())
     if moving and isinstance(metric.thing, Frequency):
         help = "remove the analysis, or measure the motion: `metric swing = period(tip, along = -z)`"
@@ -206,7 +207,7 @@ def _time(scene: Scene, metric: Declared) -> _Refusal | None:
 
 
 def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
-    """Check that the reference has the data that the metric needs."""
+    """Return the refusal of a metric whose reference lacks the data that it needs, or None."""
     name = metric.thing.measured_from
     if name is None:
         return None
@@ -237,7 +238,7 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
 
 
 def _curves(metric: Declared, name: str, known: Known) -> _Refusal:
-    """Return the error for a curve compared with something else."""
+    """Return the refusal of a curve metric compared with a reference that is no curve."""
     word = metric.constructor.name
     if known != "curve":
         return _Refusal("against", f"`{word}` compares curves, but `{name}` is {KNOWN[known]}", "not a curve",
@@ -247,7 +248,7 @@ def _curves(metric: Declared, name: str, known: Known) -> _Refusal:
 
 
 def _values(metric: Declared, name: str, known: Known) -> _Refusal:
-    """Return the error for a number compared with something other than given values."""
+    """Return the refusal of a number compared with a reference that has no given values."""
     word = metric.constructor.name
     if known != "value":
         return _Refusal("against", f"`{word}` needs a given value, but `{name}` is {KNOWN[known]}", "no value",
@@ -257,7 +258,10 @@ def _values(metric: Declared, name: str, known: Known) -> _Refusal:
 
 
 def _pointwise(scene: Scene, metric: Declared, name: str, known: Known) -> _Refusal | None:
-    """Check displacements of material points: a measured surface has none, tracked points only their own."""
+    """Return the refusal of a displacement metric whose reference does not have its material points, or None.
+
+    A measured surface has none, and tracked points have only their own.
+    """
     if known == "surface":
         return _Refusal("against", f"`{metric.constructor.name}` compares displacements, but `{name}` has none",
                         KNOWN[known], "use `surface_distance(...)`: a measured surface does not show how material "

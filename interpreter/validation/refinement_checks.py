@@ -1,6 +1,6 @@
-"""Checks of references that refine the scene's own models and extrapolate.
+"""Checks of references that refine the scene's own models and extrapolate their results.
 
-The solving is in verification/refinement_family.py; this module uses no arrays.
+verification/refinement_family.py solves the models; this module uses no arrays.
 """
 
 from __future__ import annotations
@@ -34,19 +34,19 @@ RATIO = 1.3  # least ratio of neighbouring cell sizes (Celik et al. 2008, step 2
 
 @dataclass(frozen=True)
 class Method:
-    """One refined model: its declaration and its case."""
+    """Model that a reference refines, with its case."""
 
     declared: Declared
     case: Case
 
     @property
     def formal(self) -> int:
-        """Theoretical convergence order of displacements of its element for smooth solutions."""
+        """Theoretical convergence order of the element's displacements for smooth solutions."""
         order: int = self.declared.thing.order
         return order
 
     def at(self, size: float) -> Declared:
-        """Return the same model with another cell size."""
+        """Return the declaration of the model with another cell size, m."""
         return replace(self.declared, thing=replace(self.declared.thing, size=size))
 
 
@@ -60,7 +60,7 @@ def methods_of(scene: Scene, reference: Declared) -> list[Method]:
 
 
 def check_refinements(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors and warnings of every such reference of a scene."""
+    """Yield errors and warnings of every reference of a scene that refines models."""
     for reference in scene.of_kind("reference").values():
         if isinstance(reference.thing, SelfConverged):
             sizes = list(_sizes(reference))
@@ -93,7 +93,7 @@ def _methods(scene: Scene, reference: Declared, well_sized: bool) -> Iterator[Di
             reference.at("methods"),
             f"`{reference.name}` refines one model only",
             "nothing to compare with",
-            "name two models that share no element and integration, so that each checks the other",
+            "name two models with different elements or integration, so that each checks the other",
         )
         return
     seen: dict[tuple[str, str], Declared] = {}
@@ -110,12 +110,12 @@ def _methods(scene: Scene, reference: Declared, well_sized: bool) -> Iterator[Di
 
 
 def _refinement_obstacle(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic | None:
-    """Return why a model cannot be refined, or None."""
+    """Return the error if a model cannot be refined, or None."""
     name, thing = declared.name, declared.thing
     problem = label = help = ""
     if not isinstance(thing, Fem):
         problem = f"`{name}` is {declared.constructor.name}, not a finite element model with a `size`"
-        label, help = "does not converge to the solid", "name `fem(...)` models: this one converges to another theory"
+        label, help = "does not converge to the solid", "name `fem(...)` models: this model converges to another theory"
     elif thing.size is None:
         problem, label = f"`{name}` has its own mesh and no `size` to refine", "cannot be refined"
         help = "give the model a `size` instead of its mesh"
@@ -134,7 +134,7 @@ def _refinement_obstacle(scene: Scene, reference: Declared, declared: Declared) 
 
 
 def _other_body_error(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic | None:
-    """Return the error for a model of another body."""
+    """Return the error if a model is of another body than the reference, or None."""
     try:
         own, theirs = body_of(scene, reference), body_of(scene, declared)
     except Fault:  # reported elsewhere
@@ -147,7 +147,7 @@ def _other_body_error(scene: Scene, reference: Declared, declared: Declared) -> 
 
 
 def _shared_error(reference: Declared, declared: Declared, twin: Declared, first: Declared) -> Diagnostic | None:
-    """Return the error for two models that share their errors, or that do not converge to one limit."""
+    """Return the error if two models have common errors or do not converge to one limit, or None."""
     mine, theirs = declared.thing, first.thing
     if twin is not declared:
         both = f"`{twin.name}` and `{declared.name}`"
@@ -167,7 +167,7 @@ def _shared_error(reference: Declared, declared: Declared, twin: Declared, first
 
 
 def _memory_error(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic | None:
-    """Return the error for a finest mesh that does not fit in memory."""
+    """Return the error if the finest mesh does not fit in memory, or None."""
     try:
         case = case_for(scene, declared)
     except Fault:
@@ -184,7 +184,10 @@ def _memory_error(scene: Scene, reference: Declared, declared: Declared) -> Diag
 
 
 def extrapolation_obstacle(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
-    """Return why meshes of these sizes cannot be extrapolated (not similar, or hardly finer), or None."""
+    """Return why meshes of these cell sizes, m, cannot be extrapolated, or None.
+
+    They cannot if they are not similar or hardly finer.
+    """
     found = [shape.counts(size, cuts) for size in sizes[-LEAST:]]
     counts = [own for own in found if own is not None]
     if len(counts) < len(found):
@@ -198,7 +201,7 @@ def extrapolation_obstacle(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()
 
 
 def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
-    """Yield warnings about meshes that show no order, and methods with common errors."""
+    """Yield warnings about meshes that show no convergence order, and about methods with common errors."""
     methods = methods_of(scene, reference)
     first, sizes = methods[0], reference.thing.sizes.values
     shape, cuts = first.case.shape, first.declared.thing.cuts(first.case)
@@ -216,7 +219,7 @@ def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
 
 
 def _propose_sizes(shape: Shape, cuts: Cuts) -> str:
-    """Propose sizes that give similar meshes, if some are known."""
+    """Return text that proposes cell sizes with similar meshes, if some are known."""
     largest = shape.even or 0.0
     for part in range(1, PARTS + 1) if largest else ():
         sizes = tuple(float(f"{largest / part / k:.5g}") for k in (1, 2, 3))

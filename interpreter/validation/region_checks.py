@@ -1,4 +1,4 @@
-"""Checks of regions that need only the scene."""
+"""Checks of material regions that use only the scene, before anything is built."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SELECT = ("region", "support", "load", "probe")  # kinds whose declarations have
 
 
 def check_owners(scene: Scene) -> Iterator[Diagnostic]:
-    """Refuse regions of one body that are used for another."""
+    """Yield errors of regions that are used for another body than their own."""
     for declared in (d for kind in SELECT for d in scene.of_kind(kind).values()):
         used = [("over", name) for name in declared.value("over") or ()]
         where, body = declared.value("where"), declared.value("body")
@@ -27,11 +27,11 @@ def check_owners(scene: Scene) -> Iterator[Diagnostic]:
                 continue
             problem = f"`{name}` is a region of `{owner}`, but `{declared.name}` refers to `{body}`"
             yield diagnostic("E591", declared.at(field), problem, "of another body",
-                             f"declare one of `{body}`: `region NAME = part({body}, where = ...)`")  # fmt: skip
+                             f"declare a region of `{body}`: `region NAME = part({body}, where = ...)`")  # fmt: skip
 
 
 def check_groups(scene: Scene) -> Iterator[Diagnostic]:
-    """Refuse mesh groups of a body without a mesh file."""
+    """Yield errors of named mesh groups of a body without a mesh file."""
     for region in scene.of_kind("region").values():
         body = scene.declared.get(region.thing.body)
         if region.thing.group is not None and body is not None and not body.thing.shape.prebuilt:
@@ -44,7 +44,7 @@ def check_groups(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def check_order(scene: Scene) -> Iterator[Diagnostic]:
-    """Warn about an order of regions without effect, since one of them has no material of its own."""
+    """Yield warnings about an order of regions that has no effect, since one of them has no material of its own."""
     for region in scene.of_kind("region").values():
         for name in region.thing.over:
             lacking = region.name if region.thing.material is None else name
@@ -55,7 +55,7 @@ def check_order(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def check_overlaps(scene: Scene) -> Iterator[Diagnostic]:
-    """Refuse regions of different materials with a common box."""
+    """Yield errors of regions of different materials that overlap in a box."""
     for body in scene.of_kind("body"):
         case = case_of(scene, body)
         shape = case.shape
@@ -68,7 +68,7 @@ def check_overlaps(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def check_models(scene: Scene) -> Iterator[Diagnostic]:
-    """Check models that use one material for a body of several, or one given material in place of all."""
+    """Yield errors of models that use one material for a body of several, also if the model declares it."""
     for model in scene.asked("model").values():
         try:
             case = case_for(scene, model)
@@ -79,8 +79,8 @@ def check_models(scene: Scene) -> Iterator[Diagnostic]:
         names = ", ".join(f"`{part.name}`" for part in case.parts)
         if not model.thing.composite:
             yield diagnostic("E593", model.at(),
-                             f"`{model.name}` supports one material, but `{case.body.name}` has regions of others: "
-                             f"{names}",
+                             f"`{model.name}` supports one material, but `{case.body.name}` has regions of other "
+                             f"materials: {names}",
                              "one material only",
                              "use a full `fem(...)` model, or remove the `material` of the regions")  # fmt: skip
         elif (
@@ -100,7 +100,8 @@ def check_models(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic(
                 "E593",
                 model.at("material"),
-                f"`{model.name}` replaces the material of `{case.body.name}`, which has regions of others: {names}",
+                f"`{model.name}` replaces the material of `{case.body.name}`, which has regions of other "
+                f"materials: {names}",
                 "replaces which material?",
                 "remove `material`, and vary the materials of the scene",
             )

@@ -1,4 +1,4 @@
-"""Checks of names given on the command line or in Python instead of a scene."""
+"""Checks of names of models given on the command line or in Python."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def unknown_models(scene: Scene, only: tuple[str, ...]) -> list[Diagnostic]:
 
 
 def needed_models(scene: Scene, only: Sequence[str]) -> tuple[str, ...]:
-    """Return the requested models and all models that they, or references, depend on; () if one is unknown."""
+    """Return the requested models, and all models that these or references depend on; () if one is unknown."""
     models = scene.of_kind("model")
     if not only or any(name not in models for name in only):
         return ()
@@ -34,7 +34,7 @@ def needed_models(scene: Scene, only: Sequence[str]) -> tuple[str, ...]:
 
 
 def at_name(option: str, name: str, code: str, message: str, label: str, help: str) -> Diagnostic:
-    """Return a diagnostic for a name behind a command line option."""
+    """Return a diagnostic that points to a name after a command line option."""
     span = Span(0, len(name), 1, 1, 1, 1 + len(name))
     return Diagnostic(code, message, Source(f"{option} {name}", name), span, label, help)
 

@@ -1,4 +1,4 @@
-"""Checks of a compiled scene that need nothing built; value_warnings.py has the warnings.
+"""Checks of a compiled scene before anything is built; value_warnings.py has the warnings.
 
 To add a check: a function that yields diagnostics, and a line in LOCAL, or in WHOLE if it needs all declarations.
 """
@@ -36,7 +36,7 @@ from softmark.references.published_values import GivenValues
 
 
 def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
-    """Return all errors and warnings of a scene; for one that is not `complete`, those of its valid parts."""
+    """Return all errors and warnings of a scene; if it is not `complete`, those of its valid parts."""
     found: list[Diagnostic] = [*state_checks.faults(scene), *_given_values(scene)] if complete else []
     where = state_checks.state_of_largest_load(scene)
     for test in LOCAL + (WHOLE if complete else ()):
@@ -50,7 +50,7 @@ Found = list[Diagnostic]  # diagnostics of earlier checks
 
 
 def _has_error(declared: Declared, found: Found) -> bool:
-    """Return whether a declaration already has an error, so that its consequences are not reported."""
+    """Return whether a declaration already has an error, so that consequences of the error are not reported."""
     return any(d.severity == "error" and declared.contains(d) for d in found)
 
 
@@ -58,11 +58,11 @@ def _one_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for extra in list(scene.of_kind("analysis").values())[1:]:
         yield diagnostic("E222", extra.at(), "the scene already has an analysis",
                          "the second analysis",
-                         "keep one of them, and write another scene for the other")  # fmt: skip
+                         "keep one analysis, and put the other one into a separate scene")  # fmt: skip
 
 
 def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Check for conditions that select nothing, and supports that constrain everything, by bounds."""
+    """Check by bounds for conditions that select nothing, and supports that hold the whole body."""
     everywhere: dict[str, list[Declared]] = {}
     for declared in (d for kind in ("region", "support", "load") for d in scene.of_kind(kind).values()):
         condition = declared.value("where")
@@ -90,7 +90,7 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Check that the fields of each shape fit together."""
+    """Check that the field values of each shape are compatible."""
     for body in (*scene.of_kind("body").values(), *scene.of_kind("rigid").values()):
         problem = body.thing.shape.fault
         if problem:
@@ -104,14 +104,14 @@ def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _plane(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Check plane regions and plane bodies, and actions across their plane."""
+    """Check plane regions and plane bodies, and actions normal to their plane."""
     yield from plane_body_checks.shapes(scene)
     yield from plane_body_checks.check_conditions(scene)
     yield from plane_body_checks.check_actions(scene)
 
 
 def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Check that symmetry supports select a plane, with the body on one side."""
+    """Check that symmetry supports select a plane, and that the body lies on one side of it."""
     for support in scene.of_kind("support").values():
         body = scene.declared.get(support.value("body") or "")
         if isinstance(support.thing, Symmetric) and body is not None and not _has_error(support, found):
@@ -154,7 +154,7 @@ def _check_points_inside(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _points(scene: Scene, declared: Declared) -> list[tuple[str, Point]]:
-    """Return the point fields that decide whether a probe or load is inside: for a line in a convex body, its ends."""
+    """Return the fields and points that decide whether a probe or load is inside its body; for a line its ends."""
     if declared.kind == "load":
         return list(declared.thing.action.points)
     stations, ends = declared.thing.stations or (), declared.thing.ends
@@ -166,7 +166,7 @@ def _points(scene: Scene, declared: Declared) -> list[tuple[str, Point]]:
 
 
 def _meshes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Check that probes of nodes have a shape with nodes."""
+    """Check that probes of mesh nodes belong to a body whose shape has nodes."""
     for probe in scene.of_kind("probe").values():
         if isinstance(probe.thing, MeshNodes) and not probe.thing.mesh.prebuilt:
             yield diagnostic("E507", probe.at("mesh"), f"the `mesh` of `{probe.name}` is a shape without cells",
@@ -190,7 +190,7 @@ def _workers(scene: Scene) -> list[Declared]:
 
 
 def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
-    """Yield models or references with their cases, without those whose body is ambiguous or whose shape is invalid."""
+    """Yield the models or references with their cases, leaving out ambiguous bodies and invalid shapes."""
     for declared in scene.asked(kind).values():
         try:
             case = case_for(scene, declared)
@@ -232,7 +232,7 @@ def _is_driven(case: Case) -> bool:
 
 
 def _paths(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Refuse reduced models on equilibrium paths, whose motions they do not contain."""
+    """Refuse reduced models on equilibrium paths, because their basis does not contain the motions along a path."""
     for model, case in _cases(scene, "model"):
         if case.analysis.path == "arc_length" and model.thing.reduces is not None:
             problem = f"`{model.name}` is a reduced model, whose basis does not contain the motions along a path"
@@ -241,7 +241,7 @@ def _paths(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Check models; errors that hold for several are reported once."""
+    """Check models, and report an error that several models share only once."""
     first: dict[tuple[object, ...], tuple[Diagnostic, list[str]]] = {}
     for model, case in _cases(scene, "model"):
         if not case.shape.meshed or (_has_error(case.body, found) and case.shape.flat != bool(case.planar)):
@@ -265,7 +265,7 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _check_network(worker: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Check that models and references of networks support networks."""
+    """Check that models and references of spring and beam networks support networks."""
     if case.shape.wired and not getattr(worker.thing, "wired", False):
         from softmark.interpreter.validation import frame_checks
 
@@ -273,7 +273,7 @@ def _check_network(worker: Declared, case: Case) -> Iterator[Diagnostic]:
 
 
 def _check_anisotropy(model: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Check that a model supports a material with directions."""
+    """Check that a model supports a material with fibre directions."""
     if any(getattr(material, "directed", False) for material in (*case.materials, case.body.thing.material)):
         from softmark.interpreter.problem import anisotropy_limits
 
@@ -281,7 +281,7 @@ def _check_anisotropy(model: Declared, case: Case) -> Iterator[Diagnostic]:
 
 
 def _check_in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
-    """Return errors of a model that depends on the scene, such as the data it is fitted to."""
+    """Return the errors of a model that need the whole scene, for example the data to which it is fitted."""
     doubts: list[Diagnostic] = model.thing.scene_doubts(scene, model, case)
     return doubts
 
@@ -303,7 +303,7 @@ def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Check that a metric compares its probe with a reference of the same body, and supports plane bodies."""
+    """Check that a metric compares its probe with a reference of the same body, and that it suits plane bodies."""
     yield from plane_body_checks.metrics(scene)
     yield from metric_faults(scene)
     yield from used_scene_checks.metric_faults(scene)
@@ -323,7 +323,7 @@ def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _fluid(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Check fluid metrics; the module is only imported for scenes with fluid."""
+    """Check fluid metrics; the module for these checks is imported only for scenes with fluid."""
     words = ("drained", "pore_pressure", "outflow")
     if any(d.constructor.name in words for kind in ("support", "metric") for d in scene.of_kind(kind).values()):
         from softmark.interpreter.validation import fluid_checks
@@ -347,7 +347,7 @@ def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _check_published_columns(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Check that a published column has one value for each model, of the metric's dimension."""
+    """Check that a column of published values has one value per model, with the metric's dimension."""
     for column in scene.of_kind("published").values():
         thing, unit = column.thing, scene.declared[column.thing.metric].thing.unit
         due = units.parse_unit(unit).dimension
@@ -379,7 +379,7 @@ def _curves(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _given_values(scene: Scene) -> Iterator[Diagnostic]:
-    """Check given values for all states and the metrics compared with them."""
+    """Check given values in all states, and the metrics compared with them."""
     if any(isinstance(d.thing, GivenValues) for d in scene.of_kind("reference").values()):
         from softmark.interpreter.validation import value_checks
 
@@ -402,7 +402,7 @@ def _amplitudes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         first = moved.setdefault(support.thing.body, support)
         if first.thing.amplitude != support.thing.amplitude:
             yield diagnostic("E501", support.at("amplitude"),
-                             f"`{support.name}` and `{first.name}` have a different `amplitude`",
+                             f"`{support.name}` and `{first.name}` have different amplitudes",
                              "differs from the first", "give all supports that move the same `amplitude`")  # fmt: skip
     yield from check_amplitude_resolution(scene)
 
@@ -454,7 +454,7 @@ def _regions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _check_varying_materials(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Check materials that vary in space; the module is only imported for scenes with one."""
+    """Check materials that vary in space; the module is imported only for scenes with such a material."""
     if any(not case_of(scene, body).uniform for body in scene.of_kind("body")):
         from softmark.interpreter.problem import heterogeneity_limits
 
@@ -463,7 +463,7 @@ def _check_varying_materials(scene: Scene, found: Found) -> Iterator[Diagnostic]
 
 
 def _check_directions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Check materials with directions; the module is only imported for scenes with one."""
+    """Check materials with fibre directions; the module is imported only for scenes with such a material."""
     if any(getattr(declared.thing, "directed", False) for declared in scene.of_kind("material").values()):
         from softmark.interpreter.problem import anisotropy_limits
 
@@ -471,7 +471,7 @@ def _check_directions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _check_unused_declarations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Report declarations that nothing uses, if the scene has no other errors."""
+    """Report declarations that nothing uses, if the scene has no errors."""
     if not any(d.severity == "error" for d in found):
         yield from value_warnings.find_idle_models(scene)
         yield from value_warnings.find_unused_names(scene)
@@ -489,7 +489,7 @@ WHOLE: tuple[Check, ...] = (
 
 
 def apply_overrides(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
-    """Return a valid scene with further overrides, and all its diagnostics; its studies are not checked."""
+    """Return a valid scene with further overrides, and all its diagnostics except those of its studies."""
     other, diagnostics = recompile(scene, more)
     if check not in other.known:
         complete = not any(d.severity == "error" for d in diagnostics)

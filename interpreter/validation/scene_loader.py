@@ -1,4 +1,4 @@
-"""Loader: from the text of a scene to a scene that can be run, and its diagnostics."""
+"""Loader that converts the text of a scene to a scene that can be run, and to its diagnostics."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def load_scene(
     only: Sequence[str] = (),
     plugins: Sequence[str] = (),
 ) -> tuple[Scene | None, list[Diagnostic]]:
-    """Return the scene, None if it has errors, and all diagnostics; `only` are the requested models.
+    """Return the scene, or None if it has errors, and all diagnostics.
 
-    Errors of other models are then ignored, except for models that these depend on. `plugins` are files, or names of
-    installed ones, whose words it may use.
+    `only` are the requested models. Errors of other models are then ignored, except for models that these depend on.
+    `plugins` are files, or names of installed plugins, whose words the scene may use.
     """
     scene, diagnostics = compile_source(source, folder, file, overrides, plugins)
     return check_scene(scene, diagnostics, only)
@@ -33,7 +33,7 @@ def load_scene(
 def check_scene(
     scene: Scene, diagnostics: list[Diagnostic], only: Sequence[str] = ()
 ) -> tuple[Scene | None, list[Diagnostic]]:
-    """Check a compiled scene; its list of diagnostics grows by what is found here."""
+    """Return the checked scene, or None if it has errors, and its diagnostics, added to the given list."""
     scene = replace(scene, chosen=needed_models(scene, only))
     complete = not any(d.severity == "error" for d in diagnostics)
     diagnostics += check(scene, complete)

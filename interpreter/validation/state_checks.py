@@ -1,4 +1,4 @@
-"""Checks of the states of an analysis: amplitudes, references and fits."""
+"""Checks of the states of an analysis, and of amplitudes, references and fits over them."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ SOME = "`analysis press = static(states = [5, 12.5, 18.25] %)`"
 
 
 def state_of_largest_load(scene: Scene) -> Scene:
-    """Return the scene in the state with the largest loads, in which errors of size show.
+    """Return the scene in the state with the largest loads, for checks that depend on their size.
 
-    Without states, loads and supports that depend on a state act in full.
+    Without states, loads and supports that depend on a state act with their full value.
     """
     states = states_of(scene)
     if states:
@@ -43,7 +43,7 @@ def state_of_largest_load(scene: Scene) -> Scene:
 
 
 def _state_factor(scene: Scene, state: float) -> float:
-    """Return the factor of loads in a state; for a time, the largest share that an amplitude has reached."""
+    """Return the factor of loads in a state; if states are times, the largest amplitude value up to the time."""
     if not isinstance(state, Moment):
         return abs(state)
     moved = (d.thing.amplitude for d in find_time_dependent(scene))
@@ -55,12 +55,12 @@ def _state_factor(scene: Scene, state: float) -> float:
 
 
 def _has_times(scene: Scene) -> bool:
-    """Return whether the states are times."""
+    """Return whether the states of the analysis are times."""
     return any(isinstance(a.thing, Quasistatic) for a in scene.of_kind("analysis").values())
 
 
 def _state_driven(scene: Scene) -> list[Declared]:
-    """Return the loads and supports whose amplitude is the state."""
+    """Return the loads and supports whose amplitude is the value of the state."""
     return [d for d in find_time_dependent(scene) if isinstance(d.thing.amplitude, PerState)]
 
 
@@ -104,7 +104,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _muscles(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
-    """Check for muscle tensions whose amplitude turns negative, and fibres that it shortens too far."""
+    """Check for muscle tensions with a negative amplitude, and for fibres that active strain shortens too far."""
     for muscle in scene.of_kind("material").values():
         amplitude = getattr(muscle.thing, "amplitude", None)
         if amplitude is None:
@@ -128,7 +128,7 @@ def _muscles(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
 
 
 def _amplitude_range(scene: Scene, amplitude: Any, states: tuple[float, ...]) -> tuple[float, float]:
-    """Return the least and largest share of an amplitude in an analysis, including 0; 0 for an unreadable table."""
+    """Return the least and largest value of an amplitude in an analysis, including 0; 0 for an unreadable table."""
     if isinstance(amplitude, PerState):
         return min(states, default=0.0), max(states, default=0.0)
     if isinstance(amplitude, Sine):
@@ -144,12 +144,12 @@ def _amplitude_range(scene: Scene, amplitude: Any, states: tuple[float, ...]) ->
 
 
 def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
-    """Check that there is at least one state, and not more than a run can hold."""
+    """Check that there is at least one state, and not more than a run can store."""
     for analysis in scene.of_kind("analysis").values():
         given = analysis.value("times" if _has_times(scene) else "states")
         if given is not None and not given.values:
-            field, one = ("times", "time") if _has_times(scene) else ("states", "state")
-            yield diagnostic("E311", analysis.at(field), f"`{analysis.name}` has a list of {field} without a {one}",
+            field = "times" if _has_times(scene) else "states"
+            yield diagnostic("E311", analysis.at(field), f"the list of {field} of `{analysis.name}` is empty",
                              "an empty list", f"add some: {SOME}; or remove `{field}`")  # fmt: skip
     if len(states) > MOST:
         analysis = next(iter(scene.of_kind("analysis").values()))
@@ -158,7 +158,7 @@ def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
 
 
 def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
-    """Check that times increase, lie within the amplitude, and do not need too many steps."""
+    """Check that state times increase, lie within the amplitude, and do not need too many time steps."""
     analysis = next(iter(scene.of_kind("analysis").values()))
     thing: Quasistatic = analysis.thing
     if any(b <= a for a, b in pairwise(times)):
@@ -168,7 +168,7 @@ def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
         yield diagnostic(
             "E361",
             analysis.at("times"),
-            f"`{analysis.name}` ends before the last of its times",
+            f"`{analysis.name}` ends before the last of its `times`",
             f"it ends at {units.format_value(thing.duration, units.TIME)}",
             f"extend it to {units.format_value(times[-1], units.TIME)}, or give earlier times",
         )
@@ -180,12 +180,12 @@ def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
 
 
 def _table_error(scene: Scene, duration: float) -> Diagnostic | None:
-    """Return the error for a table that a load or support cannot follow."""
+    """Return the error if a load or support cannot follow its amplitude table, or None."""
     return next((wrong for d in find_time_dependent(scene) if (wrong := table_fault(d, duration)) is not None), None)
 
 
 def _loops(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
-    """Check that metrics of a loop have states that load and unload; dynamic analyses are refused with curves."""
+    """Check that hysteresis metrics have states of loading and unloading; dynamic analyses are refused with curves."""
     if any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()) or _has_times(scene):
         return  # in time a curve turns where it does
     for metric in scene.of_kind("metric").values():
@@ -202,7 +202,7 @@ def _without(declared: Declared, field: str, does: str, moving: bool) -> Diagnos
 
 
 def _check_column_numbers(reference: Declared) -> Diagnostic | None:
-    """Return the error for invalid column numbers, or for a single number next to the list."""
+    """Return the error for invalid column numbers, or for both a list of columns and a single one, or None."""
     if "state" in reference.fields:
         return diagnostic("E312", reference.at("state"), f"`{reference.name}` has both a `state` and `states`",
                           "one too many", "keep `states`, one for each state of the analysis")  # fmt: skip
@@ -232,7 +232,7 @@ def _measured_once(reference: Declared) -> bool:
 
 
 def _single_state_error(reference: Declared) -> Diagnostic:
-    """Return the error for a measurement of one state used in others."""
+    """Return the error for a measurement of one state that is used in other states."""
     help = "keep one state in the analysis, or put the measurement in a scene of its own with that state only"
     if isinstance(reference.thing, TrackedPoints):
         help = "give the state of the table for each state of the analysis: `states = [1, 2, 3]`"
@@ -242,7 +242,7 @@ def _single_state_error(reference: Declared) -> Diagnostic:
 
 
 def _loop_error(metric: Declared, states: tuple[float, ...]) -> Diagnostic | None:
-    """Return the error for states that do not load and unload."""
+    """Return the error for states of a hysteresis metric that do not load and unload, or None."""
     turn = max(range(len(states)), key=lambda i: abs(states[i] - states[0]), default=0)
     sides = [states[: turn + 1], states[turn:]]
     falls = turn > 0 and states[turn] < states[0]
@@ -269,7 +269,7 @@ def _fitted(model: Declared) -> Diagnostic:
         model.at("stiffness"),
         f"`{model.name}` would be fitted again in every state",
         "different springs in each state",
-        "fit it in a scene with one state and give the stiffness found, "
+        "calibrate it in a scene with one state and give the stiffness found there, "
         "`stiffness = uniform(...)`, or keep one state in the analysis",
     )
 

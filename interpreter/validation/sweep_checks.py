@@ -1,6 +1,6 @@
-"""Checks of the studies of a scene: every value of a sweep is tried.
+"""Checks of the studies of a scene, which try every value of a sweep.
 
-The scene is compiled again with each value, so the checks and messages are the same as for the file.
+The scene is compiled again with each value, so the checks and messages are the same as for the scene itself.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.sweep_values import SweepTarget, Variant
 from softmark.interpreter.planning import robustness_plan
-from softmark.interpreter.planning.sweep_expansion import chain, override_of, value_in
+from softmark.interpreter.planning.sweep_expansion import combined_sweeps, override_of, value_in
 from softmark.interpreter.validation.scene_checks import apply_overrides
 from softmark.interpreter.vocabulary.study_words import Convergence, RobustnessStudy, Sweep
 from softmark.records import dataclass
@@ -24,7 +24,7 @@ FEWEST = 3  # least number of values for an observed order: Celik et al. (2008)
 
 
 def check(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors of the studies of a scene without other errors; duplicates are possible."""
+    """Yield errors of the studies of a scene that has no other errors; duplicates are possible."""
     studies = scene.of_kind("study")
     sweeps = {n: s.thing for n, s in studies.items() if isinstance(s.thing, Sweep)}
     if len(sweeps) > MOST:
@@ -46,7 +46,7 @@ def check(scene: Scene) -> Iterator[Diagnostic]:
 
 @dataclass(frozen=True)
 class _TriedValue:
-    """One value of a sweep: the resulting number, SI, and the errors of the scene with it."""
+    """Value of a sweep as a number in SI units, with the errors of the scene that uses it."""
 
     variant: Variant
     number: float | None
@@ -54,7 +54,7 @@ class _TriedValue:
 
 
 def _pick_values(over: Sequence[Variant], most: int) -> Sequence[Variant]:
-    """Return all values, or as many as may be tried including both ends; a comparison checks the others."""
+    """Return all values of a sweep, or at most `most` of them including both ends; a comparison checks the others."""
     if len(over) <= most:
         return over
     return [over[round(i * (len(over) - 1) / (most - 1))] for i in range(most)]
@@ -67,10 +67,10 @@ def _try(scene: Scene, sweep: Sweep, variant: Variant) -> _TriedValue:
 
 
 def _sweep(scene: Scene, study: Declared, tried: Sequence[_TriedValue]) -> Iterator[Diagnostic]:
-    """Yield errors of one sweep."""
+    """Yield the errors of one sweep."""
     if study.thing.with_ is not None:
         yield from _is_sweep(scene, study, "with")
-    links = chain(scene, study)
+    links = combined_sweeps(scene, study)
     targets = [link.thing.target.name for link in links if isinstance(link.thing, Sweep)]
     twice = next((name for name in targets if targets.count(name) > 1), None)
     if twice is not None:
@@ -87,7 +87,7 @@ def _sweep(scene: Scene, study: Declared, tried: Sequence[_TriedValue]) -> Itera
 
 
 def _variant_error(target: SweepTarget, tried: _TriedValue) -> Diagnostic:
-    """Return an error of the scene with one value: the first at the value itself, else the first as its consequence."""
+    """Return an error of the scene with one value, preferably one at the value itself, else as its consequence."""
     places, source = (tried.variant.at.span, target.span), tried.variant.at.source
     own = (d for d in tried.errors if d.source is source and d.span is not None
            and any(p.start <= d.span.start and d.span.end <= p.end for p in places))  # fmt: skip
@@ -95,7 +95,7 @@ def _variant_error(target: SweepTarget, tried: _TriedValue) -> Diagnostic:
 
 
 def _consequence(name: str, variant: Variant, error: Diagnostic) -> Diagnostic:
-    """Return an error elsewhere in the scene, reported at the value that causes it."""
+    """Return an error elsewhere in the scene as an error at the sweep value that causes it."""
     note = ""
     if error.span is not None and error.source is not None:
         note = f"{error.code} in {error.source.name}, line {error.span.line}"

@@ -20,7 +20,7 @@ FIT = " or ".join(f"`{name}`" for name, element in ELEMENTS.items() if element.f
 
 
 def check_filled_surface(model: Declared, case: Case, shape: SurfaceBody) -> Diagnostic | None:
-    """Return the error for elements that cannot fill a surface."""
+    """Return the error for elements that cannot fill the inside of a surface, or None."""
     kind = _hexahedral_element(model)
     if not kind:
         return None
@@ -30,7 +30,7 @@ def check_filled_surface(model: Declared, case: Case, shape: SurfaceBody) -> Dia
 
 
 def check_hexahedral_mesh(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
-    """Return the error for hexahedra of a shape without a hexahedral mesh."""
+    """Return the error for hexahedral elements of a shape that has no hexahedral mesh, or None."""
     kind = _hexahedral_element(model)
     if not kind:
         return None
@@ -39,6 +39,6 @@ def check_hexahedral_mesh(model: Declared, case: Case, shape: Shape) -> Diagnost
 
 
 def _hexahedral_element(model: Declared) -> str:
-    """Return the solid element of a model if it is no tetrahedron, else ""."""
+    """Return the solid element of a model if it is not a tetrahedron, else ""."""
     kind: str = model.thing.mesh_key()[0]
     return kind if kind in ELEMENTS and element_of(kind).family != Tetrahedron.family else ""

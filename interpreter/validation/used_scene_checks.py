@@ -1,7 +1,7 @@
-"""Checks of metrics that need a declaration of a used scene which only that scene would evaluate.
+"""Checks for metrics that need a declaration of a used scene that only a run of that scene would evaluate.
 
-`use` makes names known. Values such as materials, shapes and bodies can be taken from there, but a run places the
-probes, holds the supports and solves the models and references of its own scene only.
+`use` makes names known. Values such as materials, shapes and bodies can be taken from a used scene. A run places the
+probes, applies the supports and solves the models and references of its own scene only.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.planning.declaration_dependencies import named_by
+from softmark.interpreter.planning.declaration_dependencies import find_named_declarations
 
 EVALUATED = ("probe", "model", "reference", "support", "load", "contact", "metric")  # kinds that a run evaluates
 VERBS = {
@@ -26,7 +26,7 @@ VERBS = {
 def metric_faults(scene: Scene) -> Iterator[Diagnostic]:
     """Yield an error for each metric that needs a probe, model, support or similar of a used scene."""
     for metric in scene.of_kind("metric").values():
-        for name in (*named_by(scene, metric, "name"), *named_by(scene, metric, "names")):
+        for name in (*find_named_declarations(scene, metric, "name"), *find_named_declarations(scene, metric, "names")):
             kind = scene.declared[name].kind
             if kind not in EVALUATED or name in scene.of_kind(kind):
                 continue
@@ -35,7 +35,7 @@ def metric_faults(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic(
                 "E509",
                 next((at for field, at in metric.fields.items() if metric.value(field) == name), metric.at()),
-                f"`{metric.name}` needs `{name}`, and a run {verb} {kind}s of scenes that it uses",
+                f"`{metric.name}` needs `{name}`, but a run {verb} {kind}s of imported scenes",
                 f"a {kind} of another scene",
                 f"declare it here, `{kind} {own} = {name}`, and write the metric with `{own}`",
             )

@@ -1,4 +1,4 @@
-"""Checks of given values and of the metrics compared with them."""
+"""Checks of given reference values and of the metrics compared with them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WIDE = {
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield all errors of given values, for the scene with its states."""
+    """Yield all errors of given values, in the scene with all its states."""
     wrong: set[str] = set()
     blamed: set[str] = set()  # names already reported for a metric
     doubts: list[tuple[str, Diagnostic]] = []
@@ -47,7 +47,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _check_uncertainties(reference: Declared) -> Iterator[Diagnostic]:
-    """Check that uncertainties have the dimension of the values, or are shares, and are as many."""
+    """Check that uncertainties have the dimension of the values or are relative, and that their number fits."""
     if not reference.thing.source_.strip():
         word = reference.constructor.name
         yield diagnostic("E206", reference.at("source"), f"`{word}` needs `source`", "no source",
@@ -63,7 +63,7 @@ def _check_uncertainties(reference: Declared) -> Iterator[Diagnostic]:
 
 
 def _field(reference: Declared, field: str) -> Iterator[Diagnostic]:
-    """Check one uncertainty field."""
+    """Check one field that gives uncertainties."""
     values, own = reference.thing.values, reference.value(field)
     shares = field in SHARES
     due, given = values.dimension, own.dimension
@@ -75,22 +75,22 @@ def _field(reference: Declared, field: str) -> Iterator[Diagnostic]:
                          )  # fmt: skip
     count, each = len(values.values), len(own.values)
     if each not in (1, count):
-        noun = "uncertainties" if field == "uncertainty" else f"in `{field}`"
+        noun = "uncertainties" if field == "uncertainty" else f"entries in `{field}`"
         yield diagnostic(
             "E224",
             reference.at(field),
-            f"`{reference.name}` has {_count(count, 'value')} and {each} {noun}",
-            "one per value is needed",
+            f"`{reference.name}` has {_count(count, 'value')} but {each} {noun}",
+            "needs one for each value",
             "give one for all values, or one per value in the same order",
         )
 
 
 def _band(reference: Declared) -> Diagnostic | None:
-    """Return the error for a band that is missing, given in two ways, or lacks one end."""
+    """Return the error for a band that is missing, given in two ways, or lacks one end, or None."""
     said = [field for field in reference.thing.lists if reference.value(field) is not None]
     if said in (["spread"], ["low", "high"]):
         return None
-    name, why, at = reference.name, "the range in which the codes of `{}` lie is missing", reference.at()
+    name, why, at = reference.name, "`{}` does not give the range of the codes", reference.at()
     if "spread" in said:
         why, at = "the band of `{}` is given in two ways", reference.at("spread")
     elif said:
@@ -101,7 +101,7 @@ def _band(reference: Declared) -> Diagnostic | None:
 
 
 def _check_band(reference: Declared) -> Iterator[Diagnostic]:
-    """Check that a band contains the value, has a width, and is not so wide that it means nothing."""
+    """Check that a band contains the value, has a width, and is not too wide to be meaningful."""
     name, dimension = reference.name, reference.thing.values.dimension
     agreed = isinstance(reference.thing, Consensus)
     for known in reference.thing.each:
@@ -120,21 +120,21 @@ def _check_band(reference: Declared) -> Iterator[Diagnostic]:
             yield diagnostic(
                 "W359",
                 at,
-                f"no model will agree with `{name}`, whose value {value} has no uncertainty",
+                f"no model can agree with `{name}`: its value {value} has no uncertainty",
                 "zero width",
                 "give half of the last printed digit as uncertainty; `values` with `kind = theory` are exact",
             )
             return
         if high - low > WIDE[agreed] * abs(known.value) > 0.0:
-            one = f"the codes of `{name}` lie" if agreed else f"`{name}` lies anywhere"
-            yield diagnostic("W360", at, f"{one} between {ends[0]} and {ends[1]}, too wide for the value {value}",
-                             "as wide as the value", "narrow the band, or remove the expectation: it would say "
-                                                     "little about a model")  # fmt: skip
+            one = f"the codes of `{name}` range" if agreed else f"`{name}` ranges"
+            yield diagnostic("W360", at, f"{one} from {ends[0]} to {ends[1]}, too wide for the value {value}",
+                             "as wide as the value", "narrow the band, or remove the expectation: a model could "
+                                                     "hardly fail it")  # fmt: skip
             return
 
 
 def _check_value_count(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
-    """Check that there is one value, or one for each state."""
+    """Check that a reference has one value, or one for each state."""
     count, states = len(reference.thing.values.values), len(states_of(scene))
     if count in (1, states) or any(a.value("states") is not None and not states for a in _analyses(scene)):
         return
@@ -162,7 +162,7 @@ def _count(number: int, what: str) -> str:
 
 
 def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
-    """Check that the metric has no reference of its own and the dimension of the values, none of which is zero."""
+    """Check that a metric has no reference of its own, that dimensions agree, and that no value is zero."""
     thing, of = metric.thing, scene.declared[metric.thing.of]
     reference = scene.declared[thing.against]
     if not isinstance(reference.thing, GivenValues):
@@ -192,7 +192,7 @@ def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
 
 
 def _check_divisor(metric: Declared, reference: Declared) -> Iterator[Diagnostic]:
-    """Check that the divisor of the difference is not zero."""
+    """Check that the divisor of a relative difference is not zero."""
     by_value = metric.thing.relative_to == "value"
     sizes = [known.value if by_value else min(known.sides) for known in reference.thing.each]
     if all(sizes):

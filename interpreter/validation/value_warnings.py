@@ -1,6 +1,6 @@
 """Warnings about unusual but allowed values, and about unused declarations.
 
-To add one: write a function that yields diagnostics, and add a line in LINTS.
+To add a warning: write a function that yields diagnostics, and add a line in LINTS.
 """
 
 from __future__ import annotations
@@ -31,7 +31,10 @@ DENSITY: units.Dimension = (-3, 1, 0, 0, 0)
 
 
 def _materials(scene: Scene) -> Iterator[tuple[Any, Callable[[str], Location]]]:
-    """Yield each material of the scene and the location of its fields; inside a body, of the body's field."""
+    """Yield each material of the scene, with a function for the locations of its fields.
+
+    For a material given inside a body, these are the location of the body's field.
+    """
     declared = {id(d.thing) for d in scene.declared.values() if d.kind == "material"}
     for material in scene.of_kind("material").values():
         yield material.thing, material.at
@@ -107,7 +110,7 @@ def _gravities(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _dashpots(scene: Scene) -> Iterator[Diagnostic]:
-    """Warn about dashpots in an analysis without velocities."""
+    """Warn about dashpots in an analysis in which nothing has a velocity."""
     analysis = next(iter(scene.of_kind("analysis").values()), None)
     if analysis is not None and isinstance(analysis.thing, Dynamic):
         return
@@ -120,7 +123,7 @@ def _dashpots(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _warn_of_predetermined_results(scene: Scene) -> Iterator[Diagnostic]:
-    """Warn about expectations whose result is known before anything is computed."""
+    """Warn about expectations whose truth is known before anything is computed."""
     for expectation in scene.expectations:
         # a name with a dot is a metric of a model, be the model in error or not, or a parameter of a used scene
         names = (n.text for n, _ in tree.walk(expectation.node) if isinstance(n, tree.Name) and n.parts[1:])
@@ -141,7 +144,7 @@ def _registered(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _amplitudes(scene: Scene) -> Iterator[Diagnostic]:
-    """Warn about amplitudes over time in a static analysis."""
+    """Warn about amplitudes over time in a static analysis, which has no time."""
     if any(isinstance(a.thing, Dynamic | Quasistatic) for a in scene.of_kind("analysis").values()):
         return
     for declared in find_time_dependent(scene):
@@ -154,19 +157,19 @@ def _amplitudes(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _check_half_models(scene: Scene) -> Iterator[Diagnostic]:
-    """Warn that a half model only has symmetric modes; another mode may be the slowest."""
+    """Warn that a half model has only symmetric modes, so that another mode may have the lowest frequency."""
     mirrors = [s for s in scene.of_kind("support").values() if isinstance(s.thing, Symmetric)]
     for metric in scene.of_kind("metric").values():
         own = [s.name for s in mirrors if isinstance(metric.thing, Frequency) and s.thing.body == metric.thing.body]
         if own:
             yield diagnostic("W383", metric.at(),
                              f"`{metric.name}` finds only modes that are symmetric about the plane of `{own[0]}`",
-                             "other modes may be slower",
+                             "other modes may have lower frequencies",
                              "model the whole body, which also has the other modes")  # fmt: skip
 
 
 def find_idle_models(scene: Scene) -> Iterator[Diagnostic]:
-    """Warn about models that no question is about."""
+    """Warn about models that no metric or expectation needs, so that they are not computed."""
     asked = find_needed(scene)
     for name, model in scene.of_kind("model").items():
         if name not in asked:
@@ -176,7 +179,10 @@ def find_idle_models(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def find_unused_names(scene: Scene) -> Iterator[Diagnostic]:
-    """Warn about names that nothing refers to, in a scene with questions; a scene without is a library of names."""
+    """Warn about names that nothing refers to.
+
+    A scene without models and references is a library of names and gets no warning.
+    """
     if not any(scene.of_kind(kind) for kind in ("model", "reference")):
         return
     for name, at in scene.unused.items():

@@ -1,5 +1,5 @@
-"""Verification of answers: independently computed forces, error estimates, refined references and expectations.
+"""Verification of answers: independent forces, error estimates, refined reference solutions, expectations.
 
-Imports packages up to validation. To add a part of the stated error: a module here with a function of an answer, and a
-line in `error_estimate`.
+Imports packages up to validation. To add a part of the stated error, add a module here with a function that returns the
+part for an answer, and a line in `error_estimate`.
 """

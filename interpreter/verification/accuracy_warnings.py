@@ -46,12 +46,12 @@ DOUBTS: dict[str, str] = {
 
 
 def is_doubt(code: str) -> bool:
-    """Return whether a warning means that a model's answer may be inaccurate."""
+    """Return whether the warning with this code means that a model's answer may be inaccurate."""
     return code in DOUBTS
 
 
 def accuracy_warning_codes(scene: Scene, declared: Declared, warnings: Sequence[Diagnostic]) -> list[str]:
-    """Return the codes of accuracy warnings, without those about another model."""
+    """Return the codes of the accuracy warnings about one model, leaving out warnings about other models."""
     others = [d.location for n, d in scene.of_kind("model").items() if n != declared.name]
 
     def concerns(warning: Diagnostic) -> bool:

@@ -1,7 +1,7 @@
-"""Independent check of cell materials: by points of a cell, not by its volume.
+"""Independent check of cell materials, by sample points of each cell instead of its volume.
 
-A cell whose nodes and centre, moved slightly inward, all lie in one region has its material. Cells that a border
-crosses are not checked: the model's own choice is used, and the report gives its error.
+A cell whose nodes and centre, moved slightly inward, all lie in one region has the material of that region. Cells that
+a region border crosses are not checked: the model's own choice is used, and the report gives its error.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ INWARD = 1e-6  # relative distance to the centroid by which sample points move o
 
 
 def split_by_material(case: Case, mesh: DeformedMesh) -> list[tuple[Case, Any]]:
-    """Return a case of each material with its cells; for a body of one material, all cells."""
+    """Return one case for each material, with the numbers of its cells; for a body of one material, with all cells."""
     if not case.parts:
         return [(case, slice(None))]
     from softmark.interpreter.models.shared.region_cells import materials_of_cells
@@ -29,7 +29,7 @@ def split_by_material(case: Case, mesh: DeformedMesh) -> list[tuple[Case, Any]]:
 
 
 def _common_material(case: Case, mesh: DeformedMesh) -> Any:
-    """Return the material number common to all points of a cell (m,), -1 if they differ."""
+    """Return the number of the material that all sample points of a cell have (m,), or -1 if they differ."""
     from softmark.interpreter.problem.material_layers import material_numbers
     from softmark.interpreter.problem.mesh_group_conditions import cell_membership
 

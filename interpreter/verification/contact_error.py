@@ -1,14 +1,16 @@
-"""Errors of contact: of the gap that a barrier leaves, and of a mesh that does not follow the edge of contact.
+"""Errors of contact: due to the gap that a barrier leaves, and due to meshes that do not follow the contact edge.
 
 At the edge of contact the pressure falls as a square root, inside some cell of any mesh. Forces therefore converge with
-the square of the cell size at most (Drouet and Hild 2015, SIAM J. Numer. Anal. 53:1488), areas with the size. The
-position of the edge in its cell makes differences between meshes irregular, so that three of them show no order.
+the square of the cell size at most, and areas with the cell size. The position of the edge in its cell makes
+differences between meshes irregular, so that three meshes show no order.
+Source: Drouet and Hild 2015, SIAM J. Numer. Anal. 53:1488.
 
-The mean pressure cannot exceed the largest, so the force is at most area times largest pressure. A mesh that violates
-this has an error in both, at least as large as the excess.
+The mean pressure cannot exceed the largest pressure, so the force is at most area times largest pressure. A mesh that
+violates this has an error in both, at least as large as the excess.
 
-A rigid body seems larger by the gap. Nothing near a contact moves by more than that. Forces vary with at most the
-square of the travel (for a cone), so their error is twice the gap over the travel; pressures and areas have less.
+A rigid body seems larger by the gap. Nothing near a contact moves by more than the gap. Forces vary with at most the
+square of the travel (for a cone), so their relative error is twice the gap over the travel; pressures and areas have
+smaller errors.
 """
 
 from __future__ import annotations
@@ -34,9 +36,10 @@ ROUNDED = 1.05  # 1 for uniform pressure, plus the error of the edge
 
 
 def contact_error_index(seen: ProbeResultUnderTest, apart: float, ratio: float, farther: float | None) -> float:
-    """Return the error of a contact metric, from its distance to a mesh that is `ratio` times coarser.
+    """Return the error of a contact metric, from its distance `apart` to a mesh that is `ratio` times coarser.
 
-    It uses the theoretical order with the safety factor of two grids; if they agree by chance, the next coarser grid.
+    It uses the theoretical order and the safety factor for two grids. The distance `farther` to the next coarser grid
+    counts if the first two agree by chance.
     """
     from softmark.interpreter.metrics.contact import ContactArea
     from softmark.interpreter.verification.grid_convergence import FIRST
@@ -48,7 +51,7 @@ def contact_error_index(seen: ProbeResultUnderTest, apart: float, ratio: float, 
 
 
 def edge_area(metric: ContactArea, seen: ProbeResultUnderTest) -> float:
-    """Return half the area of the facets at the edge of contact; zero if they are not known."""
+    """Return half the area of the facets at the edge of contact, m^2; zero if they are not known."""
     touch = None if seen.at_rest is None else seen.at_rest.touches.get(metric.of)
     field: Any = None if touch is None else touch.field
     if not (touch and field and touch.area > 0.0):
@@ -58,7 +61,7 @@ def edge_area(metric: ContactArea, seen: ProbeResultUnderTest) -> float:
 
 
 def gap_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return the part of the stated error due to gaps; none without contact."""
+    """Return a function for the part of the stated error due to contact gaps; empty without contact."""
     from softmark.interpreter.vocabulary.self_contact_words import SelfContact
 
     own = [pair.name for pair in whole.case.pairs if isinstance(pair.thing, SelfContact)]
@@ -69,9 +72,10 @@ def gap_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnder
 
 
 def is_statically_determinate(case: Case, metric: Metric | None) -> bool:
-    """Return whether balance with only dead loads fixes the force of a contact or support along a direction.
+    """Return whether balance with only dead loads determines the metric's contact or support force.
 
-    This requires that nothing else holds the body along any axis of that direction. A gap then does not change it.
+    This requires that nothing else holds the body along any axis of the metric's direction. A gap then does not change
+    the force.
     """
     from softmark.interpreter.metrics.force import Force
     from softmark.interpreter.vocabulary.analysis_words import Dynamic
@@ -87,9 +91,10 @@ def is_statically_determinate(case: Case, metric: Metric | None) -> bool:
 
 
 def _gap_error(case: Case, widest: Mapping[str, float], seen: ProbeResultUnderTest) -> float:
-    """Return the error by the mean gap in contact, relative to the largest displacement of the body.
+    """Return the error due to the mean contact gap, scaled by the largest displacement of the body.
 
-    For self-contact the largest gap that the barrier may leave, m, by name, is used if no other is known.
+    `widest` has the largest gap, m, that the barrier of each self-contact may leave, by name. It is used where the mean
+    gap is not known.
     """
     from softmark.interpreter.verification.probe_errors import NoErrorEstimate
 
@@ -106,7 +111,7 @@ def _gap_error(case: Case, widest: Mapping[str, float], seen: ProbeResultUnderTe
 
 
 def tie_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return the part of the stated error due to compliant ties; none without ties."""
+    """Return a function for the part of the stated error due to compliant ties; empty without ties."""
     from softmark.interpreter.vocabulary.self_contact_words import Tied
 
     beds: Any = getattr(whole.prepared, "beds", {})
@@ -115,10 +120,11 @@ def tie_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnder
 
 
 def _tie_error(whole: SolutionUnderTest, tied: Sequence[Any], seen: ProbeResultUnderTest) -> float:
-    """Return the error by the share of energy in the springs of ties, by which the body is too soft.
+    """Return the error due to the elastic energy stored in ties, which make the body too soft.
 
-    To first order this holds for every action on the body as a whole; displacements also have the root mean square
-    opening of the ties. Raises NoErrorEstimate if the share is most of the energy, or is not known.
+    To first order, the relative error of every load effect on the whole body is the ratio of this energy to the total.
+    Displacements have at least the root mean square opening of the ties as error. Raises NoErrorEstimate if the ties
+    store most of the energy, or if it is not known.
     """
     from softmark.interpreter.verification.grid_convergence import HOPELESS
     from softmark.interpreter.verification.probe_errors import NoErrorEstimate
@@ -136,7 +142,7 @@ def _tie_error(whole: SolutionUnderTest, tied: Sequence[Any], seen: ProbeResultU
 
 
 def force_excess(touch: ContactNumbers) -> float | None:
-    """Return the ratio of the force to area times largest pressure if it exceeds the possible value 1, else None."""
+    """Return the ratio of the force to area times largest pressure if it exceeds 1, its physical bound, else None."""
     field: Any = touch.field
     if field is None or not touch.area * touch.pressure > 0.0:
         return None
@@ -145,7 +151,7 @@ def force_excess(touch: ContactNumbers) -> float | None:
 
 
 def least_error(seen: ProbeResultUnderTest) -> float | None:
-    """Return the minimal error of an area or pressure that contradicts the force, in its unit, or None.
+    """Return the least error, in its unit, of an area or pressure that contradicts the contact force, or None.
 
     Raises NoErrorEstimate if the error is larger than the value.
     """

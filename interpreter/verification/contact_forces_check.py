@@ -55,7 +55,7 @@ ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 
 def all_contact_forces(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Floats], float]:
-    """Return nodal forces (n, 3), N, of every contact by name, and their uncertainty, N.
+    """Return nodal forces (n, 3), N, of every contact by name, and the total uncertainty, N.
 
     Raises NoIndependentFormula.
     """
@@ -67,10 +67,10 @@ def all_contact_forces(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[
 
 
 def check_contacts(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Any], str | None]:
-    """Return facts of every contact, by name, and why the state is invalid if a node penetrates a rigid body, or None.
+    """Return facts of every contact by name, and the reason if a node penetrates a rigid body, else None.
 
-    `least_gap` is that of all nodes that may touch, m, and `overlap` the penetration of facets between their nodes, m,
-    if it was checked.
+    Penetration makes the state invalid. The fact `least_gap`, m, is the smallest gap of all nodes that may touch;
+    `overlap`, m, is the penetration of facets between their nodes, if it was checked.
     """
     found, reason = {}, None
     for touch in case.contacts:
@@ -103,9 +103,9 @@ def check_contacts(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str,
 
 
 def _passes_between_nodes(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats, own: dict[str, Any]) -> bool:
-    """Return whether facets cut a rigid body in half and it does not push them back. Raises NoIndependentFormula.
+    """Return whether facets cut a rigid body in half without being pushed back. Raises NoIndependentFormula.
 
-    It pushes them back where its force has a part against the outward normal of the facet that is cut most deeply.
+    Facets are pushed back if the contact force has a component against the outward normal of the most deeply cut facet.
     """
     gap = gap_of(touch.rigid.thing.shape)
     if gap is None or not (own["overlap"] or 0.0) >= HALF * depth_of_middle(gap) > 0.0:
@@ -119,7 +119,7 @@ def _passes_between_nodes(case: Case, touch: Touch, mesh: DeformedMesh, u: Float
 
 
 def _missed_penetration(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> float:
-    """Return the penetration of nodes that no contact with a rigid body selects, m; fixed nodes are left out."""
+    """Return the penetration, m, of free nodes that no contact with the rigid body selects."""
     if touch.thing.where is EVERYWHERE:
         return 0.0
     others = [other for other in case.contacts if other.rigid.name == touch.rigid.name]
@@ -132,9 +132,10 @@ def _missed_penetration(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats)
 
 
 def _is_engulfed(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> bool:
-    """Return whether a rigid body lies inside the body, so that no node and no facet penetrates it.
+    """Return whether a rigid body lies inside the deformable body, so that no node and no facet penetrates it.
 
-    It does if its centre is inside; if the centre is in a cavity of the rigid body, its whole surface is tested.
+    This is so if the rigid body's centre is inside. If the centre lies in a cavity of the rigid body, its whole surface
+    is tested.
     """
     gap = gap_of(touch.rigid.thing.shape)
     if gap is None or gap.centroid is None:
@@ -151,7 +152,7 @@ def _is_engulfed(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> boo
 
 
 def _inside_body(case: Case, mesh: DeformedMesh, u: Floats) -> Callable[[Floats], bool]:
-    """Return a function for whether a point (3,), m, is in the deformed body; for plane bodies by the section."""
+    """Return a function that reports whether a point (3,), m, is in the deformed body or its plane section."""
     facets, x = np.asarray(mesh.mesh.facets), mesh.points + u
     if case.planar:  # only one face of the slice
         z = mesh.points[:, 2]
@@ -163,7 +164,7 @@ def _inside_body(case: Case, mesh: DeformedMesh, u: Floats) -> Callable[[Floats]
 
 
 def _rigid_bounds(touch: Touch) -> tuple[Floats, Floats]:
-    """Return bounds of a rigid body in its current position, m, or wider ones."""
+    """Return bounds of a rigid body in its current position, m; they may be wider than the body."""
     shape = touch.rigid.thing.shape
     if (ends := shape.bounds) is None:
         points = shape.surface(0.0)[0]
@@ -173,7 +174,7 @@ def _rigid_bounds(touch: Touch) -> tuple[Floats, Floats]:
 
 
 def _contact_facts(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> dict[str, Any]:
-    """Return the facts of one contact."""
+    """Return the facts of one contact for the report."""
     facets, look = _facets(case, touch, mesh), _current_distance(touch)
     x = _plane_components(case, mesh.points + u)
     nodes = np.setdiff1d(np.unique(facets), _fixed_nodes(case, mesh))
@@ -208,7 +209,7 @@ def contact_forces(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> t
     if joined is not None:
         size = float(np.linalg.norm(np.ptp(mesh.points[facets], axis=1), axis=1).max())
         g, n = _gaps_to_planes(joined, touch, x, g, n, barrier.distance + CLOSE * size)
-    p, slope = rigid_contact_forces.pressure(g, barrier.distance, barrier.stiffness, barrier.bend)
+    p, slope = rigid_contact_forces.barrier_pressure(g, barrier.distance, barrier.stiffness, barrier.bend)
     p = np.where(A > 0.0, p, 0.0)
     push = _plane_components(case, (A * p)[:, None] * n)
     if touch.thing.friction:
@@ -226,7 +227,7 @@ def contact_forces(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> t
 
 
 def _with_added_points(points: tuple[Ints, Floats, Floats], joined: AddedContactPoints) -> tuple[Ints, Floats, Floats]:
-    """Return contact points with those added by a state; their areas are taken from the state."""
+    """Return the contact points together with those that the solver added, whose areas are taken from its state."""
     of, N, A = points
     own = joined.points
     width = max(of.shape[1], own.of.shape[1])
@@ -241,7 +242,7 @@ def _with_added_points(points: tuple[Ints, Floats, Floats], joined: AddedContact
 def _gaps_to_planes(
     joined: AddedContactPoints, touch: Touch, x: Floats, g: Floats, n: Floats, near: float
 ) -> tuple[Floats, Floats]:
-    """Return gaps and normals, with those of added points to their tangent planes, for points really near the body."""
+    """Return gaps, m, and normals, where added points use the gap to their tangent plane if they are near the body."""
     c, ends = (move_points(points, *rigid_motion(touch)) for points in (joined.c, joined.c + joined.n))
     new = slice(len(g) - len(c), None)
     g, n, own = g.copy(), n.copy(), ((x[new] - c) * (ends - c)).sum(axis=1)
@@ -250,7 +251,7 @@ def _gaps_to_planes(
 
 
 def _points(case: Case, touch: Touch, mesh: DeformedMesh, facets: Ints) -> tuple[Ints, Floats, Floats]:
-    """Return contact points: nodes (p, a), their shape functions (p, a) and areas (p,), m^2.
+    """Return the contact points: nodes of their facets (p, a), shape functions (p, a) and areas (p,), m^2.
 
     Points inside facets are listed once for each facet that contains them.
     """
@@ -270,13 +271,13 @@ def _points(case: Case, touch: Touch, mesh: DeformedMesh, facets: Ints) -> tuple
 
 
 def _fixed_nodes(case: Case, mesh: DeformedMesh) -> Ints:
-    """Return nodes that supports fix completely: they neither press nor yield."""
+    """Return the numbers of nodes that supports fix completely, which take no part in contact."""
     found: Ints = np.flatnonzero(held_components(case, mesh).all(axis=1))
     return found
 
 
 def _plane_components(case: Case, x: Floats) -> Floats:
-    """Return the components in the plane of a plane body."""
+    """Return vectors x (n, 3) with only their in-plane components if the body is plane."""
     return x * (1.0, 1.0, 0.0) if case.planar else x
 
 
@@ -288,7 +289,10 @@ def _evaluate_distance(look: rigid_contact_forces.Distance, x: Floats) -> tuple[
 
 
 def _facets(case: Case, touch: Touch, mesh: DeformedMesh) -> Ints:
-    """Return facets that may touch (f, k): selected, with at least one free node. Raises NoIndependentFormula."""
+    """Return the facets that may touch (f, k): selected ones with at least one free node.
+
+    Raises NoIndependentFormula.
+    """
     where, facets = touch.thing.where, np.asarray(mesh.mesh.facets)
     if where is not EVERYWHERE:
         swept = select_facets(where, case, mesh.mesh)
@@ -326,12 +330,12 @@ def _distance(shape: Shape) -> rigid_contact_forces.Distance:
 
 
 def _half_space(shape: Any) -> rigid_contact_forces.Distance:
-    return rigid_contact_forces.half_space(shape.origin, shape.normal)
+    return rigid_contact_forces.half_space_distance(shape.origin, shape.normal)
 
 
 def _box(shape: Any) -> rigid_contact_forces.Distance:
     high = np.array(shape.origin) + np.array(shape.size)
-    return rigid_contact_forces.box(shape.origin, high, getattr(shape, "rounding", 0.0))
+    return rigid_contact_forces.box_distance(shape.origin, high, getattr(shape, "rounding", 0.0))
 
 
 def _cylinder(shape: Any) -> rigid_contact_forces.Distance:
@@ -356,13 +360,13 @@ def _cone(shape: Any) -> rigid_contact_forces.Distance:
 
 def _around(shape: Any, corners: Any, rounding: float = 0.0) -> rigid_contact_forces.Distance:
     return rigid_contact_forces.revolved_distance(
-        rigid_contact_forces.polygon(corners, rounding, mirrored=True), shape.origin, shape.axis
+        rigid_contact_forces.polygon_distance(corners, rounding, mirrored=True), shape.origin, shape.axis
     )
 
 
 def _extruded(shape: Any) -> rigid_contact_forces.Distance:
-    section = rigid_contact_forces.polygon(shape.corners)
-    return rigid_contact_forces.prism(section, ORDERS[shape.along], shape.base, shape.base + shape.height)
+    section = rigid_contact_forces.polygon_distance(shape.corners)
+    return rigid_contact_forces.prism_distance(section, ORDERS[shape.along], shape.base, shape.base + shape.height)
 
 
 def _enclosed(shape: Any) -> rigid_contact_forces.Distance:
@@ -371,7 +375,7 @@ def _enclosed(shape: Any) -> rigid_contact_forces.Distance:
 
 DISTANCES: Mapping[type, Callable[[Any], rigid_contact_forces.Distance]] = {
     HalfSpace: _half_space,
-    Sphere: lambda shape: rigid_contact_forces.ball(shape.origin, shape.radius),
+    Sphere: lambda shape: rigid_contact_forces.ball_distance(shape.origin, shape.radius),
     SphericalShell: lambda shape: rigid_contact_forces.hollow_ball_distance(shape.origin, shape.radius, shape.inner),
     Box: _box,
     RoundedBox: _box,

@@ -1,7 +1,8 @@
-"""Singular contact pressure: at the edge of a sharp punch, and under the tip of a cone.
+"""Singular contact pressure at the edge of a sharp punch and under the tip of a cone.
 
-At distance d from the edge of a flat punch it grows as d^(-1/2) (Sadowsky 1928, ZAMM 8), under the tip of a cone as the
-logarithm (Love 1939, Quart. J. Math. 10): every refinement finds more. At a rounded edge or tip it converges.
+At distance d from the edge of a flat punch the pressure grows as d^(-1/2), and under the tip of a cone as the logarithm
+of d, so every refinement finds a larger value. At a rounded edge or tip it converges.
+Source: Sadowsky 1928, ZAMM 8; Love 1939, Quart. J. Math. 10.
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ if TYPE_CHECKING:
 
 
 def singular_pressure(metric: Metric | None, case: Case, rest: EquilibriumForces | None, X: Floats) -> str | None:
-    """Return why a metric of contact pressure, evaluated at X (n, 3), m, does not converge, or None.
+    """Return why a contact pressure metric, evaluated at points X (n, 3), m, does not converge, or None.
 
-    It does not if it is evaluated in a facet in contact that contains a sharp edge or tip of the rigid body.
+    It does not converge in a facet in contact that contains a sharp edge or tip of the rigid body.
     """
     if not isinstance(metric, ContactPressure | PressureAlong) or rest is None or not rest.knows(metric.concerned):
         return None
@@ -51,7 +52,10 @@ def singular_pressure(metric: Metric | None, case: Case, rest: EquilibriumForces
 
 
 def _sharp_points(case: Case, touch: Touch, X: Floats) -> Floats:
-    """Return sharp points (n, 3) of a rigid body in its current position, m; for a plane body with z = 0."""
+    """Return points (n, 3), m, on sharp edges and tips of a rigid body in its current position.
+
+    For a plane body they are corners of the section z = 0.
+    """
     shape = download_shape(touch.rigid.thing.shape, touch.rigid.at("shape"))
     surface = surface_in_space(shape, X)
     found, pose = sharp_points_in_section(*surface) if case.planar else sharp_points(*surface), pose_at(touch, 1.0)

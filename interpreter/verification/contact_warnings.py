@@ -38,7 +38,7 @@ DEEP = 0.25  # relative to the displacement or the least radius of the rigid bod
 
 
 def selected_area_ratios(case: Case, mesh: Mesh | None) -> dict[str, float]:
-    """Return the area of contact facets relative to the selected area, by contact, as far as it is known."""
+    """Return the ratio of contact facet area to selected area for each contact for which both areas are known."""
     found = {touch.name: _share(case, touch, mesh) for touch in case.contacts if mesh is not None}
     return {name: share for name, share in found.items() if share is not None}
 
@@ -59,7 +59,7 @@ def _share(case: Case, touch: Touch, mesh: Mesh) -> float | None:
 
 
 def selection_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return the part of the stated error due to facets that a contact selects partly; none without such facets."""
+    """Return a function for the part of the stated error due to partly selected contact facets; empty without any."""
     mesh = whole.prepared.mesh
     if mesh is None:
         return {}
@@ -74,7 +74,7 @@ def selection_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResul
 
 
 def _force_share(rest: EquilibriumForces | None, name: str, nodes: Any) -> float:
-    """Return the share of the forces of a contact that acts on some nodes."""
+    """Return the fraction of a contact's nodal forces that acts on the given nodes."""
     field: Any = None if rest is None or name not in rest.touches else rest.touches[name].field
     if field is None:
         return 0.0
@@ -103,9 +103,10 @@ def penetration_warnings(
 
 
 def _cell_size_remedy(case: Case, touch: Touch, mesh: Mesh, sharpest: float, times: float) -> str:
-    """Return a remedy: the cell size for a rigid body of this least radius, m, if facets penetrate `times` too deep.
+    """Return a remedy that names a cell size, for facets that penetrate `times` deeper than allowed.
 
-    A chord of length h penetrates a round body by h^2 / (8 r), and a sharp edge by a fraction of h.
+    `sharpest` is the least radius of the rigid body, m. A chord of length h penetrates a round body by h^2 / (8 r), and
+    a sharp edge by a fraction of h.
     """
     if 0.0 < sharpest < _longest_side(case, touch, mesh):
         return (
@@ -128,7 +129,7 @@ def _cell_size_remedy(case: Case, touch: Touch, mesh: Mesh, sharpest: float, tim
 
 
 def _longest_side(case: Case, touch: Touch, mesh: Mesh) -> float:
-    """Return the longest side of contact facets, m; for a slice in its plane."""
+    """Return the longest side of contact facets, m; for a slice of a plane body only sides in its plane."""
     points = mesh.points * (1.0, 1.0, 0.0) if case.planar else mesh.points
     return longest(points, find_loaded_surface(case.shape, mesh, touch.thing.where).touched)
 
@@ -146,8 +147,8 @@ def contradiction_warnings(
             yield diagnostic(
                 "W660",
                 declared.at("size"),
-                f"the contact force of `{name}` is {round_significant(times, 2):g} times its area of "
-                f"{area} times its largest pressure of {most}, in `{declared.name}`",
+                f"the contact force of `{name}` is {round_significant(times, 2):g} times the product of "
+                f"its area, {area}, and its largest pressure, {most}, in `{declared.name}`",
                 "too coarse for area and pressure",
                 "use smaller cells, so that several of them are in contact: the force is inaccurate "
                 "too, though less so",
@@ -171,5 +172,9 @@ def gap_warnings(declared: Declared, case: Case, rest: EquilibriumForces) -> Ite
                 f"by only {moved}",
                 "wide contact gap",
                 "the rigid body or other surface acts as if it were larger by this gap: "
-                + ("write a smaller `distance`, or remove it" if "distance" in contact.fields else "add a `distance`"),
+                + (
+                    "write a smaller `distance`, or remove `distance`"
+                    if "distance" in contact.fields
+                    else "add a `distance`"
+                ),
             )

@@ -1,4 +1,4 @@
-"""Stated error of a curve compared with a measured one: in dynamics by its history, in statics by its states."""
+"""Stated error of a curve metric compared with a measured curve: histories in dynamics, states in statics."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from softmark.references.measured_curve import MeasuredCurve
 
 @dataclass(frozen=True)
 class CurveUnderTest(ProbeResultUnderTest):
-    """History of one point, whose displacement `along` a direction is compared with a measured curve."""
+    """History of one point whose displacement in the direction `along` is compared with a measured curve."""
 
     along: tuple[float, float, float] = (0.0, 0.0, 0.0)
     reference: Curve | None = None
@@ -32,15 +32,15 @@ class CurveUnderTest(ProbeResultUnderTest):
 
     @property
     def size(self) -> float:
-        """Factor from an error relative to displacements to the metric."""
+        """Factor that converts an error relative to displacements into an error of the metric."""
         return self._of_curves(np.zeros_like(self._course(self)))
 
     def change(self, other: ProbeResultUnderTest) -> float:
-        """Return how much another solution may change the metric, by `apart`. Raises NoErrorEstimate."""
+        """Return how much the metric may change with another solution; equal to `apart`. Raises NoErrorEstimate."""
         return self.apart(other)
 
     def apart(self, other: ProbeResultUnderTest) -> float:
-        """Return how much another solution may change the metric. Raises NoErrorEstimate."""
+        """Return how much the metric may change with another solution. Raises NoErrorEstimate."""
         if not np.all(np.isfinite(other.u)):
             raise NoErrorEstimate("another solution has values that are not finite")
         return self._of_curves(self._course(other))
@@ -65,7 +65,7 @@ class CurveUnderTest(ProbeResultUnderTest):
 
 
 def history_answer(scene: Scene, metric: Declared, view: View, measured: Mapping[str, Any]) -> CurveUnderTest | None:
-    """Return the answer of a history compared with a measured curve; None without one."""
+    """Return the history of a model that a metric compares with a measured curve; None if there is no such history."""
     of, data = scene.declared[metric.thing.of].thing, measured.get(metric.thing.against)
     probe = view.probes.get(of.looked_at or "")
     if not isinstance(view.case.analysis, Dynamic) or not isinstance(data, MeasuredCurve):
@@ -88,7 +88,7 @@ def history_answer(scene: Scene, metric: Declared, view: View, measured: Mapping
 def static_curve_errors(
     scene: Scene, known: Sequence[tuple[View, Mapping[str, StatedError]]], measured: Mapping[str, Any]
 ) -> dict[str, StatedError]:
-    """Return the stated error of curves from state to state, by the stated errors of both metrics in each state."""
+    """Return the stated error of each curve over states, by name, from the stated errors of its two metrics."""
     if isinstance(known[-1][0].case.analysis, Dynamic):
         return {}
     asked = {n: m.thing for n, m in scene.of_kind("metric").items() if isinstance(m.thing, CurveMetric)}
@@ -101,7 +101,7 @@ def static_curve_errors(
 def _error_from_states(
     scene: Scene, thing: CurveMetric, known: Sequence[tuple[View, Mapping[str, StatedError]]], data: Any
 ) -> StatedError:
-    """Return the stated error of a curve, from the errors of its states and of the chords between them."""
+    """Return the stated error of a curve, from the errors in its states and those of the chords between states."""
     if thing.measured_from is not None and not isinstance(data, MeasuredCurve):
         return StatedError(reason=NO_ERROR)
     reference = None if data is None else Curve(data.x, data.y, data.u)

@@ -1,14 +1,16 @@
 """Stated error of a model's answer, without any reference.
 
-The error is a sum of parts, each a function of what a probe evaluates. Discretisation: distance to a finer space over
-the same cells, or else to the same model on coarser meshes. Model: distance to the same model with the best strain
-measure that its material has; for beams, estimates of the error of beam theory. Rounding: by the condition of the
-stiffness, or by forces and coordinates. Solver: the next Newton step. If a part is not known, or would cost too much,
-the model states no error and gives the reason. Each part is in the unit of the metric. For results that nobody
-requested, it is only stated if it is free.
+The error is a sum of parts, each a function of what a probe evaluates:
+- discretisation: distance to a finer space over the same cells, or else to the same model on coarser meshes;
+- model: distance to the same model with the best strain measure that its material has; for beams, estimates of the
+  error of beam theory;
+- rounding: by the condition of the stiffness, or by forces and coordinates;
+- solver: the next Newton step.
+Each part is in the unit of the metric. If a part is not known, or would cost too much, the model states no error and
+gives the reason. For results that nobody requested, the error is only stated if it costs nothing.
 
-A warning of DOUBTS counts as a statement too: the model says that its answer may be inaccurate. With one of VOID the
-model states no error.
+A warning of DOUBTS also counts as a statement, because the model reports with it that its answer may be inaccurate.
+With a warning of VOID the model states no error.
 """
 
 from __future__ import annotations
@@ -73,10 +75,10 @@ COARSE = grid_convergence.COARSE  # relative error above which an estimate is us
 
 @dataclass
 class ErrorEstimate(SolutionUnderTest):
-    """Parts of the error of an answer."""
+    """Error estimate of an answer as the sum of its parts."""
 
     def of(self, seen: ProbeResultUnderTest) -> StatedError:
-        """Return the error of a probe's result in parts, and their sum; `reason` if there is none."""
+        """Return the stated error of a probe's result: its parts and their sum, or the `reason` why there is none."""
         parts: dict[str, float | None] = {}
         reasons: dict[str, list[str]] = {}
         asked = self._parts()
@@ -98,7 +100,7 @@ class ErrorEstimate(SolutionUnderTest):
         return StatedError(value, seen.unit, parts, reason or None)
 
     def _parts(self) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-        """Return the functions of all parts by name."""
+        """Return the functions that compute the parts of the error, by name."""
         found: dict[str, Callable[[ProbeResultUnderTest], float]] = {
             "discretisation": self._discretisation,
             "model": self._model,
@@ -144,7 +146,7 @@ class ErrorEstimate(SolutionUnderTest):
         return found if surface is None else max(found, surface.error)
 
     def _of_mesh(self, verifier: Verifier, seen: ProbeResultUnderTest) -> float:
-        """Return the mesh error; at least the amount by which areas and pressures contradict their force."""
+        """Return the mesh error, at least the amount by which contact areas and pressures contradict their force."""
         if not self.case.contacts:
             return verifier.discretisation(self, seen)
         from softmark.interpreter.verification.contact_error import least_error
@@ -158,7 +160,7 @@ class ErrorEstimate(SolutionUnderTest):
             return least
 
     def _must_have_limit(self, seen: ProbeResultUnderTest) -> None:
-        """Raise NoErrorEstimate for singular results: pressure at sharp edges, and effects of point and line forces."""
+        """Raise NoErrorEstimate for singular results: pressure at sharp edges, results at point and line forces."""
         if self.case.contacts:
             from softmark.interpreter.verification.contact_singularities import singular_pressure
 
@@ -195,7 +197,7 @@ class ErrorEstimate(SolutionUnderTest):
         )
 
     def _solver(self, seen: ProbeResultUnderTest) -> float:
-        """Return the Newton step from the solution with the full tangent; for a reduced model, that of the full one."""
+        """Return the effect of the next Newton step with the full tangent, for a reduced model of the full model."""
         residual = float(self.result.solve.get("residual") or 0.0)
         beyond, relative = self._reduction(seen)
         if isinstance(self.case.analysis, Dynamic):
@@ -218,7 +220,7 @@ class ErrorEstimate(SolutionUnderTest):
         return left + LEFT * relative * beyond  # the second term is of second order, like the error after one step
 
     def _reduction(self, seen: ProbeResultUnderTest) -> tuple[float, float]:
-        """Return the largest displacement error of the model reduction, in the unit of the metric, and relative.
+        """Return the largest displacement error due to model reduction, in the metric's unit, and its relative value.
 
         Both are zero for a model without reduction. Raises NoErrorEstimate.
         """
@@ -238,7 +240,7 @@ class ErrorEstimate(SolutionUnderTest):
         return displacement_of(self.mesh.mesh, step)
 
     def _time(self, seen: ProbeResultUnderTest) -> float:
-        """Error of the time step of a motion, at least that of the vibrations at the probe.
+        """Error due to the time step of a motion, at least the time-step error of the vibrations at the probe.
 
         The order is that of the integrator, or one where contacts open and close, since motions are not smooth there.
         """
@@ -249,7 +251,10 @@ class ErrorEstimate(SolutionUnderTest):
         return max(self._of_steps(seen, 2.0 if smooth else 1.0, longer), self._of_modes(seen))
 
     def _of_modes(self, seen: ProbeResultUnderTest) -> float:
-        """Error of the time step in the vibrations at the probe, on which two steps may agree by chance."""
+        """Error due to the time step in the vibrations at the probe.
+
+        It is a lower bound, because solutions with two different steps may agree by chance.
+        """
         from softmark.interpreter.verification.motion_errors import error_of
 
         found = None if seen.view is None else error_of(seen.view, seen.metric, seen.probe)
@@ -259,9 +264,10 @@ class ErrorEstimate(SolutionUnderTest):
         return MODAL * (found.relative * seen.size if own is None else own)
 
     def _of_steps(self, seen: ProbeResultUnderTest, order: float, longer: bool = True) -> float:
-        """Error of the time step, from half the step; if that costs too much, from steps two and four times as long.
+        """Error due to the time step, from a solution with half the step. Raises NoErrorEstimate.
 
-        Without `longer` steps, only half the step is used. Raises NoErrorEstimate.
+        If that costs too much, solutions with steps two and four times as long are used. With `longer` false, only half
+        the step is used.
         """
         twice = self._with_step(seen, 2.0) if longer else None
         try:
@@ -280,13 +286,13 @@ class ErrorEstimate(SolutionUnderTest):
         return grid_convergence.error_from_finer(near, 2.0, order, None if twice is None else twice.apart(seen))
 
     def _with_step(self, seen: ProbeResultUnderTest, times: float) -> ProbeResultUnderTest:
-        """Return the result with a step `times` as long. Raises NoErrorEstimate."""
+        """Return the result of a solution with a time step `times` as long. Raises NoErrorEstimate."""
         analysis: Any = self.case.analysis
         case = replace(self.case, analysis=replace(analysis, step=times * analysis.step))
         return seen.of(self.solved(f"step {times:g}", self.declared, case, 1.0 / times)[0])
 
     def _step_distance(self, seen: ProbeResultUnderTest, other: ProbeResultUnderTest, another: str) -> float:
-        """Return the distance of two steps. Raises NoErrorEstimate if it is too large to say anything."""
+        """Return the distance between results with two time steps. Raises NoErrorEstimate if it is too large."""
         apart, size = seen.apart(other), max(seen.size, seen.acting)
         if apart > COARSE * size:
             raise NoErrorEstimate(
@@ -297,7 +303,7 @@ class ErrorEstimate(SolutionUnderTest):
 
 
 def _largest_change(seen: ProbeResultUnderTest, step: Floats) -> float | None:
-    """Return the largest change by a step of the nodes (n, 3); None for metrics that are not about displacements."""
+    """Return the largest displacement change at the probe, from changes of the nodes (n, 3); None for other metrics."""
     if not seen.in_displacements or seen.unit == "s":
         return None
     largest = float(np.linalg.norm(step, axis=1).max(initial=0.0))
@@ -325,9 +331,9 @@ def estimate_errors(
 ) -> dict[str, StatedError]:
     """Return the stated error of every metric and probe of a model, by name; empty without an answer.
 
-    `views` has the models that metrics compare with, `before` the errors stated in the previous states, `estimates` the
-    estimate of each model in the state before, which this one replaces. If nobody `asked`, only nearly free parts are
-    computed.
+    `views` are the models that metrics compare with. `before` are the errors stated in the previous states. `estimates`
+    are the error estimates of each model in the previous state; the new estimate replaces that of this model. If
+    `asked` is false, nobody requested the errors, and only nearly free parts are computed.
     """
     if result.status not in SOLVED:
         return {}
@@ -350,7 +356,7 @@ def estimate_errors(
 def _errors_of_given_values(
     scene: Scene, found: Mapping[str, StatedError], measured: Mapping[str, Any]
 ) -> dict[str, StatedError]:
-    """Return the stated errors of comparisons with given values: the error of the number, over the same divisor."""
+    """Return the stated errors of metrics that compare a value with a given one: the value's error, divided alike."""
     stated = {}
     for name, metric in scene.of_kind("metric").items():
         thing = metric.thing
@@ -368,7 +374,7 @@ def _errors_of_given_values(
 
 
 def _estimate_safely(whole: ErrorEstimate, seen: ProbeResultUnderTest) -> StatedError:
-    """Return the stated error; failures of the estimate become its reason."""
+    """Return the stated error of a result; if the estimate fails, the failure becomes the reason for stating none."""
     try:
         return whole.of(seen)
     except Exception as error:
@@ -386,9 +392,9 @@ def _requested_results(
     views: Mapping[str, View],
     asked: bool,
 ) -> dict[str, ProbeResultUnderTest]:
-    """Return the results to estimate: metrics and probes.
+    """Return the results whose error is estimated, by name: those of metrics and of probes.
 
-    Includes metrics against the model itself: its own accuracy as a reference, in their terms.
+    Metrics that use the model itself as reference are included, to show its own accuracy as a reference.
     """
     found: dict[str, ProbeResultUnderTest] = {}
     for name, metric in scene.of_kind("metric").items():
@@ -416,7 +422,7 @@ def _requested_results(
 
 
 def _is_about_forces(scene: Scene, metric: Any, view: View) -> bool:
-    """Return whether a metric is about forces that a view has."""
+    """Return whether a metric is about forces that a model's view contains."""
     if not isinstance(metric, ForceMetric) or view.at_rest is None or not view.at_rest.knows(metric.concerned):
         return False
     return metric.body_in(scene) in (None, view.body)

@@ -18,12 +18,12 @@ NOT_ASKED = "not computed by default; `--stated` does this"
 
 
 class BudgetExceeded(NoErrorEstimate):
-    """The estimate would exceed, or has exceeded, the budget."""
+    """Exception for an estimate that exceeds its CPU time budget, or would exceed it."""
 
 
 @dataclass
 class Budget:
-    """Seconds of CPU time that may be spent, counted within a `with` block.
+    """CPU time that an estimate may spend, s, counted within a `with` block.
 
     `asked` is true if the result was requested; otherwise only slight costs are allowed.
     """
@@ -38,7 +38,7 @@ class Budget:
 
     @classmethod
     def of(cls, clock: Mapping[str, Any], asked: bool) -> Budget:
-        """Return the budget of a model with these times."""
+        """Return the budget of a model from its clock, which has the times of setup and solution."""
         seconds = (clock.get(n) for n in ("setup_cpu_s", "solve_cpu_s"))
         took = sum(t.median for t in seconds if t)
         return cls(max(SOLUTIONS * took, LEAST), took, asked)
@@ -56,18 +56,18 @@ class Budget:
 
     @property
     def _running(self) -> float:
-        """Return seconds since the start of `with`, without compilation."""
+        """Return the CPU seconds since the start of the `with` block, without compilation."""
         heard = self._compiling
         return time.process_time() - self._since - (heard.duration if heard is not None and heard.done else 0.0)
 
     @property
     def words(self) -> str:
-        """Largest allowed cost, as text."""
+        """Largest allowed cost as text, such as `4 times the time of the solution`."""
         return f"{LEAST:g} s" if SOLUTIONS * self.solution <= LEAST else f"{SOLUTIONS:g} times the time of the solution"
 
     @contextmanager
     def reserving(self, solutions: float) -> Iterator[None]:
-        """Reserve CPU time for that many solutions while the block runs, for attempts after it."""
+        """Reserve CPU time for `solutions` further solutions while the block runs, so that it is left afterwards."""
         kept = solutions * self.solution
         self.limit -= kept
         try:
@@ -77,17 +77,18 @@ class Budget:
 
     @property
     def left(self) -> float:
-        """Remaining seconds."""
+        """Remaining CPU time, s."""
         return self.limit - self.spent - (self._running if self._depth else 0.0)
 
     def grow(self, took: float) -> None:
-        """Increase the budget for `took` seconds of the solution that its clock did not count, as for modes."""
+        """Increase the budget for `took` seconds of solution time that its clock missed, such as modal analysis."""
         self.limit += SOLUTIONS * took
 
     def must_hold(self, solutions: float, slight: bool = False) -> None:
-        """Raise BudgetExceeded if work of that many solutions exceeds the budget left, or if nobody requested it.
+        """Raise BudgetExceeded if work that costs as much as `solutions` solutions exceeds the remaining budget.
 
-        A cost that is `slight` compared with starting a program, as of a beam with fewer segments, needs no request.
+        It is also raised if nobody requested the result, unless the cost is `slight` compared with starting a program,
+        as for a beam with fewer segments.
         """
         if not self.asked and not (slight and solutions * self.solution <= SLIGHT):
             raise BudgetExceeded(NOT_ASKED)
@@ -101,7 +102,7 @@ class Budget:
 
 
 def _listener() -> Any:
-    """Return the counter of compilation seconds, if anything compiles."""
+    """Return the counter of compilation seconds; None if nothing in this program compiles."""
     if "numba" not in sys.modules:
         return None
     from numba.core import event

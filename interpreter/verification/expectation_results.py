@@ -1,4 +1,4 @@
-"""Evaluation of expectations with results; in scenes with states for each state, or for the one they name."""
+"""Evaluation of the expectations of a scene; in scenes with states, in each state or in the state they name."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ Results = Mapping[str, ModelResult | ReferenceResult]
 
 
 def judge(scene: Scene, results: Results, expectation: Expectation, states: Sequence[float] = ()) -> ExpectationResult:
-    """Return whether the results meet an expectation; in every state if it names none."""
+    """Return whether the results meet an expectation, in every state unless the expectation names one."""
     return replace(_verdict(scene, results, expectation, states), about=_named_metrics(expectation))
 
 
 def _named_metrics(expectation: Expectation) -> tuple[tuple[str, str], ...]:
-    """Return the metrics that an expectation names, with their owners."""
+    """Return the metrics that an expectation names, each with the model or reference it is taken from."""
     return tuple(dict.fromkeys((name.parts[0], name.parts[1]) for name in find_metrics(expectation.node)))
 
 
@@ -46,7 +46,7 @@ def _verdict(scene: Scene, results: Results, expectation: Expectation, states: S
 
 
 def _needs_all_states(scene: Scene, metric: str) -> bool:
-    """Return whether a metric belongs to the whole sequence of states and is known in the last."""
+    """Return whether a metric is computed from all states together, so that its value is known in the last state."""
     declared = scene.declared.get(metric)
     return declared is not None and declared.kind == "metric" and declared.thing.of_all_states
 
@@ -72,7 +72,10 @@ def _evaluate(expectation: Expectation, known: _KnownValues) -> ExpectationResul
 
 
 def _combine_states(each: Sequence[ExpectationResult], states: Sequence[float]) -> ExpectationResult:
-    """Return the combined result: failed if one state fails, else undecided without a value; reports the first."""
+    """Return the combined result of all states: failed if one fails, else undecided if one has no value, else met.
+
+    The result reports the first state that decided it.
+    """
     wrong = [i for i, own in enumerate(each) if own.passed is False]
     open_ = [i for i, own in enumerate(each) if own.passed is None]
     told = (wrong or open_ or [len(each) - 1])[0]
@@ -80,17 +83,17 @@ def _combine_states(each: Sequence[ExpectationResult], states: Sequence[float]) 
     where = ", ".join(format_state(states[i]) for i in wrong or open_)
     several = "states" if len(wrong or open_) > 1 else "state"
     reason = f"in the {several} {where}: {own.reason}" if open_ and not wrong else None
-    first = "; the number is that of the first" if len(wrong) > 1 else ""
+    first = "; the number is for the first" if len(wrong) > 1 else ""
     reason = f"not met in the {several} {where}{first}" if wrong else reason
     return replace(own, reason=reason, states=verdicts)
 
 
 class _NoValue(Exception):
-    """A metric that an expectation names has no value."""
+    """Exception for a metric of an expectation that has no value."""
 
 
 class _KnownValues:
-    """Values of metrics, in a given state if there are any, and of parameters, after the run."""
+    """Values of parameters and metrics after the run, optionally in one state."""
 
     def __init__(self, scene: Scene, results: Results, states: Sequence[float], number: int | None = None) -> None:
         self.scene, self.results, self.states, self.number = scene, results, states, number
@@ -102,13 +105,13 @@ class _KnownValues:
         return self._metric(name, self.number)
 
     def at(self, name: tree.Name, node: tree.Expression, value: Quantity) -> Value:
-        """Return the value of a metric in the state of a value, or at a time. Raises _NoValue."""
+        """Return the value of a metric in the state given by `value`, or at that time. Raises _NoValue."""
         if not self.states:
             return self._in_time(name, value.value)
         return self._metric(name, find_state_indices(self.states, value.value)[0])
 
     def _in_time(self, name: tree.Name, time: float) -> Value:
-        """Return the value at a time by linear interpolation."""
+        """Return the value of a metric at a time, s, by linear interpolation."""
         import numpy as np
 
         owner, metric = name.parts

@@ -37,7 +37,7 @@ MOST_UNSURE = 1e-6  # largest uncertain share of a load that counts as verified
 
 
 def _conditions_by_facets(case: Case, mesh: Mesh, where: Condition) -> Iterator[tuple[Condition, Ints, Any]]:
-    """Yield conditions on coordinates, the facets of each, and the map of these onto their curved side."""
+    """Yield conditions on coordinates, their facets, and the map of these facets onto their curved side."""
     for condition, members in split_by_groups(where, facet_membership(mesh)):
         own = np.zeros(len(mesh.facets), dtype=np.bool_)
         own[members] = True
@@ -50,9 +50,9 @@ Swept = tuple[Ints, Points, tuple[Ints, Floats]]
 
 
 def select_facets(where: Condition, case: Case, mesh: Mesh) -> list[Swept]:
-    """Return wholly selected facets (w, k), points on parts of others, and facets (v, k) with their uncertainty.
+    """Return the selected facets of each side of the body; computed once per mesh. Raises NoIndependentFormula.
 
-    One entry for every side of the body; computed once per mesh for all states. Raises NoIndependentFormula.
+    Each entry has whole facets (w, k), points on partly selected ones, and facets (v, k) with their uncertainty.
     """
     if (key := (select_facets, where)) not in mesh.selections:
         mesh.selections[key] = list(_sweep_sides(where, case, mesh))
@@ -79,7 +79,7 @@ def _sweep_sides(where: Condition, case: Case, mesh: Mesh) -> Iterator[Swept]:
 
 
 def sample_facets(facets: Ints) -> Iterator[Points]:
-    """Yield points on whole facets (f, k) that may be curved, some facets at a time."""
+    """Yield quadrature points on whole, possibly curved facets (f, k), in batches of facets."""
     x, v = np.polynomial.legendre.leggauss(GRID)
     a, b = (0.5 * (t.ravel() + 1.0) for t in np.meshgrid(x, x))
     w = 0.25 * np.outer(v, v).ravel()
@@ -93,7 +93,7 @@ def sample_facets(facets: Ints) -> Iterator[Points]:
 
 @dataclass(frozen=True)
 class FacetSweep:
-    """Condition on facets with nodes `corners` (f, k, 3), m, which `out` moves onto the body."""
+    """Condition on facets with nodes `corners` (f, k, 3), m; `out` maps their points onto the body's surface."""
 
     condition: Condition
     corners: Floats
@@ -104,7 +104,7 @@ class FacetSweep:
 
     @cached_property
     def through(self) -> Any:
-        """Mask of borders that cut facets (b, f), as far as checked."""
+        """Mask of the borders that cut each facet (b, f); facets that were not checked are left out."""
         return np.zeros((len(self.condition.borders), len(self.corners)), dtype=np.bool_)
 
     @property
@@ -112,7 +112,7 @@ class FacetSweep:
         return solid_forces.is_tensor_product(self.corners.shape[1])
 
     def whole_and_parts(self) -> tuple[Ints, tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
-        """Return wholly selected facets (w,), and points of others: facets (p,), local points (p, 2), weights (p,).
+        """Return whole facets (w,), and points on others: facets (p,), local points (p, 2), weights (p,).
 
         Also where two rules disagreed: facets (v,) and the local area of disagreement (v,).
         """
@@ -127,14 +127,14 @@ class FacetSweep:
     # -------------------------------------------------------------- which facets are cut
 
     def _places(self, f: Ints, xi: Floats) -> Any:
-        """Return x, y, z at local points xi (l, m, 2) of facets f (l,)."""
+        """Return the coordinates x, y, z at local points xi (l, m, 2) of facets f (l,), m."""
         kind = self.corners.shape[1]
         N = solid_forces.shape_functions(kind, xi.reshape(-1, 2)).reshape(*xi.shape[:2], self.corners.shape[1])
         X = (N @ self.corners[f]).transpose(2, 1, 0)
         return tuple(X) if self.out is None else self.out(tuple(X))
 
     def _told(self) -> Ints:
-        """Return by bounds whether the condition holds everywhere on facets (f,) (1), nowhere (-1), or neither (0)."""
+        """Return 1 for facets (f,) that the condition selects wholly by bounds, -1 for unselected, 0 for undecided."""
         n = len(self.corners)
         told = np.zeros(n, dtype=np.int64)
         if not n:
@@ -157,13 +157,13 @@ class FacetSweep:
         return told
 
     def _lattice(self, n: int, more: Floats) -> Floats:
-        """Return n by n local points of a facet, including its sides, and some more."""
+        """Return n by n local points of a facet, including points on its sides, and the points `more`."""
         a, b = (t.ravel() for t in np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n), indexing="ij"))
         xi = np.stack([2 * b - 1, 2 * a - 1], axis=1) if self._square else np.stack([(1 - a) * b, a], axis=1)
         return np.concatenate([xi, more])
 
     def _crossed(self, f: Ints) -> tuple[Any, Any]:
-        """Return which borders run between points of a fine lattice (b, f), and facets f with a selected point."""
+        """Return a mask of borders that pass between points of a lattice (b, f), and facets f with a selected point."""
         inside = np.zeros(len(f), dtype=np.bool_)
         cut = np.zeros((len(self.condition.borders), len(f)), dtype=np.bool_)
         xi = self._lattice(ASKED, np.zeros((0, 2)))
@@ -176,14 +176,14 @@ class FacetSweep:
         return cut, inside
 
     def _signs(self, levels: Floats) -> Floats:
-        """Return -1 or 1 for the side of a border, from levels (b, ...); points within its tolerance get 1."""
+        """Return the side of a border, -1 or 1, for levels (b, ...); points within the border's tolerance get 1."""
         slack = np.array([1e-9 * self.extent**b.power for b in self.condition.borders])
         sign: Floats = np.sign(np.where(np.abs(levels) <= slack.reshape(-1, *(1,) * (levels.ndim - 1)), 0.0, levels))
         return np.where(sign == 0.0, self._side_of_zero(sign), sign)
 
     @staticmethod
     def _side_of_zero(sign: Floats) -> Floats:
-        """Return signs in which a point on a border counts to the side of the rest of the facet."""
+        """Return the signs with points on a border assigned to the side on which the other points of the facet lie."""
         most = sign.sum(axis=1, keepdims=True)
         return np.broadcast_to(np.where(most < 0.0, -1.0, 1.0), sign.shape)
 
@@ -199,7 +199,7 @@ class FacetSweep:
     # -------------------------------------------------------------- strips
 
     def _swept(self, f: Ints) -> tuple[tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
-        """Return quadrature points over the selected parts of facets f, and where two rules disagreed."""
+        """Return quadrature points over the selected parts of facets f, and the area on which two rules disagreed."""
         own, low, high = self._panels(f)
         points, vague = [(own[:0], np.zeros((0, 2)), np.zeros(0))], [(f, np.full(len(f), SURE))]
         for halved in range(HALVED + 1):
@@ -221,7 +221,7 @@ class FacetSweep:
         return (f, xi, w), (g, left)
 
     def _panels(self, f: Ints) -> tuple[Ints, Floats, Floats]:
-        """Return facets split at lines of equal a through corners, turning points and intersections of borders."""
+        """Return facets f divided at corners, turning points and border intersections: facet, first and last a."""
         found = [(f, np.zeros(len(f))), (f, np.ones(len(f))), *self._ends(f), *self._turning_points_and_crossings(f)]
         facet, place = (np.concatenate(column) for column in zip(*found, strict=True))
         order = np.lexsort((place, facet))
@@ -230,7 +230,7 @@ class FacetSweep:
         return facet[:-1][real], place[:-1][real], place[1:][real]
 
     def _ends(self, f: Ints) -> list[tuple[Ints, Floats]]:
-        """Return where borders meet the sides at both ends of the lines: facets and a."""
+        """Return facets and line coordinates a at which borders meet the sides on which the lines begin or end."""
         t, found = np.linspace(0.0, 1.0, ASKED), []
         for end in (0.0, 1.0):
             grid = np.tile(t, (len(f), 1))
@@ -245,7 +245,7 @@ class FacetSweep:
         return found
 
     def _turning_points_and_crossings(self, f: Ints) -> list[tuple[Ints, Floats]]:
-        """Return turning points of borders along the lines, and their intersections: facets and a, by Newton."""
+        """Return facets and line coordinates a of turning points and intersections of borders, by Newton's method."""
         seeds, h, count = np.linspace(0.1, 0.9, 5), 1e-4, len(self.condition.borders)
         a0, b0 = (np.tile(t.ravel(), len(f)) for t in np.meshgrid(seeds, seeds))
         own, found = np.repeat(f, 25), []
@@ -269,7 +269,7 @@ class FacetSweep:
         return found
 
     def _strips(self, f: Ints, low: Floats, high: Floats, n: int) -> tuple[Floats, tuple[Ints, Floats, Floats]]:
-        """Return area and moments (n, 3) of the selected parts of strips; strips (p,), points (p, 2), weights (p,).
+        """Return area and moments (n, 3) of selected parts of n strips; strips (p,), points (p, 2), weights (p,).
 
         Lines are denser towards both ends, where the length of a chord may grow as a square root.
         """
@@ -288,13 +288,13 @@ class FacetSweep:
         return np.stack(parts, axis=1), (strip, xi.reshape(-1, 2), w.ravel())
 
     def _local(self, a: Floats, b: Floats) -> tuple[Floats, Floats]:
-        """Return local points of lines a and places b along them, both from 0 to 1, and the local area of da db."""
+        """Return local points of lines a and positions b along them, both from 0 to 1, and the local area of da db."""
         if self._square:
             return np.stack([2 * b - 1, 2 * a - 1], axis=-1), np.full_like(a, 4.0)
         return np.stack([(1 - a) * b, a], axis=-1), 1.0 - a
 
     def _between(self, f: Ints, a: Floats) -> tuple[Ints, Floats, Floats]:
-        """Return selected intervals of lines a (l,) of facets f: their line, begin and end."""
+        """Return the selected intervals of lines a (l,) of facets f: the line, begin and end of each."""
         n, t = len(f), np.linspace(0.0, 1.0, ASKED)
         grid = np.broadcast_to(t, (n, ASKED))
         levels = self._levels(f, self._local(np.broadcast_to(a[:, None], grid.shape), grid)[0])  # (b, m, l)
@@ -320,7 +320,7 @@ class FacetSweep:
         return line[inside], begin[inside], end[inside]
 
     def _level(self, b: int, f: Ints, a: Floats, places: Floats) -> Floats:
-        """Return one level (l,) at one place on each line."""
+        """Return the level of border b at one position on each line (l,)."""
         x, y, z = self._places(f, self._local(a[:, None], places[:, None])[0])
         with np.errstate(all="ignore"):
             level = np.broadcast_to(self.condition.borders[b].at(x, y, z), (1, len(f)))[0]
@@ -331,9 +331,9 @@ class FacetSweep:
 def _find_sign_changes(
     level: Floats, t: Floats, at: Callable[[Ints, Floats], Floats]
 ) -> tuple[Ints, Floats, Floats, Floats]:
-    """Return lines (c,) on which a level (m, l) at places t (m,) changes sign, the places, and its sign before.
+    """Return lines (c,) on which a level (m, l) at positions t (m,) changes sign, the positions, its sign before.
 
-    Where it only approaches zero, the minimum of a parabola shows whether it crossed.
+    Where a level only approaches zero, the minimum of a parabola shows whether it crosses.
     """
     sign = np.where(level >= 0.0, 1.0, -1.0)
     i, line = np.nonzero(sign[:-1] * sign[1:] < 0.0)
@@ -353,7 +353,7 @@ def _find_sign_changes(
 
 
 def _bisect(level: Callable[[Floats], Floats], low: Floats, high: Floats, sign: Floats) -> Floats:
-    """Return where a level changes the sign it has at `low`: by halving, with a secant where it is straight."""
+    """Return positions at which a level changes the sign it has at `low`, by bisection and secant steps."""
     for _ in range(20 if len(low) else 0):
         middle = 0.5 * (low + high)
         same = np.where(level(middle) >= 0.0, 1.0, -1.0) == sign
@@ -367,7 +367,7 @@ def _bisect(level: Callable[[Floats], Floats], low: Floats, high: Floats, sign: 
 def _newton(
     system: Callable[[Floats, Floats], tuple[Floats, Floats]], a: Floats, b: Floats, h: float
 ) -> tuple[Floats, Any]:
-    """Return roots of two functions of (a, b), from many starts: a, and whether it was found within the facet."""
+    """Return coordinate a of roots of two functions of (a, b), and a mask of roots within the facet."""
     with np.errstate(all="ignore"):
         for _ in range(14):
             (g, k), da, db = system(a, b), system(a + h, b), system(a, b + h)

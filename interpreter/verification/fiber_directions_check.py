@@ -27,7 +27,10 @@ HALVINGS = 60
 
 
 def fiber_vectors(direction: Any, X: Floats) -> tuple[Floats, Floats | None]:
-    """Return directions at points X (n, 3), m, of any length (n, 3), and sheet normals. Raises NoIndependentFormula."""
+    """Return fibre directions (n, 3) at points X (n, 3), m, not normalised, and sheet normals or None.
+
+    Raises NoIndependentFormula.
+    """
     match direction:
         case Helix():
             return helix_vectors(direction, X)
@@ -41,7 +44,10 @@ def fiber_vectors(direction: Any, X: Floats) -> tuple[Floats, Floats | None]:
 
 
 def helix_vectors(rule: Helix, X: Floats) -> tuple[Floats, Floats]:
-    """Return tangents of x = (a(t) sin u cos v, a(t) sin u sin v, b(t) cos u), at an angle, and ellipsoid normals."""
+    """Return fibre directions (n, 3) of a helix rule at points X (n, 3), m, and the normals of its ellipsoids (n, 3).
+
+    The fibres are tangents of x = (a(t) sin u cos v, a(t) sin u sin v, b(t) cos u), at an angle to the direction of v.
+    """
     e3 = np.array(rule.axis)
     e1 = np.cross(e3, np.eye(3)[np.argmin(np.abs(e3))])
     e1 /= np.linalg.norm(e1)
@@ -63,7 +69,7 @@ def helix_vectors(rule: Helix, X: Floats) -> tuple[Floats, Floats]:
 
 
 def axes_of(law: Any) -> fiber_axes_by_differences.Axes:
-    """Return a function for the axes of a material: along fibres, and across them by sheets.
+    """Return a function for the material axes at points: along fibres, across them in the sheet, normal to both.
 
     Raises NoIndependentFormula.
     """
@@ -85,7 +91,10 @@ TERM = (StressTerm(lambda F: F),)  # for bodies that compute their own stress
 
 
 def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any = None) -> CheckedBody:
-    """Return some cells of one material, deformed; `rules` as in `checked_body`. Raises NoIndependentFormula."""
+    """Return cells of one material in their deformed state; `rules` as in `checked_body`.
+
+    Raises NoIndependentFormula.
+    """
     if isinstance(case.material, ActiveStrain):
         return _active_strain_body(case, points, cells, kind, u, rules)
     material: Any = case.material
@@ -101,7 +110,7 @@ def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules:
 def mixed_body_of(
     case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any = None
 ) -> MixedBody:
-    """Return some cells with mixed pressures. Raises NoIndependentFormula."""
+    """Return cells in mixed formulation with their nodal pressures. Raises NoIndependentFormula."""
     if isinstance(case.material, ActiveStrain):
         return _active_strain_mixed(case, points, cells, kind, u, pressures, rules)
     material: Any = case.material
@@ -114,7 +123,10 @@ def mixed_body_of(
 
 
 def _active_strain_body(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any) -> CheckedBody:
-    """Return cells of muscle with active strain: the stress of the law, pulled back. Raises NoIndependentFormula."""
+    """Return cells of muscle with active strain, whose stress is the pulled-back stress of the law.
+
+    Raises NoIndependentFormula.
+    """
     muscle: Any = case.material
     law = muscle.law
 
@@ -137,7 +149,10 @@ def _active_strain_body(case: Case, points: Floats, cells: Any, kind: str, u: Fl
 def _active_strain_mixed(
     case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any
 ) -> MixedBody:
-    """Return such cells with mixed pressures; active strain preserves the volume. Raises NoIndependentFormula."""
+    """Return cells of muscle with active strain in mixed formulation. Raises NoIndependentFormula.
+
+    Active strain preserves the volume, so the pressures are not changed.
+    """
     muscle: Any = case.material
     law = muscle.law
     plain = None if _is_directed(law) else split_law(law, "finite", law.young, law.poisson)
@@ -170,7 +185,7 @@ def passive_case(case: Case) -> Case:
 
 
 def muscle_forces(case: Case, mesh: DeformedMesh, u: Floats) -> Floats:
-    """Return nodal forces (n, 3), N, of muscle tension: counted with the loads, as it grows with them."""
+    """Return the nodal forces (n, 3), N, of muscle tension, which are counted as loads because they grow with them."""
     found = np.zeros_like(mesh.points)
     for own, which in split_by_material(case, mesh):
         muscle = own.material
@@ -186,7 +201,7 @@ def muscle_forces(case: Case, mesh: DeformedMesh, u: Floats) -> Floats:
 
 
 def _muscle_stress(muscle: Any) -> Callable[[Floats], Stress]:
-    """Return the stress of muscle tension at points, as a function."""
+    """Return a function that gives the stress of muscle tension at points."""
     return lambda X: fiber_axes_by_differences.active_stress(
         constant_values(muscle.tension, X), fiber_vectors(muscle.fibres, X)[0]
     )

@@ -1,8 +1,8 @@
-"""Error estimate by a finer space over the model's own cells, solved from the found state.
+"""Error estimate by a finer space over the model's own cells, solved from the state that was found.
 
-Four-node tetrahedra get ten nodes, other cells are cut into eight. No coarser mesh is needed, so it works for mesh
-files as well. Nearly incompressible hexahedra with pointwise volume terms are compared with those of mean volume: finer
-ones of their own kind lock too.
+Four-node tetrahedra get ten nodes; other cells are divided into eight. No coarser mesh is needed, so the estimate also
+works for mesh files. Nearly incompressible hexahedra with pointwise volume terms are compared with hexahedra of mean
+volume, because finer hexahedra of their own kind lock too.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes
 
 @dataclass(frozen=True)
 class FinerState:
-    """State of the finer space: its model, mesh and problem, displacements (dofs,), m, and the coarse level."""
+    """Solved state of the finer space: model, mesh, problem, displacements (dofs,), m, and the coarse level."""
 
     model: Fem
     case: Case
@@ -61,22 +61,22 @@ class FinerState:
 
     @cached_property
     def missing(self) -> Mapping[str, float]:
-        """Fraction of each surface load that the mesh of the finer space may miss, by name of the load."""
+        """Fraction of each surface load that the finer mesh may miss, by name of the load."""
         from softmark.interpreter.problem.surface_selection.load_resultants import resultants
 
         return {name: r.missing for name, r in resultants(self.case, self.static).items() if r.area is not None}
 
     @cached_property
     def solver(self) -> tuple[Any, Any]:
-        """Tangent in this state, and a solver for it."""
+        """Tangent in the state of the finer space, and a linear solver for it."""
         from softmark.solvers.statics.finer_space_solve import tangent_solver
 
         return tangent_solver(self.static.problem.assembly, self.state, self.coarse, self.budget.check)
 
     def frequencies(self, coarse: Assembly, x: Floats, known: Factor, count: int) -> Floats:
-        """Return frequencies (count,), Hz, near those of the coarse state x with known factor.
+        """Return the `count` frequencies, Hz, of the finer space near those of the coarse state x.
 
-        Raises NoErrorEstimate.
+        `known` is a factor of the coarse tangent. Raises NoErrorEstimate.
         """
         from softmark.interpreter.models.postprocessing.vibrations import matrix
         from softmark.solvers.dynamics.vibration_modes import ModesNotFound, lowest_modes
@@ -101,9 +101,9 @@ class FinerState:
 def solve_finer_space(
     scene: Scene, declared: Declared, case: Case, solved: DeformedMesh, below: Callable[[], Any], budget: Budget
 ) -> FinerState:
-    """Return the finer state near the nodal displacements of `solved`, a deformed mesh. Raises NoErrorEstimate.
+    """Solve the finer space near the nodal displacements of the deformed mesh `solved`. Raises NoErrorEstimate.
 
-    `below` returns the assembly of the coarse space and a factor of its tangent there.
+    `below` returns the assembly of the coarse space and a factor of its tangent.
     """
     from softmark.interpreter.models.fem.fem_builder import build_static
     from softmark.solvers.linear.factorisations import Singular
@@ -151,7 +151,7 @@ def finer_cells(model: Fem, case: Case, solved: DeformedMesh) -> tuple[Fem, Call
     _must_fit(estimate_memory(solved.mesh))
 
     def make() -> Any:
-        """Return the finer mesh."""
+        """Return the mesh of the finer space."""
         try:
             return build_finer_space(solved.mesh, None if model.mesh is not None else case.shape).mesh
         except UnmatchedFaces as error:
@@ -162,7 +162,10 @@ def finer_cells(model: Fem, case: Case, solved: DeformedMesh) -> tuple[Fem, Call
 
 
 def _must_be_affordable(assembly: Assembly, solved: DeformedMesh, budget: Budget) -> None:
-    """Raise BudgetExceeded if factorising the finer space, by a power of its unknowns, exceeds the budget left."""
+    """Raise BudgetExceeded if factorising the finer tangent exceeds the remaining budget.
+
+    The cost grows with a power of the number of unknowns.
+    """
     from softmark.solvers.statics.finer_space_solve import SMALL, is_direct
 
     if is_direct(assembly) and len(assembly.free) > SMALL:
@@ -175,7 +178,7 @@ def _must_be_elastic(case: Case) -> None:
 
 
 def _must_fit(needed: float) -> None:
-    """Raise NoErrorEstimate if a finer space needs more than its share of the free memory."""
+    """Raise NoErrorEstimate if a finer space needs more than its allowed fraction of the free memory."""
     free = resource_limits.available_memory()
     if needed > SHARE * free:
         gigabytes = f"about {needed / 1e9:.2g} GB of memory, and {max(free, 0.0) / 1e9:.2g} GB are free"
@@ -190,7 +193,7 @@ def displacement_field(model: Fem, case: Case, mesh: DeformedMesh) -> CachedFiel
 
 
 def _without_locking(model: Fem, materials: tuple[Any, ...], kind: str) -> Fem:
-    """Return the model on the finer cells, with an element that does not lock if its own would."""
+    """Return the model for the finer cells, with an element that does not lock in place of one that does."""
     from softmark.solvers.materials import mixed_for
 
     thing = model.plain(element=kind)
@@ -231,10 +234,10 @@ def solution_of_state(static: PreparedSolid, case: Case, state: Floats) -> Solut
 def solve_on_same_mesh(
     scene: Scene, declared: Declared, case: Case, solved: DeformedMesh, tangent: Callable[[], Any], budget: Budget
 ) -> Solution:
-    """Solve another model on the mesh of `solved`, starting from its state. Raises NoErrorEstimate.
+    """Solve another model on the mesh `solved`, starting from its state. Raises NoErrorEstimate.
 
-    `tangent` returns the assembly of the solved model and a factor of its tangent. That factor finds a nearby state;
-    only where it fails, Newton's method takes new tangents.
+    `tangent` returns the assembly of the solved model and a factor of its tangent. Iterations with that factor find a
+    nearby state; only where they fail, Newton's method computes new tangents.
     """
     from softmark.interpreter.models.fem.fem_builder import build_static
     from softmark.solvers.statics.finer_space_solve import StateLost, solve_with_known_tangent

@@ -1,8 +1,8 @@
 """Verification of a solution before it becomes a result.
 
 Forces at equilibrium are computed again by independent formulas (solvers/independent_forces/solid_forces.py). A state
-whose forces do not balance as well as the solver claims is rejected. Inverted cells are counted, and nonfinite numbers
-are rejected.
+whose forces do not balance as well as the solver reports is rejected. Inverted cells are counted, and solutions with
+nonfinite numbers are rejected.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ SEEN = 0.005  # relative differences that three digits show
 def verify_solution(scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> Solution:
     """Return the solution with `checks` among its facts; its status is `failed` if it violates them.
 
-    For a failed solution, the end of validity of its law is reported if it was reached.
+    If the solution failed because its material law reached the end of its validity, that is reported.
     """
     found = _verify(scene, declared, case, prepared, solution)
     ends = dict.fromkeys(end for m in case.materials if (end := getattr(m, "ends", None)) is not None)
@@ -92,7 +92,7 @@ def _failed(solution: Solution, reason: str) -> Solution:
 
 
 def _not_finite(solution: Solution) -> str | None:
-    """Return which numbers of a solution are not finite, as text, or None."""
+    """Return text that names the nonfinite numbers of a solution, or None."""
     mesh, history = solution.mesh, solution.history
     if mesh is not None and not solid_forces.is_finite([np.asarray(mesh.displacement)]):
         return "the displacements are not finite numbers"
@@ -112,7 +112,7 @@ def _not_finite(solution: Solution) -> str | None:
 
 
 def tolerance_warnings(scene: Scene, models: Mapping[str, ModelResult]) -> list[Diagnostic]:
-    """Return a warning if the solver tolerance is coarser than the differences read from results."""
+    """Return a warning if the solver tolerance is coarser than the differences that metrics report."""
     if not (analyses := list(scene.of_kind("analysis").values())):
         return []
     analysis, tolerance = analyses[0], analyses[0].thing.tolerance
@@ -147,7 +147,7 @@ def _tolerance_warning(analysis: Declared, what: str) -> Diagnostic:
 def _check_forces(
     scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution
 ) -> tuple[dict[str, Any], str | None]:
-    """Return the facts of the checks, and why the solution is invalid, or None."""
+    """Return the facts of all force checks, and the reason if the solution is invalid, else None."""
     verifier, looked = verifier_of(declared.thing), VerifiedSolution(scene, declared, case, prepared, solution)
     found = _check_cells(solution, case.depth) | verifier.facts(looked)
     found |= {n: v for n, v in (solution.facts.get("energy") or {}).items() if n in ("drift", "gained")}
@@ -204,15 +204,15 @@ def _check_forces(
 def _check_balance(
     verifier: Verifier, looked: VerifiedSolution, found: dict[str, Any]
 ) -> tuple[dict[str, Any], str | None]:
-    """Return the checks with the balance of supports and loads, and why a converged solution violates it, or None."""
+    """Return the facts including the global balance, and the reason if a converged solution violates it, else None."""
     own, reason = reaction_balance.check_balance(verifier, looked)
     return found | own, reason if looked.solution.status == "converged" else None
 
 
 def _check_cells(solution: Solution, depth: float) -> dict[str, Any]:
-    """Return the number of inverted cells, and the least volume ratio, at integration points and nodes.
+    """Return the number of inverted cells, and the least volume ratio at integration points and nodes.
 
-    `depth` (m) is that of the slice of a body of revolution, 0 for other bodies.
+    `depth`, m, is the thickness of the slice of a body of revolution, 0 for other bodies.
     """
     mesh = solution.mesh
     if mesh is None or mesh.kind not in CELLS:
@@ -227,7 +227,7 @@ def _check_cells(solution: Solution, depth: float) -> dict[str, Any]:
 
 
 def _inverted_cell_warnings(declared: Declared, solution: Solution, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
-    """Yield a warning about inverted cells, unless the model gave one."""
+    """Yield a warning about inverted cells, unless the model already gave one."""
     if not found.get("inverted") or any(note.code == "W324" for note in solution.notes):
         return
     yield diagnostic(
@@ -240,7 +240,7 @@ def _inverted_cell_warnings(declared: Declared, solution: Solution, found: Mappi
 
 
 def _unverified_warnings(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
-    """Yield a warning for each force or contact that could not be verified, for whatever reason."""
+    """Yield a warning for each force or contact that could not be verified."""
     if found.get("residual", 0.0) is None:
         yield _unverified_warning(
             declared, f"the forces of `{declared.name}` could not be verified independently: {found['reason']}"
@@ -260,5 +260,5 @@ def _unverified_warning(declared: Declared, what: str) -> Diagnostic:
         declared.at(),
         what,
         "not verified independently",
-        "compare the result with that of another model",
+        "compare with the result of another model",
     )

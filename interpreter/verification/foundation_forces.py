@@ -1,7 +1,7 @@
 """Independent forces of elastic foundations, by line sweeps as for loads (facet_sweep.py).
 
-The solver multiplies nodal displacements by integrals over facets. Here the traction is computed at every point from
-its displacement, and its force is distributed to the nodes.
+The solver multiplies nodal displacements by integrals over facets. Here the traction at every sample point is computed
+from the displacement there, and its force is distributed to the nodes.
 """
 
 from __future__ import annotations
@@ -53,7 +53,10 @@ def _forces_of_foundation(bed: Declared, case: Case, mesh: DeformedMesh, u: Floa
 
 
 def _rigid_plate_forces(bed: Declared, case: Case, mesh: DeformedMesh, u: Floats) -> Floats:
-    """Return forces of springs between each point of a face and its mean plane: first the mean, then each point."""
+    """Return nodal forces of springs between a face and its mean plane, as of a rigid plate.
+
+    The mean displacement is computed first, and then the force at each point.
+    """
     from softmark.interpreter.models.shared.foundation_setup import plate_stiffness
 
     pieces = [
@@ -61,7 +64,7 @@ def _rigid_plate_forces(bed: Declared, case: Case, mesh: DeformedMesh, u: Floats
     ]
 
     def total(value: Callable[[Floats, Floats], Floats]) -> Floats:
-        """Return the summed force of all points, by their displacements (p, 3) and areas (p, 3)."""
+        """Return the sum over all points of a function of their displacements (p, 3), m, and areas (p, 3), m^2."""
         found = np.zeros_like(u)
         for facets, xi, w in pieces:
             found += solid_forces.part_forces(
@@ -78,13 +81,16 @@ def _rigid_plate_forces(bed: Declared, case: Case, mesh: DeformedMesh, u: Floats
 
 
 def _point_displacements(facets: Ints, xi: Floats, u: Floats) -> Floats:
-    """Return displacements (p, 3), m, of points at local places xi (p, 2) of facets (p, k)."""
+    """Return displacements (p, 3), m, of points at local coordinates xi (p, 2) of facets (p, k)."""
     found: Floats = (solid_forces.shape_functions(facets.shape[1], xi)[:, :, None] * u[facets]).sum(axis=1)
     return found
 
 
 def _spring_forces(bed: Declared, case: Case, points: Floats, facets: Ints, xi: Floats, w: Floats, u: Floats) -> Floats:
-    """Return nodal forces (n, 3), N, of points with weights w (p,) at local places xi (p, 2) of facets (p, k)."""
+    """Return nodal spring forces (n, 3), N, of quadrature points on facets (p, k).
+
+    The points have weights w (p,) and local coordinates xi (p, 2).
+    """
     moved = _point_displacements(facets, xi, u)
 
     def push(dA: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Stated error of a frequency, by the frequencies of coarser models with the same mode number."""
+"""Stated error of a frequency, from the frequencies of the same mode number on other meshes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ HARD = 1e4  # bulk over shear modulus above which the volume constraint is not a
 
 @dataclass(frozen=True)
 class FrequencyUnderTest(ProbeResultUnderTest):
-    """Frequency of a mode. Modes are numbered from the lowest on each mesh, so that crossings cause no jumps."""
+    """Frequency of a mode.
+
+    Modes are numbered from the lowest on each mesh, so that crossings cause no jumps.
+    """
 
     vibrations: Callable[[int], Floats] | None = None
 
@@ -35,7 +38,7 @@ class FrequencyUnderTest(ProbeResultUnderTest):
 
     @property
     def size(self) -> float:
-        """Frequency, Hz."""
+        """Frequency, Hz, by which relative errors are multiplied."""
         return self.tone
 
     @property
@@ -52,10 +55,10 @@ class FrequencyUnderTest(ProbeResultUnderTest):
         return float(found[-1])
 
     def lost(self, materials: tuple[Any, ...], far: float, cell: float) -> float:
-        """Return the rounding error of the frequency, Hz, in cells of these materials.
+        """Return the rounding error of the frequency, Hz, in cells of size `cell`, m, of these materials.
 
-        It contains the rounding of cell coordinates (`far` from the origin, m), and that of the fastest vibration of
-        the mesh, a few pressure waves across a cell.
+        It contains the rounding of cell coordinates (at the distance `far` from the origin, m), and that of the fastest
+        vibration of the mesh, a few pressure waves across a cell.
         """
         law = min(materials, key=lambda m: m.density)
         stiff = max(m.shear_modulus * 4.0 / 3.0 + min(m.bulk_modulus, HARD * m.shear_modulus) for m in materials)
@@ -69,22 +72,25 @@ class FrequencyUnderTest(ProbeResultUnderTest):
         return found * self.tone
 
     def of(self, solution: Solution) -> ProbeResultUnderTest:
-        """Return the answer of another solution."""
+        """Return the frequency of the same mode in another solution."""
         return replace(self, vibrations=solution.vibrations)
 
     def change(self, other: ProbeResultUnderTest) -> float:
-        """Return the difference to the frequency of another solution, Hz, by `apart`. Raises NoErrorEstimate."""
+        """Return the difference from the frequency of another solution, Hz; equal to `apart`.
+
+        Raises NoErrorEstimate.
+        """
         return self.apart(other)
 
     def apart(self, other: ProbeResultUnderTest) -> float:
-        """Return the difference to the frequency of another solution, Hz. Raises NoErrorEstimate."""
+        """Return the difference from the frequency of another solution, Hz. Raises NoErrorEstimate."""
         if not isinstance(other, FrequencyUnderTest):
             raise NoErrorEstimate(NO_ERROR)
         return abs(other.tone - self.tone)
 
 
 def frequency_of_view(metric: Frequency, view: View) -> FrequencyUnderTest:
-    """Return the frequency answer of a model."""
+    """Return the frequency that a metric requests from the results of a model."""
     nothing = np.zeros((0, 3))
     return FrequencyUnderTest(
         nothing, nothing, metric=metric, view=view, at_rest=view.at_rest, vibrations=view.vibrations

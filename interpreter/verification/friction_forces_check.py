@@ -1,4 +1,4 @@
-"""Independent friction forces, from the anchor points that a state stores."""
+"""Independent friction forces, from the anchor points of sticking contact that a state stores."""
 
 from __future__ import annotations
 
@@ -26,9 +26,10 @@ def friction_tractions(
     spring: float,
     flat: bool,
 ) -> Floats:
-    """Return tractions (m, 3), Pa, at points x (m, 3), m, under pressures p (m,) along normals n.
+    """Return friction tractions (m, 3), Pa, at points x (m, 3), m, under pressures p (m,), Pa, along normals n (m, 3).
 
-    `points` are their nodes and shape functions (m, a); without pressure a point need not be stored in the state.
+    `points` are the nodes and shape functions of the points (m, a). A point without pressure need not be stored in the
+    state.
     """
     own = mesh.rubbed.get(touch.name)
     if own is None or own.points is None:

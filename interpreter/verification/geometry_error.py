@@ -1,7 +1,7 @@
 """Error due to flat facets in place of the curved sides of combined shapes.
 
-Finer spaces over the same cells have the same facets, so they do not show it. The volume error of facets is known; a
-bending stiffness, which grows with the square of a section's area, has twice that relative error.
+Finer spaces over the same cells have the same facets, so they do not show this error. The volume error of the facets is
+known. A bending stiffness grows with the square of a section's area, so it has twice that relative error.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ STIFFER = 2.0  # factor on the relative volume error
 
 
 def facet_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return the part of the stated error due to facets; none for other meshes or without curved sides."""
+    """Return a function for the part of the stated error due to flat facets; empty for other meshes or flat sides."""
     shape = whole.case.shape
     if not isinstance(shape, SurfaceBody):
         return {}

@@ -1,4 +1,4 @@
-"""Errors from meshes of two or three sizes: grid convergence indices (Roache 1994) of a metric."""
+"""Grid convergence index (Roache 1994) of a metric, from meshes of two or three sizes."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ HOPELESS = 1.0  # relative error above which nothing is stated
 
 
 def convergence_index(apart: float, ratio: float, theory: float, farther: float | None = None) -> float:
-    """Return the error of a grid, from its distance to one `ratio` times coarser, and that one's to the next coarser.
+    """Return the error of a grid, from its distance `apart` to a grid that is `ratio` times coarser.
 
     `theory` is the order of smooth solutions. Two grids use at most the order HIGHEST, since edges of supports reduce
-    it. Grids that are closer than theory predicts agree by chance, or are too coarse: then `farther` decides.
+    it. `farther` is the distance from that coarser grid to the next coarser one. It decides if the first two grids are
+    closer than theory predicts, because then they agree by chance or are too coarse.
     """
     formal = min(theory, HIGHEST)
     if farther is None or not farther > 0.0 or not apart > 0.0:
@@ -34,10 +35,11 @@ def convergence_index(apart: float, ratio: float, theory: float, farther: float 
 
 
 def error_from_finer(apart: float, ratio: float, theory: float, farther: float | None = None) -> float:
-    """Return the error of a solution from its distance to one `ratio` times finer, and to one as much coarser.
+    """Return the error of a solution, from its distance `apart` to a solution that is `ratio` times finer.
 
-    The order is the observed one, between LEAST and that of smooth solutions, `theory`; half of `theory` if there is no
-    coarser solution. A finer solution that is closer than theory predicts agrees by chance.
+    `farther` is the distance to a solution that is `ratio` times coarser. The order is the observed one, between LEAST
+    and that of smooth solutions, `theory`; half of `theory` if there is no coarser solution. A finer solution that is
+    closer than theory predicts agrees by chance.
     """
     if farther is None or not farther > 0.0 or not apart > 0.0:
         return apart / -math.expm1(-0.5 * theory * math.log(ratio))
@@ -47,7 +49,7 @@ def error_from_finer(apart: float, ratio: float, theory: float, farther: float |
 
 
 def _error_ratio(ratio: float, order: float) -> float:
-    """Return r^p - 1: the distance of two grids over the error of the finer one."""
+    """Return the ratio r^p - 1 of the distance between two grids to the error of the finer one."""
     return math.expm1(order * math.log(ratio))
 
 

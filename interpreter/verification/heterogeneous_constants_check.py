@@ -1,4 +1,8 @@
-"""Constants that vary in space, looked up once more for the watchdog: by other code for what is read from images."""
+"""Independent check of material constants that vary in space.
+
+Constants from images are read by other code than the solver's, and cell integrals are compared with adaptive
+quadrature.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +32,7 @@ AGREE = 1e-12
 
 
 def read_field_again(field: Field, X: Floats) -> Floats:
-    """The values of a field at points X (n, 3), m: of an image by scipy's splines of degree one."""
+    """Return the values of a field at points X (n, 3), m; images are interpolated by linear splines of scipy."""
     known = load_field(field)
     if not isinstance(known, Image):
         return read_field(field, X)
@@ -38,7 +42,10 @@ def read_field_again(field: Field, X: Floats) -> Floats:
 
 
 def constant_values(constant: Any, X: Floats) -> Floats:
-    """A constant of a material at points X (n, 3), m: (n,). Raises ValueError where arithmetic is not one."""
+    """Return the values (n,) of a material constant at points X (n, 3), m.
+
+    Raises ValueError if evaluation of all points at once differs from evaluation point by point.
+    """
     if not isinstance(constant, Profile):
         return np.full(len(X), float(constant))
     found: Floats = constant.values(X, read_field_again)
@@ -59,7 +66,7 @@ def constants_of(case: Case) -> Any:
 
 
 def density_of(case: Case) -> Any:
-    """A density, kg/m^3: a number, or what tells it at points (n, 3)."""
+    """Return the density of a case, kg/m^3: a number, or a function of points (n, 3), m."""
     rho = case.material.density
     return (lambda X: constant_values(rho, X)) if isinstance(rho, Profile) else rho
 
@@ -75,10 +82,11 @@ OFF = 5e-3  # of an integral: the error that the element's quadrature may have
 
 
 def check_integrals(case: Case, mesh: DeformedMesh, pressures: bool) -> tuple[dict[str, Any], str | None]:
-    """Compare integrals of constants over some cells with adaptive quadrature; return the deviation and any objection.
+    """Compare integrals of constants over a sample of cells with adaptive quadrature.
 
-    Adaptive boxes divide the cube that collapses to each cell. Points of the model only show where features may be, and
-    do not enter the integrals. Integrands are each constant, and each constant times each local coordinate.
+    Returns the deviation, and the reason if it is too large, else None. The adaptive rule divides the cube that is
+    mapped to each cell into boxes. Points of the model only show where features may be, and do not enter the integrals.
+    Integrands are each constant, and each constant times each local coordinate.
     """
     worst, reason = 0.0, None
     for own, which in split_by_material(case, mesh):
@@ -122,7 +130,7 @@ def _integrands(case: Case, mesh: Any, pressures: bool) -> Iterator[tuple[str, C
 
 
 def _volumes_off(seen: Any, mesh: Any) -> float:
-    """Return the largest relative error of cell volumes by quadrature, for cells with points of their own."""
+    """Return the largest relative error of cell volumes by quadrature, among cells with special quadrature points."""
     if seen.rule is None:
         return 0.0
     own = np.flatnonzero(seen.rule.special)
@@ -132,7 +140,7 @@ def _volumes_off(seen: Any, mesh: Any) -> float:
 
 
 def _sample_cells(seen: Any, count: int) -> Any:
-    """Return the numbers of a random sample of cells, first of those with points of their own, then of the others."""
+    """Return the numbers of a random sample of cells: first those with special quadrature points, then others."""
     own = np.zeros(count, dtype=bool) if seen.rule is None else seen.rule.special
     rng = np.random.default_rng(count)
     return np.concatenate(
@@ -141,7 +149,7 @@ def _sample_cells(seen: Any, count: int) -> Any:
 
 
 def _compare_cell(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: int) -> tuple[float, float]:
-    """Return the deviation of integrals over a cell, relative to the size of the integrands, and the allowed one."""
+    """Return the deviation of a cell's integrals, relative to the size of the integrands, and the allowed deviation."""
     corners, kind = mesh.points[mesh.cells[[cell]]], mesh.kind
     if seen.rule is None or not seen.rule.special[cell]:
         xi, w = seen.own
@@ -164,7 +172,7 @@ def _compare_cell(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: 
 
 
 def _weighted_integrands(rows: Callable[[Floats], Floats], mesh: Any, cell: int, xi: Floats) -> Floats:
-    """Integrands times the Jacobian determinant of a cell (g, n), at local points xi (n, 3)."""
+    """Return the integrands times the cell's Jacobian determinant (g, n), at local points xi (n, 3)."""
     corners = mesh.points[mesh.cells[cell]]
     a, b, c = np.moveaxis((corners - corners[0]).T @ solid_forces.shape_derivatives(mesh.kind, xi), 2, 0)
     found: Floats = rows(solid_forces.shape_functions(mesh.kind, xi) @ corners) * (np.cross(a, b) * c).sum(axis=1)
@@ -172,11 +180,12 @@ def _weighted_integrands(rows: Callable[[Floats], Floats], mesh: Any, cell: int,
 
 
 def integrate_by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, close: Floats) -> tuple[Floats, Floats]:
-    """Integrals (4, g) over a reference cell of functions f (g, n), and of f times each local coordinate.
+    """Return integrals (4, g) over a reference cell: of functions f (g, n), and of f times each local coordinate.
 
-    The second result is an error estimate (g,): three Gauss points per direction of a box less two, and less Simpson's
-    rule, which sees what two rules of Gauss miss behind their last points. Boxes are halved until the summed error is
-    `close` (g,) and no value at local points `hints` (n, 3) is outside the range in its box.
+    The second result is an error estimate (g,). It compares three Gauss points per direction of a box with two, and
+    with Simpson's rule, which detects features beyond the outermost Gauss points. Boxes are halved until the summed
+    error is at most `close` (g,), and until no value at the local points `hints` (n, 3) is outside the range found in
+    its box.
     """
     grid = np.stack(np.meshgrid(*[np.arange(BOXES) / BOXES] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     low, size = grid, np.full_like(grid, 1.0 / BOXES)
@@ -226,19 +235,25 @@ def integrate_by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, 
 
 
 def _first_owners(at: Floats) -> Any:
-    """The numbers (n,) of the first boxes that points (n, 3) of the cube are in."""
+    """Return the number of the initial box that contains each point `at` (n, 3) of the unit cube, shape (n,)."""
     return (np.clip((at * BOXES).astype(int), 0, BOXES - 1) @ [BOXES**2, BOXES, 1]).astype(int)
 
 
 def _surprises(values: Floats, told: Floats, owner: Any) -> Floats:
-    """Return by how much values (g, n) exceed the range found in their boxes, if by more than that range (g, n)."""
+    """Return by how much values `told` (g, n) exceed the range of `values` in their boxes.
+
+    The result (g, n) is zero unless the excess is larger than the range itself. `owner` is the box of each point.
+    """
     least, most = values.min(axis=2), values.max(axis=2)
     above = np.maximum(told - most[:, owner], least[:, owner] - told)
     return np.where(above > np.maximum((most - least)[:, owner], 0.0), above, 0.0)
 
 
 def _layers(at: Floats, surprise: Floats, centres: Floats) -> Floats:
-    """Points (n, 3) in all boxes of each layer across an axis, as high as its point with the largest surprise."""
+    """Return added points (n, 3) in all boxes of each layer across an axis that contains an unexpected value.
+
+    They lie at the height of the layer's point with the largest `surprise`.
+    """
     found = []
     for axis in range(3):
         own, other = (np.clip((X[:, axis] * BOXES).astype(int), 0, BOXES - 1) for X in (at, centres))
@@ -252,7 +267,7 @@ def _layers(at: Floats, surprise: Floats, centres: Floats) -> Floats:
 def _integrate_boxes(
     kind: str, f: Callable[[Floats], Floats], low: Floats, size: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return values (g, n, 62), integrals (4, g, n), errors (g, n) and the variation per axis (n, 3), in n boxes."""
+    """Return values (g, n, 62), integrals (4, g, n), errors (g, n) and variation per axis (n, 3) in n boxes."""
 
     def at(t: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
         many = len(t)
@@ -289,7 +304,7 @@ def cube_to_cell(kind: str, cube: Floats) -> tuple[Floats, Floats]:
 
 
 def cell_to_cube(kind: str, xi: Floats) -> Floats:
-    """Map local points (n, 3) to points of the unit cube (n, 3): the inverse of `cube_to_cell`."""
+    """Map local points (n, 3) of a cell to points of the unit cube (n, 3); the inverse of `cube_to_cell`."""
     x, y, z = xi.T
     if solid_forces.is_tensor_product(kind):
         return 0.5 * (xi + 1.0)
@@ -303,11 +318,11 @@ def cell_to_cube(kind: str, xi: Floats) -> Floats:
 
 
 def heterogeneity_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return the part of the stated error from constants that vary within cells.
+    """Return a function for the part of the stated error due to constants that vary within cells.
 
-    Integrals over cells may have errors: if every stiffness is off by at most a fraction, an answer is off by at most
-    that fraction. A body may also be softer than its cells, by the bounds of layers in series, or stiffer than those
-    with pressures (stiffness_bounds.py).
+    If quadrature errors change every stiffness by at most some fraction, an answer changes by at most that fraction. A
+    body may also be softer than its cells, by the bounds of layers in series, or stiffer than cells with pressures
+    (stiffness_bounds.py).
     """
     from softmark.interpreter.models.shared.material_regions import largest_quadrature_error as of_mesh
     from softmark.interpreter.models.shared.material_regions import softer_by, stiffer_by

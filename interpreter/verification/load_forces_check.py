@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def load_forces(case: Case, mesh: DeformedMesh, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
-    """Return nodal forces of all loads (n, 3), N, and their uncertainty, N. Raises NoIndependentFormula."""
+    """Return the nodal forces of all loads (n, 3), N, and their uncertainty, N. Raises NoIndependentFormula."""
     total, unsure = np.zeros_like(mesh.points), 0.0
     check = IndependentSolidLoads(case, mesh, u, small, mass)
     for load in case.loads:
@@ -112,9 +112,9 @@ def _area_forces(
     surface: Floats,
     push: Callable[[Floats], Floats],
 ) -> tuple[Floats, float]:
-    """Return nodal forces (n, 3), N, of a load on the selected part of a surface through nodes `surface` (n, 3), m.
+    """Return nodal forces (n, 3), N, of a load on a part of the surface through nodes `surface` (n, 3), m.
 
-    Also the norm of their uncertainty, N. Raises NoIndependentFormula.
+    Also the norm of their uncertainty, N. `push` maps area vectors to forces. Raises NoIndependentFormula.
     """
     found: Floats = np.zeros_like(surface)
     unsure = 0.0
@@ -133,8 +133,8 @@ def _area_forces(
 def _moment_forces(where: Condition, moment: Vector3, case: Case, mesh: Mesh, surface: Floats) -> tuple[Floats, float]:
     """Return nodal forces (n, 3), N, of a moment on the selected part of a surface now at `surface` (n, 3), m.
 
-    Also the norm of their uncertainty, N. t = c x (x - middle), int (x - middle) x t dA = moment.
-    Raises NoIndependentFormula.
+    `surface` (n, 3), m, are the current nodes. The traction is t = c x (x - middle), with int (x - middle) x t dA =
+    moment. Raises NoIndependentFormula.
     """
     known: list[tuple[Ints, Floats, Floats]] = []  # nodes, shape functions and area of every point
     vague = 0.0
@@ -157,7 +157,7 @@ def _moment_forces(where: Condition, moment: Vector3, case: Case, mesh: Mesh, su
 
 
 def _area_ratio(points: Floats, facets: Ints, xi: Floats) -> Floats:
-    """Return the area per local area (p,) at local points xi (p, 2) of facets (p, k)."""
+    """Return the ratio of area, m^2, to local area (p,) at local points xi (p, 2) of facets (p, k)."""
     t = np.einsum("pai,paj->jpi", points[facets], solid_forces.shape_derivatives(facets.shape[1], xi))
     found: Floats = np.linalg.norm(np.cross(t[0], t[1]), axis=1)
     return found

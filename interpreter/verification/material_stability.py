@@ -1,8 +1,8 @@
-"""Check of material stability in every answer of a solid at finite strain.
+"""Check of material stability in every solution of a solid at finite strain.
 
 At every integration point it tests strong ellipticity (`solvers/materials/ellipticity.py`) and Drucker's stability
-(`drucker_stability.py`). Laws whose constants guarantee stability are skipped; laws with directions are tested only
-for ellipticity. Where cells preserve their mean volume, a law is tested with the pressure that does so.
+(`drucker_stability.py`). Laws whose constants guarantee stability are skipped; laws with fibre directions are tested
+only for ellipticity. Where cells preserve their mean volume, a law is tested with the pressure of that constraint.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ TINY = float(np.finfo(np.float64).tiny)
 
 
 def stability_facts(found: VerifiedSolution) -> dict[str, Any]:
-    """Return the volume share that is not strongly elliptic, or not Drucker stable, and its most strained point."""
+    """Return the volume fraction that is not strongly elliptic, or not Drucker stable, and its most strained point."""
     mesh, of = found.solution.mesh, found.declared.thing.reduces
     thing = found.declared.thing if of is None else found.scene.declared[of].thing
     how = thing.stress_law
@@ -63,13 +63,19 @@ def stability_facts(found: VerifiedSolution) -> dict[str, Any]:
 
 @dataclass
 class UnstableVolume:
-    """Unstable volume, m^3, and its most strained point: strain, position (3,), m, stretches (3,)."""
+    """Volume, m^3, in which a law is unstable, and its most strained point.
+
+    The point is given by its strain, position (3,), m, and stretches (3,).
+    """
 
     volume: float = 0.0
     worst: tuple[float, Any, Any] = (-1.0, None, None)
 
     def add(self, part: Mesh, F: Floats, w: Floats, gone: Any) -> None:
-        """Add the points (k,) of some cells that are `gone`."""
+        """Add the unstable ones, by the mask `gone` (k,), of the integration points of some cells.
+
+        F (k, 3, 3) are deformation gradients and w (k,) the volumes of the points, m^3.
+        """
         self.volume += float(w[gone].sum())
         s = np.linalg.svd(F[gone], compute_uv=False)
         far = np.abs(np.log(np.maximum(s, TINY))).max(axis=1)
@@ -81,7 +87,7 @@ class UnstableVolume:
             self.worst = float(far[place]), X[gone][place], s[place]
 
     def told(self, volume: float) -> dict[str, Any]:
-        """Return the facts relative to the body's volume, m^3; empty if nothing is unstable."""
+        """Return facts with the unstable fraction of the `volume`, m^3; empty if nothing is unstable."""
         _, X, s = self.worst
         return {} if X is None else {"share": self.volume / volume, "at_m": X.tolist(), "stretches": s.tolist()}
 
@@ -90,15 +96,15 @@ class Elliptic:
     """Test of strong ellipticity."""
 
     def sound(self, material: Any) -> bool:
-        """Return whether the material needs no test: always elliptic by its constants, or viscoelastic."""
+        """Return whether the material needs no test: viscoelastic, or elliptic by its constants."""
         return bool(getattr(material, "polyconvex", False)) or bool(getattr(material, "branches", ()))
 
     def reached(self, material: Any, F: Floats) -> bool:
-        """Return whether ellipticity may be lost in one of the states F (k, 3, 3): in any."""
+        """Return whether ellipticity may be lost in one of the states F (k, 3, 3); always true."""
         return True
 
     def gone(self, law: Any, F: Floats, held: VolumePressure | None) -> Any:
-        """Return at which states (k,) the law has lost it; None if that is not known."""
+        """Return a mask of the states F (k, 3, 3) in which the law has lost ellipticity; None if that is not known."""
         from softmark.solvers.materials.ellipticity import find_ellipticity_loss
 
         return find_ellipticity_loss(law, F, held)
@@ -108,20 +114,20 @@ class Drucker:
     """Test of Drucker's stability in Hencky strain."""
 
     def sound(self, material: Any) -> bool:
-        """Return whether the material needs no test: stable by its constants, viscoelastic, or with directions."""
+        """Return whether the material needs no test: stable by its constants, viscoelastic, or with fibres."""
         if getattr(material, "directed", False) or getattr(material, "branches", ()):
             return True
         return bool(getattr(material, "convex_above", math.inf) <= 0.0)
 
     def reached(self, material: Any, F: Floats) -> bool:
-        """Return whether it may be lost in one of the states F (k, 3, 3): where volumes are below the law's limit."""
+        """Return whether stability may be lost in a state of F (k, 3, 3), by the law's limit of volume ratios."""
         from softmark.solvers.materials.tensor_components import components, displacement_gradient, volume_change
 
         j = volume_change(displacement_gradient(components(F)))
         return bool(np.any(j <= getattr(material, "convex_above", math.inf) - 1.0))
 
     def gone(self, law: Any, F: Floats, held: VolumePressure | None) -> Any:
-        """Return at which states (k,) the law has lost it; None if that is not known."""
+        """Return a mask of the states F (k, 3, 3) in which the law has lost Drucker's stability; None if not known."""
         from softmark.solvers.materials.drucker_stability import find_instability
 
         return find_instability(law, F, held)
@@ -133,7 +139,7 @@ LOOKS: dict[str, Elliptic | Drucker] = {"gives_way": Elliptic(), "drucker": Druc
 def _law_and_constraint(
     case: Any, mesh: DeformedMesh, part: Mesh, which: Any, way: str, F: Floats, w: Floats
 ) -> tuple[Any, VolumePressure | None]:
-    """Return the law of some cells in states F (k, 3, 3), and their volume constraint."""
+    """Return the law of some cells in states F (k, 3, 3), and the pressure of their volume constraint or None."""
     from softmark.solvers.materials import law_for, mixed_for
     from softmark.solvers.materials.batched_stability import VolumePressure
 
@@ -150,7 +156,10 @@ def _law_and_constraint(
 
 
 def _pressure(split: MixedSplit, mesh: DeformedMesh, part: Mesh, which: Any, way: str, F: Floats, w: Floats) -> Floats:
-    """Return the pressure of the volume constraint at points (k,), Pa: an unknown, or M times the mean constraint."""
+    """Return the pressure of the volume constraint at integration points (k,), Pa.
+
+    In mixed formulations it is an unknown of the solution; otherwise it is the bulk modulus times the mean constraint.
+    """
     if way == "mixed" and mesh.pressures is not None:
         from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 
@@ -163,7 +172,10 @@ def _pressure(split: MixedSplit, mesh: DeformedMesh, part: Mesh, which: Any, way
 
 
 def _deformation_gradients(case: Any, mesh: DeformedMesh, which: Any) -> tuple[Floats, Floats]:
-    """Return F at integration points of some cells (k, 3, 3), and their volumes (k,), m^3; for a plate in its plane."""
+    """Return F at integration points of some cells (k, 3, 3), and the volumes of the points (k,), m^3.
+
+    For a plate, F has only components in its plane.
+    """
     from softmark.solvers.mesh.element_interpolation import integrate_cells
 
     own, cells = integrate_cells(mesh.mesh), mesh.mesh.cells[which]

@@ -32,7 +32,7 @@ RESOLVED = "W362"  # warning about the slowest vibration, which is sufficient
 
 @dataclass(frozen=True)
 class MetricError:
-    """Time-step error of a metric: relative to the largest value over time, and in its unit where that is a length."""
+    """Time-step error of a metric, relative to its largest value over time; for lengths also in m."""
 
     relative: float
     period: float  # s, of the vibration that contributes most
@@ -63,7 +63,7 @@ def error_of(view: View, metric: Metric | None, probe: ProbeResult | None) -> Me
 def _compare_motions(
     u: Floats, motion: Floats, error: Floats, shapes: Floats, modes: Any, at_end: bool
 ) -> MetricError | None:
-    """Return the error of the computed motion u from the `error` (t, ...) of the linear `motion`, over their times."""
+    """Return the time-step error of a motion u, from the `error` (t, ...) of the linear `motion` (t, ...)."""
     own, swing = _largest(motion), _largest(u)
     if own <= UNSEEN * swing or swing == 0.0:
         return None
@@ -84,7 +84,7 @@ def _component(u: Floats, along: tuple[float, float, float] | None) -> Floats:
 
 
 def _largest(u: Floats) -> float:
-    """Return the largest norm over all times of a motion u (t, ...)."""
+    """Return the largest norm of a motion u (t, ...) over all its times."""
     return float(np.sqrt((u.reshape(len(u), -1) ** 2).sum(axis=1)).max(initial=0.0))
 
 
@@ -125,7 +125,7 @@ def step_warnings(
 
 
 def _errors(scene: Scene, view: View) -> Iterator[tuple[str, MetricError]]:
-    """Return the errors of all metrics of the body of a view, or of its probes if there are none."""
+    """Yield the time-step error of every metric of a view's body, by name; of its probes if it has no metrics."""
     metrics = scene.of_kind("metric")
     for name, metric in metrics.items():
         if metric.thing.body_in(scene) not in (None, view.body):

@@ -1,8 +1,9 @@
 """Independent nodal forces of point and line loads.
 
 The solver finds where a line passes from cell to cell. Here no faces are used: a stretch of the line is halved as long
-as two Lobatto rules give different forces at any node. These rules include the ends, without which both would miss a
-face just before an end. Both ways share only the cell of a point; its local position is computed again.
+as two Lobatto rules give different forces at any node. These rules include the ends; without them both rules would miss
+a face just before an end. The check shares with the solver only the cell of each point, and computes the local position
+again.
 """
 
 from __future__ import annotations
@@ -42,7 +43,10 @@ def at_points(at: Vector3, force: Vector3, case: Case, mesh: DeformedMesh) -> Fl
 
 
 def _at_point(at: Vector3, force: Vector3, mesh: DeformedMesh) -> Floats:
-    """Return the force at the nodes around its point: shares sum to one, and their positions to the point."""
+    """Return the nodal forces (n, 3), N, of a point load, from the shape functions of the cell around its point.
+
+    The shape functions sum to one and reproduce the position of the point.
+    """
     nodes, N = _within_cells(mesh.mesh, np.array([at]))
     found: Floats = np.zeros_like(mesh.points)
     np.add.at(found, nodes[0], N[0][:, None] * np.array(force))
@@ -50,10 +54,10 @@ def _at_point(at: Vector3, force: Vector3, mesh: DeformedMesh) -> Floats:
 
 
 def _within_cells(mesh: Mesh, X: Floats) -> tuple[Ints, Floats]:
-    """Return nodes (n, a) of the cells that contain X (n, 3), m, and shape functions (n, a) there, by Newton's method.
+    """Return nodes (n, a) and shape functions (n, a) of the cells that contain points X (n, 3), m, by Newton's method.
 
-    Points outside their cell, where a mesh cuts off a curved surface, keep the linear continuation of `locate`.
-    Raises NoIndependentFormula if the shape functions do not reproduce the point.
+    Points outside their cell, where a mesh cuts off a curved surface, keep the linear continuation of `locate`. Raises
+    NoIndependentFormula if the shape functions do not reproduce the point.
     """
     place = locate_points(mesh, X)
     corners, kind, N = mesh.points[place.nodes], mesh.kind, place.N.copy()
@@ -96,14 +100,14 @@ def along_line(start: Vector3, end: Vector3, force: Vector3, mesh: Mesh) -> tupl
 
 
 def _lobatto(points: int) -> tuple[Floats, Floats]:
-    """Return points (p,) and weights (p,) on [-1, 1] with both ends, exact to the degree 2 p - 3."""
+    """Return points (p,) and weights (p,) of the Lobatto rule on [-1, 1], which is exact to degree 2 p - 3."""
     P = np.polynomial.Legendre.basis(points - 1)
     x = np.concatenate([[-1.0], np.sort(P.deriv().roots().real), [1.0]])
     return x, 2.0 / (points * (points - 1) * P(x) ** 2)
 
 
 def _shares(mesh: Mesh, begin: Floats, way: Floats, ends: Floats, rule: int) -> coo_array:
-    """Return the share of each node in stretches with `ends` (k, 2), relative to the length: sparse (k, n)."""
+    """Return the fraction of each node in stretches with `ends` (k, 2), relative to the length: sparse (k, n)."""
     x, w = _lobatto(rule)
     step = np.diff(ends, axis=1)
     s, weights = ends[:, :1] + 0.5 * step * (x + 1.0), 0.5 * step * w

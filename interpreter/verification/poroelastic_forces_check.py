@@ -19,14 +19,15 @@ IMPOSED = 1e-9  # relative to the largest pressure: rounding of prescribed value
 
 
 def drained_case(case: Case) -> Case:
-    """Return the case of the drained skeleton."""
+    """Return the case with the drained skeleton as its material."""
     return replace(case, other_material=case.material.law)
 
 
 def fluid_forces(case: Case, mesh: DeformedMesh, u: Floats, small: bool) -> tuple[Floats, float, float]:
-    """Return nodal forces of the fluid (n, 3), N, the residual of the fluid balance, and rounding, N.
+    """Return nodal forces of the fluid (n, 3), N, the residual of the fluid balance, N, and the rounding, N.
 
-    A volume is converted to a force by the shear modulus over the edge of a mean cell. Raises NoIndependentFormula.
+    The residual, a volume, is converted to a force by the shear modulus and the edge length of a mean cell. Raises
+    NoIndependentFormula.
     """
     past: Any = getattr(mesh, "past", None)
     if past is None or mesh.pressures is None:
@@ -54,7 +55,7 @@ def fluid_forces(case: Case, mesh: DeformedMesh, u: Floats, small: bool) -> tupl
 
 
 def _prescribed_pressure_error(case: Case, mesh: DeformedMesh) -> float:
-    """Error of the fluid pressures that supports prescribe, Pa: a norm over nodes, 0 within rounding."""
+    """Return the deviation from prescribed fluid pressures, Pa: a norm over nodes, 0 within rounding."""
     p, found = np.zeros(len(mesh.points)), 0.0
     pressures = -np.asarray(mesh.pressures)
     p[mesh.cells[:, : pressures.shape[1]]] = pressures
@@ -71,9 +72,10 @@ def _prescribed_pressure_error(case: Case, mesh: DeformedMesh) -> float:
 
 
 def nodes_with_pressure(case: Case, mesh: DeformedMesh) -> Any:
-    """Return which nodes have a prescribed pressure (n,): of selected facets, as they are or moved inward.
+    """Return a mask of the nodes with a prescribed pressure (n,): nodes of facets that a support selects.
 
-    Moved inward, nodes of a selection without its border are in it, but those of a curved side are not.
+    A facet counts as selected if all its corners are, either at their positions or moved slightly inward. Corners moved
+    inward satisfy a selection without its border, but not one of a curved side.
     """
     points, facets = mesh.points, mesh.mesh.facets
     found = np.zeros(len(points), dtype=np.bool_)

@@ -1,4 +1,4 @@
-"""Result of a probe of a model, and the distance of another solution from it in a metric."""
+"""Result of a probe of a model, and its distance from other solutions in the terms of a metric."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ NO_ERROR = "no error estimate is available for this metric"
 
 
 class NoErrorEstimate(Exception):
-    """Part of the error that is not known; the text gives the reason."""
+    """Exception for a part of the error that is not known; the text gives the reason."""
 
 
 @dataclass(frozen=True)
 class CachedField:
-    """Displacement field that is evaluated once at the same points, since several metrics share a probe."""
+    """Displacement field that keeps the values at points already evaluated, since several metrics share a probe."""
 
     field: Field
     stress: Callable[[], Any]  # stress of this field
@@ -55,10 +55,10 @@ class CachedField:
 
 @dataclass(frozen=True)
 class ProbeResultUnderTest:
-    """Result of a probe: displacements (n, 3), or with times those of all (t, n, 3).
+    """Result of a probe at points X (n, 3), m: displacements u (n, 3), m, or with `times` (t, n, 3).
 
-    `field` are displacements anywhere, at the end; `probe` and `view` further input of the metric, `history` that of
-    the solution.
+    `field` gives the displacement at any point at the end, `history` that over time. `probe`, `view`, `stress` and
+    `at_rest` are further input of the metric.
     """
 
     X: Floats
@@ -79,11 +79,11 @@ class ProbeResultUnderTest:
         return replace(seen, stress=solution.stress, at_rest=solution.at_rest)
 
     def at(self, field: CachedField) -> ProbeResultUnderTest:
-        """Return its result for a static field."""
+        """Return the result of the same probe for a static displacement field."""
         return replace(self, u=np.asarray(field(self.X)), field=field, history=None, stress=field.stress)
 
     def moved(self, step: NodalDisplacementField) -> ProbeResultUnderTest:
-        """Return its result with added displacements, in statics."""
+        """Return the result of the same probe with a displacement field added, in statics."""
         own = self.field
         field = None if own is None else lambda X: own(X) + step(X)
         stress = self.stress
@@ -92,25 +92,25 @@ class ProbeResultUnderTest:
 
     @property
     def in_displacements(self) -> bool:
-        """True if the metric is about displacements, so that their relative error is one of the metric."""
+        """True if the metric measures displacements, so that their relative error is also that of the metric."""
         plain = self.metric is None or isinstance(self.metric, DisplacementMetric)
         return plain or self.times is not None or (self.unit == "m" and not self.in_forces)
 
     @property
     def single(self) -> bool:
-        """True if the metric is about the displacement of one point, at the end."""
+        """True if the metric is the displacement of one point at the end."""
         if self.times is not None or not self.in_displacements or not len(self.X):
             return False
         return len(self.X) == 1 or (self.metric is not None and self.metric.last)
 
     @property
     def tensors_at_one(self) -> bool:
-        """True if the metric is a stress or strain at one point, at the end."""
+        """True if the metric is a stress or strain at one point at the end."""
         plain = isinstance(self.metric, TensorMetric) and self.metric.measured_from is None
         return plain and len(self.X) == 1 and self.times is None
 
     def around(self, X: Floats, other: Solution) -> float:
-        """Return the root mean square of the difference in stress or strain to another solution at points X (n, 3)."""
+        """Return the root mean square difference in stress or strain from another solution at points X (n, 3), m."""
         metric: Any = self.metric
         if self.stress is None or other.stress is None:
             raise NoErrorEstimate(NO_ERROR)
@@ -123,7 +123,10 @@ class ProbeResultUnderTest:
         return self._of_stress(distance, self.stress)
 
     def of_single(self, apart: Floats) -> float:
-        """Return the root mean square of changes (n, 3), m, around its one point, in the terms of `apart`."""
+        """Return the root mean square of displacement changes `apart` (n, 3), m, around the metric's single point.
+
+        Components and unit are those of the metric: in m, or relative to the displacement of the point.
+        """
         along = self.metric.direction if self.metric is not None and self.metric.last else None
         far = np.linalg.norm(apart, axis=1) if along is None else apart @ along
         rms = float(np.sqrt(np.mean(far**2)))
@@ -132,17 +135,17 @@ class ProbeResultUnderTest:
 
     @property
     def in_forces(self) -> bool:
-        """True if the metric is about forces, which displacements of points do not determine."""
+        """True if the metric measures forces, which displacements of points do not determine."""
         return isinstance(self.metric, ForceMetric)
 
     @property
     def unit(self) -> str:
-        """Unit of the error: that of the metric; for a probe 1."""
+        """Unit of the error: that of the metric, or 1 for a probe."""
         return "1" if self.metric is None else str(self.metric.unit)
 
     @property
     def size(self) -> float:
-        """Factor from an error relative to the displacements to the metric's unit."""
+        """Factor that converts an error relative to the displacements into the metric's unit."""
         if self.unit == "m" and not self.in_forces:
             return float(np.linalg.norm(self.u, axis=-1).max(initial=0.0))
         if isinstance(self.metric, TensorMetric):
@@ -155,7 +158,10 @@ class ProbeResultUnderTest:
         return abs(self.value) if self.unit == "s" else 1.0
 
     def _of_tensors(self, metric: TensorMetric) -> float:
-        """Return the value, or the size of tensors in the body: the error of a zero component is not zero."""
+        """Return the stress or strain value, at least the typical size of the tensors in the body.
+
+        A component that is zero still has an error.
+        """
         if self.stress is None:
             raise NoErrorEstimate(NO_ERROR)
         if metric.measured_from is None:
@@ -164,9 +170,9 @@ class ProbeResultUnderTest:
 
     @property
     def acting(self) -> float:
-        """Larger of `size` and of the forces or motions in the whole body; rounding and solver errors scale with it.
+        """Scale of rounding and solver errors: the larger of `size` and the forces or motions in the whole body.
 
-        A force that vanishes by symmetry is the difference of forces that do not.
+        A force that vanishes by symmetry is the difference of forces that do not vanish.
         """
         rest = self.at_rest
         if rest is None or not rest.knows(self.metric.concerned if isinstance(self.metric, ForceMetric) else None):
@@ -177,7 +183,7 @@ class ProbeResultUnderTest:
         return max(self.size, self.metric.acting(rest)) if known else self.size  # type: ignore[union-attr]
 
     def beside(self, apart: float) -> float:
-        """Return the scale for a distance: `size`, or if that is negligible, `acting`."""
+        """Return the scale to compare a distance `apart` with: `size`, or `acting` if the distance is negligible."""
         return self.size if apart > TRIFLE * self.acting else self.acting
 
     @property
@@ -198,7 +204,7 @@ class ProbeResultUnderTest:
         return np.array(columns).T.reshape(len(self.times), *theirs.shape[1:])
 
     def apart(self, other: ProbeResultUnderTest) -> float:
-        """Return the distance of another solution, taken as correct, in the unit of the metric.
+        """Return the error that this result would have if the other solution were exact, in the metric's unit.
 
         Raises NoErrorEstimate.
         """
@@ -219,10 +225,10 @@ class ProbeResultUnderTest:
         return self._measured(other, ReferenceData(self.view.name if self.view else "", self.u, self.field))
 
     def change(self, other: ProbeResultUnderTest) -> float:
-        """Return the change of the metric's value from one of two nested solutions to the other, in the metric's unit.
+        """Return the difference of the metric's values in this and another, nested solution, in the metric's unit.
 
-        For forces and tensors only that value counts: `apart` is for solutions that may agree in it by chance.
-        Raises NoErrorEstimate.
+        For forces and tensors only the values count, whereas `apart` is meant for solutions whose values may agree by
+        chance. Raises NoErrorEstimate.
         """
         plain = self.metric is not None and self.metric.measured_from is None and self.times is None
         if plain and isinstance(self.metric, ForceMetric | TensorMetric):
@@ -246,7 +252,7 @@ class ProbeResultUnderTest:
 
     @property
     def place(self) -> ProbePlace:
-        """Probe of the metric: points, triangles, weights and domain."""
+        """Probe of the metric: its points, triangles, weights and domain."""
         name, view = "" if self.metric is None else self.metric.looked_at or "", self.view
         weights, domain = (None, None) if view is None else (view.weights.get(name), view.domains.get(name))
         return ProbePlace(self.X, None if self.probe is None else self.probe.triangles, weights, domain)
@@ -255,7 +261,7 @@ class ProbeResultUnderTest:
         return metric.samples(self.place, field)
 
     def _of_stress(self, number: Callable[[Any, Any], float], own: Callable[[], Any]) -> float:
-        """Return a number of this answer's stresses and those of the reference, itself by default."""
+        """Return a number computed from this result's stresses and those of the reference, by default its own."""
         from softmark.solvers.stress_recovery.sampling_point_stress import StressUnavailable
 
         try:
@@ -270,7 +276,7 @@ class ProbeResultUnderTest:
         return float(np.linalg.norm(other.u - self.u)) / size
 
     def _distance(self, other: ProbeResultUnderTest) -> float:
-        """Bound the change of a statistic of distances if points move by so much, m (triangle inequality)."""
+        """Return a bound of how much a statistic of distances changes, m, by the triangle inequality."""
         apart = other.u - self.u
         if self.metric is not None and self.metric.last:
             along = self.metric.direction
@@ -284,7 +290,10 @@ class ProbeResultUnderTest:
         return float(np.sqrt(np.mean(distances**2)))
 
     def _measured(self, other: ProbeResultUnderTest, known: ReferenceData | None) -> float:
-        """Return the metric of another solution. Raises NoErrorEstimate."""
+        """Return the value of the metric for another solution, against reference data if `known`.
+
+        Raises NoErrorEstimate.
+        """
         view, probe, metric = self.view, self.probe, self.metric
         if view is None or probe is None or metric is None:
             raise NoErrorEstimate(NO_ERROR)

@@ -1,7 +1,7 @@
-"""Global balance: the forces and moments of supports and loads sum to zero at equilibrium.
+"""Check of the global balance: forces and moments of supports and loads sum to zero at equilibrium.
 
-The reaction of each support is also computed by independent formulas (verification/by_model), at its nodes from the
-cells around them.
+The reaction of each support is also compared with that of independent formulas (verification/by_model), which sum the
+forces of the cells around its nodes.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ UNTURNED = "with `rotation = element` the internal forces have a net moment, so 
 
 
 def check_balance(verifier: Verifier, found: VerifiedSolution) -> tuple[dict[str, Any], str | None]:
-    """Return facts of the balance of supports and loads, and why the state is invalid if they do not balance."""
+    """Return facts of the balance of supports and loads, and the reason if they do not balance, else None."""
     known = forces_and_energies(found.declared, found.case, found.prepared, found.solution).reactions
     if not known or found.solution.carried is None:
         return {}, None
@@ -77,9 +77,9 @@ def check_balance(verifier: Verifier, found: VerifiedSolution) -> tuple[dict[str
 
 
 def _rounded_reactions(found: VerifiedSolution, carried: NodalForces) -> Mapping[str, Reaction]:
-    """Return reactions in the rounded state that independent formulas see; empty if there is no such state.
+    """Return reactions in the rounded state that independent formulas use; empty if there is no such state.
 
-    Constraint forces are found by balance, and are as free of rounding as the reported reactions.
+    Reactions found by balancing constraint forces are as free of rounding as the reported ones.
     """
     if carried.written is None:
         return {}
@@ -88,10 +88,10 @@ def _rounded_reactions(found: VerifiedSolution, carried: NodalForces) -> Mapping
 
 
 def _pair_moment_note(found: VerifiedSolution) -> str:
-    """Return an explanation of moments from forces between parts of a body, with a remedy; "" if there are none.
+    """Return a note, with a remedy, about moments from forces between parts of a body; "" if there are none.
 
-    Forces along the line between two points have no moment. Ties across a gap do not act along it, nor do forces in
-    small strain, whose moments use undeformed positions.
+    Forces along the line between two points have no moment. Forces of ties across a gap do not act along that line, and
+    in small strain moments use undeformed positions.
     """
     for pair in found.case.pairs:
         if isinstance(pair.thing, Tied):
@@ -107,7 +107,7 @@ def _pair_moment_note(found: VerifiedSolution) -> str:
 def _independent_reactions(
     verifier: Verifier, found: VerifiedSolution
 ) -> tuple[Mapping[str, Wrench], float, str | None]:
-    """Return independent reactions, their rounding error, N, and why there are none, or None."""
+    """Return independent reactions by support, their rounding error, N, and the reason if there are none, or None."""
     try:
         return *verifier.reactions(found), None
     except NoIndependentFormula as unknown:
@@ -115,26 +115,26 @@ def _independent_reactions(
 
 
 def _unverified_share(case: Case) -> float:
-    """Return the relative part of the loads that may not be verified: near the borders of loaded areas."""
+    """Return the fraction of the loads, near borders of loaded areas, that independent formulas cannot verify."""
     return MOST_UNSURE if any(load.thing.action.surface is not None for load in case.loads) else EXACT
 
 
 def _total(carried: NodalForces, known: Mapping[str, Reaction]) -> Wrench:
-    """Return the sum of supports and loads."""
+    """Return the sum of the forces and moments of supports and loads."""
     supports = (Wrench(np.array(r.force), np.array(r.moment)) for r in known.values())
     return sum((*supports, *carried.applied.values()), NOTHING)
 
 
 def _relative(left: Wrench, carried: NodalForces, scale: float) -> tuple[float, float]:
-    """Return a force relative to the largest load, and its moment about the body's centre to that times its extent."""
+    """Return an unbalanced force, and its moment about the centre over the body's extent, relative to `scale`."""
     moment = np.linalg.norm(left.about(carried.middle)) / carried.extent
     return float(np.linalg.norm(left.force)) / scale, float(moment) / scale
 
 
 def _measures(carried: NodalForces, known: Mapping[str, Reaction], residual: float) -> tuple[float, float]:
-    """Return the largest load or reaction, N, moments over the extent included, and the allowed imbalance, N.
+    """Return the largest load or reaction, N, including moments over the body's extent, and the allowed imbalance, N.
 
-    A load counts by the sizes of its nodal forces: a uniform pressure has no resultant, but is a load.
+    The size of a load is the sum of the sizes of its nodal forces: a uniform pressure has no resultant, but is a load.
     """
     per_length = 1.0 / np.array([1.0, 1.0, 1.0, *[carried.extent] * 3])
     acting = [*carried.loads.values(), *([] if carried.pulling is None else [carried.pulling])]
@@ -151,7 +151,7 @@ def _measures(carried: NodalForces, known: Mapping[str, Reaction], residual: flo
 def _reaction_distance(
     carried: NodalForces, known: Mapping[str, Reaction], again: Mapping[str, Wrench], scale: float
 ) -> float:
-    """Return the distance of reactions from the independent ones."""
+    """Return the largest difference of reactions from the independent ones, relative to `scale`."""
     most = 0.0
     for name, own in known.items():
         other = again[name]
@@ -161,9 +161,10 @@ def _reaction_distance(
 
 
 def sum_by_support(masks: Mapping[str, Any], left: Floats, x: Floats, axial: bool = False) -> dict[str, Wrench]:
-    """Return the sum of residual forces (n, 6) at nodes x (n, 3) for each support by its mask (n, 6), first come first.
+    """Return the sum of residual forces (n, 6), N, at nodes x (n, 3), m, for each support by its mask (n, 6).
 
-    `axial`: nodes are rings around the y axis, whose other forces cancel.
+    A component that several supports hold counts for the first of them. With `axial`, nodes are rings around the y
+    axis, whose other force components cancel.
     """
     found, taken = {}, np.zeros(left.shape, dtype=np.bool_)
     for name, mask in masks.items():

@@ -1,4 +1,4 @@
-"""Families of refined meshes of several models, each extrapolated to its limit."""
+"""Mesh refinement of several models, each extrapolated to the limit of zero cell size."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ LARGEST = 0.05  # relative to the largest displacement: a reference with a large
 
 
 class NoLimit(Exception):
-    """The family has no limit that could serve as a reference; the message has the numbers."""
+    """Exception for solutions that have no limit that could serve as a reference; the message has the numbers."""
 
 
 @dataclass(frozen=True)
 class Limit:
-    """Limit of a method: a field, its error estimate, and how it was found."""
+    """Limit of a method under refinement: a field, its error estimate, and how it was found."""
 
     name: str
     displacement: Field
@@ -59,7 +59,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class ConvergedReference:
-    """Field of the method with the smallest error estimate, m, with its error and the solutions behind it."""
+    """Displacement field of the method with the smallest error estimate, m, with its error and solutions."""
 
     displacement: Field
     estimated_error: float
@@ -68,23 +68,23 @@ class ConvergedReference:
 
 @dataclass(frozen=True)
 class SamplePoints:
-    """Points X (n, 3) at which fields are compared, the first `len(weights)` of them with the volume of each."""
+    """Points X (n, 3), m, at which fields are compared; the first `len(weights)` of them have a volume, m^3, each."""
 
     X: Floats
     weights: Floats
 
     def mean_square(self, u: Floats) -> float:
-        """Return the L2 norm over the body of a field known at the points (n, 3)."""
+        """Return the L2 norm over the body of a field u (n, 3) known at the points."""
         return float(np.sqrt(self.inner(u, u)))
 
     def inner(self, u: Floats, v: Floats) -> float:
-        """Return the L2 product over the body."""
+        """Return the L2 inner product over the body of two fields (n, 3) known at the points."""
         count = len(self.weights)
         return float(self.weights @ np.sum(u[:count] * v[:count], axis=1))
 
 
 def largest_norm(u: Floats) -> float:
-    """Return the largest norm of displacements (n, 3)."""
+    """Return the largest norm of the displacements u (n, 3), m."""
     return float(np.linalg.norm(u, axis=1).max(initial=0.0))
 
 
@@ -93,7 +93,7 @@ def largest_norm(u: Floats) -> float:
 
 @dataclass(frozen=True)
 class Family:
-    """One method on several meshes, coarse to fine."""
+    """Solutions of one method on several meshes, from coarse to fine."""
 
     name: str
     formal: float  # order of the element in displacements
@@ -104,7 +104,7 @@ class Family:
 
 
 def extrapolate_limit(family: Family, where: SamplePoints) -> Limit:
-    """Return the limit of one method."""
+    """Return the limit of one method under refinement."""
     u = [field(where.X) for field in family.fields]
     changes = [b - a for a, b in pairwise(u)]
     coarse, fine = (where.mean_square(c) for c in changes[-2:])
@@ -130,9 +130,10 @@ def _not_asymptotic(order: float, family: Family, where: SamplePoints, changes: 
 
 
 def _extrapolate(family: Family, order: float, changes: list[Floats], left: float, X: Floats) -> Limit:
-    """Return u = u1 + (u1 - u2) / (r^p - 1) at any point; the estimate uses at most the formal order.
+    """Return the extrapolated limit u = u1 + (u1 - u2) / (r^p - 1) and its error, with at most the formal order.
 
-    Higher observed orders are those of meshes that are too coarse (Oberkampf and Roy 2010, section 8.8).
+    Higher observed orders indicate meshes that are too coarse.
+    Source: Oberkampf and Roy 2010, section 8.8.
     """
     finer = float(np.log(family.sizes[-2] / family.sizes[-1]))
     beyond = float(1.0 / np.expm1(order * finer))
@@ -150,7 +151,7 @@ def _extrapolate(family: Family, order: float, changes: list[Floats], left: floa
 
 
 def _local_mean(X: Floats, change: Floats) -> Floats:
-    """Return the root mean square of a change (n, 3) over the neighbourhood of each point, (n,).
+    """Return the root mean square of a change (n, 3), m, over the neighbourhood of each point X (n, 3), shape (n,).
 
     A change has zeros between its waves, and a point on one of them would show any order.
     """
@@ -162,9 +163,10 @@ def _local_mean(X: Floats, change: Floats) -> Floats:
 
 
 def _local_orders(family: Family, changes: list[Floats], highest: float) -> Floats:
-    """Return the observed order at each point (n,), from the sizes of the last two changes there, at most `highest`.
+    """Return the observed convergence order at each point (n,), at most `highest`.
 
-    Clamped edges have a lower order than points far from them, and one order of the whole body hides it.
+    It follows from the sizes of the last two changes near the point. Clamped edges have a lower order than points far
+    from them, which a single order of the whole body would hide.
     """
     coarse, fine = changes
     least = TRIFLE * max(float(change.max(initial=0.0)) for change in changes)
@@ -180,7 +182,7 @@ def _local_orders(family: Family, changes: list[Floats], highest: float) -> Floa
 
 
 def combine_limits(limits: Sequence[Limit], where: SamplePoints) -> tuple[Limit, float]:
-    """Return the best limit, and its error, m. Raises NoLimit."""
+    """Return the limit with the smallest error, and its error, m, from the distances to the others. Raises NoLimit."""
     fields = [own.displacement(where.X) for own in limits]
     for (a, u), (b, v) in combinations(zip(limits, fields, strict=True), 2):
         apart = largest_norm(u - v)
@@ -203,7 +205,7 @@ def combine_limits(limits: Sequence[Limit], where: SamplePoints) -> tuple[Limit,
 
 @dataclass(frozen=True)
 class Member:
-    """One model solved at one size."""
+    """One model solved at one cell size."""
 
     size: float
     actual: float  # m: the edge of a cube of the mean volume of a cell
@@ -215,9 +217,9 @@ class Member:
 def find_reference(
     scene: Scene, reference: Declared, points: Floats, measured: Mapping[str, Any], say: Callable[[str, str], None]
 ) -> ConvergedReference:
-    """Return the limit of the models that a reference names, at `points` (n, 3) and over the body.
+    """Return the limit of the models that a reference names, at `points` (n, 3), m, and over the body.
 
-    Raises Fault if a model cannot be built, and NoLimit without a limit.
+    Raises Fault if a model cannot be built, and NoLimit if there is no limit.
     """
     sizes = reference.thing.sizes.values
     methods = methods_of(scene, reference)
@@ -236,7 +238,7 @@ def find_reference(
 
 
 def _limit_of(method: Method, members: Sequence[Member], where: SamplePoints, workshop: BuildContext) -> Limit:
-    """Return the limit of one method; its error includes parts of supports that the meshes miss."""
+    """Return the limit of one method, whose error includes the parts of supports that the meshes miss."""
     unheld = _support_mismatch(method.case, members)
     family = Family(
         method.declared.name,
@@ -258,7 +260,7 @@ def _limit_of(method: Method, members: Sequence[Member], where: SamplePoints, wo
 
 
 def _support_mismatch(case: Case, members: Sequence[Member]) -> str | None:
-    """Return why meshes that hold different parts than the supports select cannot be extrapolated, or None."""
+    """Return the reason if meshes hold other parts than the supports select, so that extrapolation fails, else None."""
     for member in members:
         for name, own in select_supports(case, member.mesh).items():
             if own.held < 1.0 or own.beyond > 0.0:
@@ -268,7 +270,7 @@ def _support_mismatch(case: Case, members: Sequence[Member]) -> str | None:
 
 
 def _member(method: Method, size: float, workshop: BuildContext) -> Member:
-    """Solve one model at one size. Raises Fault, and NoLimit without an equilibrium."""
+    """Solve one model at one cell size. Raises Fault, or NoLimit if it finds no equilibrium."""
     declared = method.at(size)
     model_builders.load(declared.thing)
     prepared = model_builders.build(declared, method.case, workshop)
@@ -285,7 +287,7 @@ def _member(method: Method, size: float, workshop: BuildContext) -> Member:
 
 
 def _sample_mesh(mesh: Any, points: Floats) -> SamplePoints:
-    """Return random points in a mesh's cells with the volume of each, and the requested ones.
+    """Return random points in a mesh's cells, with the volume of each, and the requested `points` (n, 3), m.
 
     Regular points would be nodes of the finer meshes, whose errors are not typical of the field.
     """
@@ -298,7 +300,7 @@ def _sample_mesh(mesh: Any, points: Floats) -> SamplePoints:
 def _facts(
     methods: Sequence[Method], families: Sequence[Sequence[Member]], limits: Sequence[Limit], best: Limit
 ) -> dict[str, Any]:
-    """Return the facts for the report."""
+    """Return the facts of a converged reference for the report."""
     found = {}
     for method, family, own in zip(methods, families, limits, strict=True):
         found[method.declared.name] = {

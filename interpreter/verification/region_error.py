@@ -1,13 +1,14 @@
-"""Error of meshes whose cells do not follow the borders of regions, so that cells have the wrong material.
+"""Error of meshes whose cells do not follow the borders of material regions.
 
-Every cell that a border crosses has the material of its largest part. Giving all cells at the border of one region its
-material, or none of them, whichever is farther from the found answer, shifts the answer by more than the true error.
-These shifts, summed over the regions so that opposite errors do not cancel, are a part of the stated error.
+Such cells have the wrong material in a part of their volume. Every cell that a border crosses has the material of its
+largest part. Giving all cells at the border of one region its material, or none of them, whichever is farther from the
+found answer, shifts the answer by more than the true error. These shifts, summed over the regions so that opposite
+errors do not cancel, are a part of the stated error.
 
-If cells follow a border with their nodes, whole cells overestimate the error of the curve between nodes, as of a
-polygon in a circle. That part is then at most the missed volume relative to the smallest adjacent volume: twice that,
-as a bending or torsion stiffness grows with the square of a section's area, and a quarter more, since the missed volume
-is itself computed with flat pieces.
+If the nodes of cells follow a border, changing whole cells overestimates the error of the curve between nodes, as of a
+polygon in a circle. The error is then at most a multiple of the missed volume relative to the smallest adjacent volume:
+twice, as a bending or torsion stiffness grows with the square of a section's area, and a quarter more, since the missed
+volume is itself computed with flat pieces.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ STIFFER = 2.5  # factor on the relative volume error
 
 
 def parts(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return the part of the stated error due to regions; none if meshes follow their borders."""
+    """Return a function for the part of the stated error due to regions; empty if meshes follow their borders."""
     from softmark.interpreter.models.shared.region_cells import region_errors
 
     found = region_errors(whole.case, whole.prepared)
@@ -37,7 +38,7 @@ def parts(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest]
 
 
 def _region_shift(whole: SolutionUnderTest, seen: ProbeResultUnderTest, left: float, way: tuple[int, int]) -> float:
-    """Return the shift with one material in all cells at the border, or the effect of the missed volume if smaller."""
+    """Return the shift of a result if all cells at a border have one material; at most the effect of missed volume."""
     most = math.inf if math.isinf(left) else STIFFER * left * seen.size
     if way == (0, 0):
         return most

@@ -1,7 +1,7 @@
-"""Check that contact forces balance the loads on a force-driven rigid body in statics, by independent formulas.
+"""Independent check that contact forces balance the loads on a force-driven rigid body in statics.
 
-Its loads are read from the scene again, its volume is that of the shape instead of the sum of its parts, and its
-contact forces on the deformable body are independent ones (`contact_forces_check.py`).
+The loads are read from the scene again. The volume of the rigid body is that of its shape instead of the sum of its
+parts. Its contact forces on the deformable body are independent ones (`contact_forces_check.py`).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ NOTHING = 1e-10  # of Young's modulus times the square of the size of the body t
 
 
 def check_rigid_bodies(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[str, Any], str | None]:
-    """Return facts of the balance of force-driven rigid bodies, and why a state is invalid, or None.
+    """Return facts of the balance of force-driven rigid bodies, and the reason if the state is invalid, else None.
 
     u (n, 3), m, are the displacements of the deformable body.
     """
@@ -50,9 +50,9 @@ def check_rigid_bodies(case: Case, mesh: DeformedMesh, u: Floats) -> tuple[dict[
 
 
 def _loads(touch: Touch) -> Floats:
-    """Return forces of all loads on a rigid body along its direction (k,), N.
+    """Return the components of all loads on a rigid body along its free directions (k,), N.
 
-    Raises NoIndependentFormula without its volume.
+    Raises NoIndependentFormula if its volume is not known.
     """
     assert touch.along is not None
     found, thing = [0.0], touch.rigid.thing

@@ -1,4 +1,4 @@
-"""Rounding error of an answer: by the condition of the stiffness, or by forces and coordinates."""
+"""Rounding error of an answer, from the condition number of the stiffness or from forces and coordinates."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def rounding_error(
 
 
 def _muscle_strain(case: Case, mesh: DeformedMesh | None) -> float:
-    """Return the strain that active muscle would cause in a free body; 0 without muscle."""
+    """Return the strain that active muscle would cause in an unsupported body; 0 without muscle."""
     if not any(hasattr(material, "passive") for material in case.materials):
         return 0.0
     known = [m for m in representative_materials(case, None if mesh is None else mesh.mesh) if hasattr(m, "passive")]
@@ -57,7 +57,7 @@ def _muscle_strain(case: Case, mesh: DeformedMesh | None) -> float:
 
 
 def _points(case: Case, mesh: DeformedMesh | None, seen: ProbeResultUnderTest) -> Floats:
-    """Return the points of the mesh; without one those of the probe, or the ends of the body."""
+    """Return the points of the mesh (n, 3), m; without a mesh those of the probe, or the ends of the body."""
     if mesh is not None and len(mesh.points):
         return mesh.points
     if len(seen.X) or not (case.shape.swept or case.shape.wired):

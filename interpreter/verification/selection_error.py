@@ -1,8 +1,8 @@
-"""Error of meshes whose cells do not follow the selections of supports, and the held share of each.
+"""Error of meshes whose cells do not follow the selections of supports.
 
-A support holds the nodes that it selects, so slightly less than the selection; with all nodes of partly selected facets
-and cells, slightly more. The exact selection lies between the two answers, and their distance is a part of the stated
-error. If almost nothing is missed, the missed share is that part.
+A support holds the nodes that it selects, so slightly less than the selection. With all nodes of partly selected facets
+and cells, it would hold slightly more. The exact answer lies between these two, and their distance is a part of the
+stated error. If almost nothing is missed, the missed fraction of the selection is used instead.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def support_facts(case: Case, prepared: Prepared, known: EquilibriumForces) -> dict[str, SupportResult]:
-    """Return facts of a model's supports, by name: the held share of the selection, and the reaction."""
+    """Return facts of a model's supports and foundations, by name: the held fraction of the selection, the reaction."""
     grips, found = _support_selections(case, prepared), {}
     for name in (support.name for support in case.named_supports):
         carried, own = None if known.reason is not None else known.reactions[name], grips.get(name)
@@ -37,7 +37,7 @@ def support_facts(case: Case, prepared: Prepared, known: EquilibriumForces) -> d
 
 
 def selection_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
-    """Return the part of the stated error due to selections; none if exactly the selections are held."""
+    """Return a function for the part of the stated error due to selections; empty if these are held exactly."""
     grips = _support_selections(whole.case, whole.prepared)
     left = max((max(1.0 - own.held, own.beyond) for own in grips.values()), default=0.0)
     left = max(left, *(abs(1.0 - share) for share in _foundation_shares(whole.case, whole.prepared).values()), 0.0)
@@ -49,13 +49,13 @@ def selection_errors(whole: SolutionUnderTest) -> dict[str, Callable[[ProbeResul
 
 
 def _selection_shift(whole: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-    """Return the change if all partly selected facets and cells are held."""
+    """Return the change of a result if all partly selected facets and cells are held."""
     solution, _ = whole.solved("wide", whole.declared, replace(whole.case, wide=True))
     return seen.apart(seen.of(solution))
 
 
 def _foundation_shares(case: Case, prepared: Prepared) -> dict[str, float]:
-    """Return the share of the selected area that each foundation covers, by name, if the shape knows its areas."""
+    """Return the ratio of covered to selected area of each foundation, by name; 1 if the exact area is not known."""
     if prepared.mesh is None or not case.beds:
         return {}
     from softmark.interpreter.problem.surface_selection.exact_surface import select_surface

@@ -1,4 +1,4 @@
-"""Independent forces between parts of a body, as for foundations (foundation_forces.py)."""
+"""Independent forces between parts of a body, computed as for foundations (foundation_forces.py)."""
 
 from __future__ import annotations
 
@@ -28,10 +28,11 @@ NEWTON = 6  # iterations for local coordinates of a point on a facet
 
 
 def pair_forces(case: Case, mesh: DeformedMesh, u: Floats) -> dict[str, Floats]:
-    """Return nodal forces (n, 3), N, of every self-contact and tie, by name.
+    """Return nodal forces (n, 3), N, of every self-contact and tie, by name. Raises NoIndependentFormula.
 
-    They are the solver's own if they agree with independent forces within the accuracy of these: a barrier also acts
-    weakly between edges, and a tie is sampled here where the solver cuts polygons. Raises NoIndependentFormula.
+    The solver's own forces are returned if they agree with independent ones within the accuracy of the latter. That is
+    limited because a barrier also acts weakly between edges, and because ties are sampled here, while the solver cuts
+    polygons.
     """
     found = {}
     each: dict[str, Any] = pairs_on(case, mesh.mesh)
@@ -60,7 +61,7 @@ def pair_forces(case: Case, mesh: DeformedMesh, u: Floats) -> dict[str, Floats]:
 
 
 def _barrier_forces(pressing: Any, u: Floats) -> Floats:
-    """Return nodal forces (3 n,), N, of a contact barrier, from samples of both surfaces, each with half its area."""
+    """Return nodal forces (3 n,), N, of a contact barrier, from samples on both surfaces, each with half its area."""
     from softmark.solvers.independent_forces import deformable_friction_forces
 
     skin = pressing.skin
@@ -91,7 +92,10 @@ def _tie_forces(case: Case, tie: Any, pair: Any, mesh: DeformedMesh, u: Floats) 
 
 
 def _spring_forces(points: Floats, one: Ints, other: Ints, u: Floats, k: float, reach: float, depth: float) -> Floats:
-    """Return forces (n, 3), N, of springs of k, Pa/m, between facets `one` (f, a) and facets of `other` on them."""
+    """Return nodal forces (n, 3), N, of springs of stiffness k, Pa/m, between facets `one` (f, a) and `other`.
+
+    Springs connect points of `one` to their projections on facets of `other` within the distance `reach`, m.
+    """
     from softmark.solvers.independent_forces import deformable_friction_forces
 
     found, kind = np.zeros_like(u), other.shape[1]
@@ -122,7 +126,10 @@ def _spring_forces(points: Floats, one: Ints, other: Ints, u: Floats, k: float, 
 
 
 def _local(corners: Floats, X: Floats) -> Floats:
-    """Return local points (p, 2) of X (p, 3) on facets with nodes at `corners` (p, a, 3), by Gauss-Newton steps."""
+    """Return local coordinates (p, 2) of points X (p, 3), m, on facets with nodes `corners` (p, a, 3), m.
+
+    They are found by Gauss-Newton steps.
+    """
     kind = corners.shape[1]
     xi = np.tile(solid_forces.node_positions(kind).mean(axis=0), (len(X), 1))
     for _ in range(NEWTON):
@@ -134,7 +141,7 @@ def _local(corners: Floats, X: Floats) -> Floats:
 
 
 def _friction_forces(name: str, pair: Any, mesh: DeformedMesh, u: Floats) -> Floats:
-    """Return nodal friction forces (3 n,), N, by independent formulas, from the springs that a state stores."""
+    """Return independent nodal friction forces (3 n,), N, from the friction springs that a state stores."""
     from softmark.solvers.independent_forces import deformable_friction_forces
 
     own, skin, pressing = mesh.rubbed.get(name), pair.skin, pair.pressing
@@ -162,7 +169,10 @@ def _friction_forces(name: str, pair: Any, mesh: DeformedMesh, u: Floats) -> Flo
 
 
 def _may_touch(skin: Any, samples: Any, faces: Any, alone: bool) -> Any:
-    """Return which pairs of samples and faces (c,) may be in contact: of other parts, or without a common corner."""
+    """Return a mask of the pairs of samples and faces (c,) that may be in contact.
+
+    With `alone`, sample and face must be on different parts of the body; otherwise their facets must share no corner.
+    """
     if alone:
         return skin.patch[skin.corners + samples] != skin.patch[skin.faces[faces, 0]]
     mine, its = skin.of[samples], skin.home[faces]

@@ -1,4 +1,4 @@
-"""Answer under error estimation: a model, its solution, and other solutions compared with it."""
+"""Solution whose error is estimated: a model, its solution, and other solutions compared with it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FACTORED = 300_000  # unknowns up to which a tangent is factored
 
 @dataclass
 class SolutionUnderTest:
-    """Data of one model for its error estimate; other solutions are computed once."""
+    """Model and solution whose error is estimated; each further solution for comparison is computed once."""
 
     scene: Scene
     declared: Declared
@@ -45,27 +45,27 @@ class SolutionUnderTest:
 
     @cached_property
     def budget(self) -> Budget:
-        """CPU time that may be spent on it."""
+        """CPU time that may be spent on the error estimate."""
         return Budget.of(self.result.time, self.asked)
 
     @property
     def dimension(self) -> float:
-        """Power of the cell size that the number of cells goes with: 2 for a plane body, else 3."""
+        """Number of directions in which cells divide the body: 2 for a plane body, else 3."""
         return 2.0 if self.case.planar else 3.0
 
     @property
     def in_time(self) -> bool:
-        """True if the solution is a sequence of steps in time, which have an error."""
+        """True if the solution is a sequence of time steps, which have an error of their own."""
         return isinstance(self.case.analysis, Dynamic) or self.case.remembers
 
     @property
     def others(self) -> float:
-        """Solutions to be kept for other parts of the error than that of finer cells."""
+        """Number of solutions whose cost is reserved for other parts of the error than that of finer cells."""
         return OTHERS + (LONGER if self.in_time else 0.0)
 
     @property
     def system(self) -> float:
-        """Fraction of the whole solution's CPU time that building the model and solving one of its systems took."""
+        """Fraction of the solution's CPU time that building the model and solving one linear system took."""
         took = {n: t.median if (t := self.result.time.get(n)) else 0.0 for n in ("setup_cpu_s", "solve_cpu_s")}
         whole, systems = sum(took.values()), max(1, int(self.result.solve.get("iterations") or 1))
         return (took["setup_cpu_s"] + took["solve_cpu_s"] / systems) / whole if whole > 0.0 else 1.0
@@ -77,7 +77,7 @@ class SolutionUnderTest:
         return self.declared if of is None else self.scene.declared[of]
 
     def once(self, key: str, make: Callable[[], Any]) -> Any:
-        """Return the result of `make`, computed once. Raises NoErrorEstimate, again if it did before."""
+        """Return the result of `make`, computed once for each `key`. Raises NoErrorEstimate, also on later calls."""
         if key not in self._kept:
             try:
                 self._kept[key] = make()
@@ -104,10 +104,11 @@ class SolutionUnderTest:
         slight: bool = False,
         mesh: Callable[[], Mesh] | None = None,
     ) -> tuple[Solution, dict[str, int]]:
-        """Solve another model, which `costs` so many times this solution; return it and its size.
+        """Solve another model, once for each `key`, and return its solution and size. Raises NoErrorEstimate.
 
-        `mesh` makes its mesh, if it is not that of its size. If states depend on those before, it goes through them as
-        well. Raises NoErrorEstimate.
+        `costs` is its cost relative to this solution; if it is `slight`, no request is needed. `mesh` makes its mesh,
+        unless the mesh follows from its cell size. If a state depends on earlier ones, the model is solved in these as
+        well.
         """
 
         def solve() -> tuple[Solution, dict[str, int]]:
@@ -131,7 +132,10 @@ class SolutionUnderTest:
         return solution, size
 
     def _before(self, key: str, case: Case) -> DeformedMesh | None:
-        """Return the state before of another model, if the path to a state counts. Raises NoErrorEstimate."""
+        """Return the previous state of another model if states depend on earlier ones, else None.
+
+        Raises NoErrorEstimate.
+        """
         if self.earlier is None or not case.has_history:
             return None
         known = self.earlier._kept.get(key)
@@ -142,30 +146,33 @@ class SolutionUnderTest:
         return None if known is None else known[0].mesh
 
     def chosen(self, key: str, choice: bool) -> bool:
-        """Return a choice that is made once for all states: that of the state before, if it made one."""
+        """Return a choice that is made once for all states: the one made in the previous state, else `choice`."""
         known = {} if self.earlier is None else self.earlier._kept
         found: bool = self._kept.setdefault(key, known.get(key, choice))
         return found
 
     @property
     def own(self) -> Case:
-        """Case of the solid, with its own material if it has one."""
+        """Case of the solid, with the material that its model declares if it does."""
         return case_for(self.scene, self.solid)
 
     def sized(self, factor: float, **changes: Any) -> Declared:
-        """Return the solid with its size times a factor."""
+        """Return the declaration of the solid with its cell size times a factor, and with other changes."""
         size = {} if factor == 1.0 else {"size": self.solid.thing.size * factor}
         return replace(self.solid, thing=self.solid.thing.plain(**size, **changes))
 
     def on_nodes(self, costs: float = 1.0) -> DeformedMesh:
-        """Return the deformed mesh for work that `costs` so many times the solution. Raises NoErrorEstimate."""
+        """Return the deformed mesh, for work that `costs` this multiple of the solution. Raises NoErrorEstimate."""
         self.budget.must_hold(costs)
         if self.mesh is None:
             raise NoErrorEstimate("the nodal displacements are not known")
         return self.mesh
 
     def next_step(self) -> Floats | None:
-        """Return the next Newton step (n, 3); None if not known. Raises NoErrorEstimate."""
+        """Return the nodal displacements of the next Newton step (n, 3), m; None if not known.
+
+        Raises NoErrorEstimate.
+        """
         if self.mesh is not None and self.mesh.left is not None:
             return self.mesh.left
         full = self._full
@@ -179,7 +186,7 @@ class SolutionUnderTest:
 
     @property
     def _full(self) -> Any:
-        """Return the assembly of all displacements, for a reduced model the full one; None if there is none."""
+        """Return the assembly with all degrees of freedom, also for a reduced model; None if there is none."""
         full = self.prepared.assembly
         return None if full is None or self.mesh is None or full.dofs != self.mesh.displacement.size else full
 
@@ -191,7 +198,7 @@ class SolutionUnderTest:
         return np.ascontiguousarray(self.mesh.displacement, dtype=np.float64).ravel()
 
     def tangent(self) -> tuple[Any, Any]:
-        """Return the assembly and a factor of its tangent in the state. Raises NoErrorEstimate."""
+        """Return the assembly, and a factor of its tangent in the found state. Raises NoErrorEstimate."""
         from softmark.solvers.linear.factorisations import Singular, factor
 
         def find() -> tuple[Any, Any]:

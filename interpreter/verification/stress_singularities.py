@@ -44,7 +44,7 @@ UNSETTLED = 0.25  # relative: what refinement may change by more than that may h
 
 
 def singular_stress(metric: Metric | None, case: Case, mesh: Mesh | None, X: Floats) -> str | None:
-    """Return why a metric of stress or strain is singular: it is evaluated within a cell of a singularity, or None."""
+    """Return the reason if a stress or strain metric is evaluated within a cell of a singularity, else None."""
     if not isinstance(metric, TensorMetric) or metric.over == "mean" or mesh is None or not len(X):
         return None
     near = _edge_length(mesh)
@@ -58,8 +58,8 @@ def singular_stress(metric: Metric | None, case: Case, mesh: Mesh | None, X: Flo
 def converged_mesh_error(answer: SolutionUnderTest, seen: ProbeResultUnderTest, verifier: Verifier) -> float:
     """Return the mesh error of a stress or strain metric. Raises NoErrorEstimate if it does not seem to converge.
 
-    At a re-entrant corner, stresses of the cells around a point differ by more on every finer mesh, as the stress
-    itself grows; for a finite stress they converge, however coarse the mesh is.
+    At a re-entrant corner, the stress jump between the cells around a point grows with every refinement, as the stress
+    itself does; for a finite stress it decreases, however coarse the mesh is.
     """
     metric = seen.metric
     assert isinstance(metric, TensorMetric)
@@ -81,7 +81,7 @@ def _edge_length(mesh: Mesh) -> float:
 
 
 def _singular_points(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
-    """Yield singular points (n, 3) of the mesh, with a description of each kind."""
+    """Yield the singular points (n, 3), m, of each kind in the mesh, with a description of the kind."""
     held, facets = held_directions(case, mesh), mesh.facets
     if case.planar:  # the border of its region: its faces are no surface
         facets = facets[is_on_border(mesh.points, facets)]
@@ -103,10 +103,10 @@ def _singular_points(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
 
 
 def unbounded_displacement(case: Case, mesh: Mesh | None, X: Floats, u: Floats) -> Declared | None:
-    """Return the point or line force at which X (n, 3), m, moved by u (n, 3) or (t, n, 3), m, is singular, or None.
+    """Return the point or line force that makes the displacement at X (n, 3), m, singular, or None.
 
-    None also if refinement adds only TRIFLE of the displacement: a force at the end of a long bar dents it by less than
-    it bends it.
+    u (n, 3) or (t, n, 3), m, are the displacements there. The result is None also if refinement changes the
+    displacement by less than TRIFLE of it: a force at the end of a long bar dents it by less than it bends it.
     """
     if mesh is None or not len(X):
         return None
@@ -121,7 +121,7 @@ def unbounded_displacement(case: Case, mesh: Mesh | None, X: Floats, u: Floats) 
 
 
 def unbounded_work(metric: Metric, case: Case, mesh: Mesh | None, value: float) -> Declared | None:
-    """Return the point or line force whose work, J, makes a metric infinite, or None."""
+    """Return the point or line force whose work, J, makes a metric infinite under refinement, or None."""
     if mesh is None or not isinstance(metric, LoadWork | StrainEnergy):
         return None
     for load in case.loads:
@@ -137,7 +137,7 @@ def unbounded_work(metric: Metric, case: Case, mesh: Mesh | None, value: float) 
 
 
 def _dent(action: Action, case: Case, edge: float) -> float:
-    """Return the displacement added by refinement under a force, m, by its order: Boussinesq's and Flamant's."""
+    """Return the displacement, m, that refinement adds under a force, by the solutions of Boussinesq and Flamant."""
     young = min(material.young for material in case.typical)
     across = edge if len(action.points) == 1 else 1.0  # of a line its force is per length already
     if case.planar and len(action.points) == 1:
@@ -147,7 +147,7 @@ def _dent(action: Action, case: Case, edge: float) -> float:
 
 
 def place_of(load: Declared) -> str:
-    """Describe where a point or line force acts."""
+    """Describe as text where a point or line force acts."""
     how = "line that `{}` acts along" if len(load.thing.action.points) > 1 else "point that `{}` acts at"
     return f"the {how.format(load.name)}"
 
@@ -158,7 +158,7 @@ def _ends(action: Action) -> Floats:
 
 
 def _nearest(action: Action, X: Floats) -> Floats:
-    """Return the points of a force nearest to X (n, 3): (n, 3), or (1, 3)."""
+    """Return the points of a force that are nearest to X (n, 3), m: (n, 3) for a line, (1, 3) for a point."""
     ends = _ends(action)
     if len(ends) == 1:
         return ends
@@ -179,7 +179,7 @@ def _points_along(action: Action, step: float) -> Floats:
 
 
 def _interface_ends(case: Case, mesh: Mesh, facets: NDArray[np.int64], held: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return unsupported surface nodes of cells of several materials, without those in symmetry planes."""
+    """Return the free surface nodes at which cells of several materials meet, without those in symmetry planes."""
     from softmark.interpreter.models.shared.region_cells import materials_of_cells
 
     number = materials_of_cells(case, mesh).cells
@@ -193,7 +193,7 @@ def _interface_ends(case: Case, mesh: Mesh, facets: NDArray[np.int64], held: NDA
 
 
 def _describe_edge(case: Case, mesh: Mesh, rim: NDArray[np.int64], whole: bool) -> str:
-    """Describe the edge of supports there: of fixed ones, or of sliding ones; else of all."""
+    """Describe the edge of the supports that hold nodes `rim`: of those that fix them wholly, or else of all."""
     there = [s for s in case.supports if select_support(s.thing.where, mesh).nodes[rim].any()]
     some = [s for s in there if (len(s.thing.components) == 3) == whole]
     names = ", ".join(f"`{s.name}`" for s in some or there)
@@ -201,7 +201,7 @@ def _describe_edge(case: Case, mesh: Mesh, rim: NDArray[np.int64], whole: bool) 
 
 
 def held_directions(case: Case, mesh: Mesh) -> NDArray[np.bool_]:
-    """Return which nodes are held in which direction (nodes, 3)."""
+    """Return a mask of the directions in which supports hold each node (nodes, 3)."""
     held = np.zeros((len(mesh.points), 3), dtype=np.bool_)
     for support in case.supports:
         held[np.ix_(select_support(support.thing.where, mesh).nodes, support.thing.components)] = True
@@ -211,14 +211,14 @@ def held_directions(case: Case, mesh: Mesh) -> NDArray[np.bool_]:
 
 
 def _nodes_between(facets: NDArray[np.int64], some: NDArray[np.bool_], others: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return nodes between facets of one kind and of another, each (f,)."""
+    """Return nodes that belong both to facets of one kind and to facets of another, by their masks (f,)."""
     return np.intersect1d(facets[some], facets[others]).astype(np.int64)
 
 
 def _flat_continuations(
     mesh: Mesh, facets: NDArray[np.int64], of_facets: NDArray[np.bool_], free: NDArray[np.bool_]
 ) -> NDArray[np.int64]:
-    """Return nodes where facets held only along their normal continue, within FLAT, as free facets."""
+    """Return nodes where facets held only along their normal continue as free facets in the same plane, within FLAT."""
     slide = ~free & ~np.all(of_facets, axis=1)
     rim = _nodes_between(facets, slide, free)
     if not len(rim):
@@ -235,7 +235,10 @@ def _flat_continuations(
 
 
 def facet_normals(mesh: Mesh, facets: NDArray[np.int64]) -> Floats:
-    """Return facet normals at their nodes (f, nodes, 3); a chord of a curved face would not show a right angle."""
+    """Return the normals of facets at their nodes (f, nodes, 3).
+
+    Normals at nodes show the right angle of a curved face to a flat one, which chords would not.
+    """
     facet = mesh.element.facet
     corners = np.array(facet.rim)
     places = np.concatenate([corners, *(corners[list(some)].mean(axis=0, keepdims=True) for some in facet.between)])

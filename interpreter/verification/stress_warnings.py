@@ -1,4 +1,4 @@
-"""Warnings about unresolved stress: adjacent cells disagree at the evaluated points; needs no further solution."""
+"""Warnings about unresolved stress, where adjacent cells disagree; they need no further solution."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def asks_for_stress(scene: Scene) -> bool:
 
 
 def stress_warnings(scene: Scene, view: View, prepared: Prepared) -> tuple[Diagnostic, ...]:
-    """Return warnings about metrics of stress and strain that are singular, or where adjacent cells disagree."""
+    """Return warnings about stress and strain metrics that are singular, or at which adjacent cells disagree."""
     asked = [m for m in scene.of_kind("metric").values() if isinstance(m.thing, TensorMetric)]
     found = [d for metric in asked for d in _metric_warnings(metric, view, prepared, scene.declared[view.name].thing)]
     if any(load.thing.action.points for load in view.case.loads):
@@ -101,13 +101,16 @@ def _beam_end_warnings(metric: Declared, view: View, thing: Any) -> Iterator[Dia
             f"`{metric.name}` is evaluated in `{view.name}` within one section width of {place}, where beam "
             "theory is inaccurate",
             "warping and contraction are restrained",
-            "the value is that of a section far from supports, forces and joints: use `fem(...)` for local "
+            "the value is valid only far from supports, forces and joints: use `fem(...)` for local "
             "effects",
         )  # fmt: skip
 
 
 def _region_border_warnings(metric: Declared, view: View, mesh: Mesh) -> Iterator[Diagnostic]:
-    """Yield warnings about points in or next to cells that a region border crosses, which agree but are wrong."""
+    """Yield warnings about points in or next to cells that a region border crosses.
+
+    Such cells have the wrong material, although adjacent cells may agree.
+    """
     from softmark.interpreter.models.shared.region_cells import materials_of_cells
     from softmark.solvers.mesh.element_interpolation import locate_points
 
@@ -137,7 +140,7 @@ def place_of_metric(metric: TensorMetric, view: View) -> ProbePlace:
 
 
 def _describe_sides(metric: TensorMetric, details: Mapping[str, Any]) -> str:
-    """Return how a metric combines the two values at points on an interface, as text."""
+    """Return as text how a metric combines the two values at points on an interface."""
     if metric.over == "mean":
         return "the mean takes half of each side there: move the probe to one side of the interface"
     values = next((value for name, value in details.items() if name.startswith("sides_")), None)
@@ -174,7 +177,7 @@ def _traction_warnings(metric: Declared, view: View, value: float) -> Iterator[D
 
 
 def mismatch_of(metric: TensorMetric, view: View) -> TractionMismatch | None:
-    """Return the mismatch of a model's surface stress and the applied traction at a metric's probe, or None."""
+    """Return the mismatch between a model's surface stress and the applied traction at a metric's probe, or None."""
     from softmark.interpreter.verification.surface_traction_check import mismatch  # which beams have no need of
 
     try:
@@ -242,5 +245,5 @@ def _metric_warnings(metric: Declared, view: View, prepared: Prepared, thing: An
         f"the {metric.thing.made_of} of neighbouring cells of `{view.name}` differs by "
         f"{100 * apart:.0f} % at {place}, where `{metric.name}` is evaluated",
         "not resolved by the mesh",
-        "refine the mesh there; at a re-entrant corner stress is singular, and `--stated` tells whether it converges",
+        "refine the mesh there; at a re-entrant corner stress is singular, and `--stated` reports whether it converges",
     )

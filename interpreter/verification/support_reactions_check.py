@@ -1,4 +1,4 @@
-"""Independent check of supported degrees of freedom, and of the motion of rigid bodies."""
+"""Independent check of supported degrees of freedom and of the motion of rigid bodies."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ ROUNDED = 1e-9  # relative to the body size: what rounding may leave
 
 
 def held_components(case: Case, mesh: DeformedMesh) -> NDArray[np.bool_]:
-    """Return which degrees of freedom supports hold (n, 3): of selected nodes, and of whole cells and facets.
+    """Return a mask of degrees of freedom that supports hold (n, 3), at nodes and in whole cells and facets.
 
-    Cells and facets count as selected if all their corners are, moved slightly inward: a selection without its border
-    extends up to it.
+    Cells and facets count as selected if all their corners are, moved slightly inward, because a selection may exclude
+    its border.
     """
     points = mesh.points
     found = np.zeros(points.shape, dtype=np.bool_)
@@ -53,10 +53,10 @@ def held_components(case: Case, mesh: DeformedMesh) -> NDArray[np.bool_]:
 
 
 def support_deviation(case: Case, mesh: DeformedMesh) -> tuple[float, str | None]:
-    """Return the largest deviation of supported nodes from their prescribed motion, relative to the size; its support.
+    """Return the largest deviation from prescribed motion, relative to the body's size, and the name of its support.
 
-    The prescribed motion is computed again, as a vector or a rotation by quaternions. Supports that follow measured
-    points are left out. The support's name is None if rounding explains the deviation.
+    The prescribed motion is computed again, as a vector or by quaternions for a rotation. Supports that follow measured
+    points are left out. The name is None if rounding explains the deviation.
     """
     u, worst, name = np.asarray(mesh.displacement, dtype=np.float64), 0.0, None
     X = mesh.points * (1.0, 1.0, 0.0) if case.planar else mesh.points
@@ -78,7 +78,7 @@ def support_deviation(case: Case, mesh: DeformedMesh) -> tuple[float, str | None
 
 
 def rigid_motion(touch: Touch) -> tuple[Floats, Floats, Floats]:
-    """Return the motion of a rigid body: its shift, m, its rotation, rad, and the centre of rotation, m."""
+    """Return the motion of a rigid body: displacement, m, rotation vector, rad, and centre of rotation, m."""
     shift, rotation, through = np.zeros(3), np.zeros(3), np.zeros(3)
     if touch.along is not None:
         shift[touch.along] += touch.gone

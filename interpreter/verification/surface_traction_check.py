@@ -1,9 +1,9 @@
 """Comparison of the stress at the surface of a body with the applied traction.
 
 Equilibrium fixes sigma n on every face: the applied traction on a loaded face, zero on a free one. A mesh that is
-coarser than a loaded patch misses it, and a finer space over the same cells may miss it as well. Components in which a
-support holds the point, faces on foundations or in contact, moments on faces, and places where a load begins or ends
-are left out, since the traction is not known there or has two values.
+coarser than a loaded patch misses the patch, and a finer space over the same cells may miss it as well. Left out are
+components in which a support holds the point, faces on foundations or in contact, moments on faces, and places where a
+load begins or ends, since the traction is not known there or has two values.
 """
 
 from __future__ import annotations
@@ -52,9 +52,9 @@ NEAREST = 12  # candidate facets for the one nearest to a point outside the mesh
 class TractionMismatch:
     """Largest mismatch between the stress of a model at the surface and the applied traction.
 
-    `error` is the possible error of the metric, in its unit; `at` (3,) the place, m; `found` and `applied`, Pa, the
-    traction of the stress and the applied traction: normal components or, where `along` is false, tangential ones.
-    `loads` are the names of the loads there.
+    `error` is the possible error of the metric, in its unit; `at` (3,) the place, m. `found` is the traction of the
+    stress and `applied` the applied one, Pa: normal components, or tangential ones if `along` is false. `loads` are the
+    names of the loads there.
     """
 
     error: float
@@ -67,10 +67,11 @@ class TractionMismatch:
 
 @dataclass(frozen=True)
 class Boundary:
-    """Faces at points (n,) of a surface, at most FACES each, with the known part of their tractions.
+    """Faces at points (n,) of a surface, at most FACES each, with the known parts of their tractions.
 
-    `normals` (n, f, 3), zero where there is no such face; `tractions` (n, f, 3), Pa, per undeformed area, and
-    `pressures` (n, f), Pa, of following loads; `free` (n, f, 3), the components without support or contact.
+    `normals` (n, f, 3) are zero where a point has no such face. `tractions` (n, f, 3), Pa, are per undeformed area, and
+    `pressures` (n, f), Pa, those of follower loads. `free` (n, f, 3) is a mask of components without support or
+    contact.
     """
 
     normals: Floats
@@ -83,7 +84,7 @@ class Boundary:
 def mismatch(
     metric: TensorMetric, case: Case, place: ProbePlace, stress: Any, at_rest: Any = None
 ) -> TractionMismatch | None:
-    """Return the mismatch of a metric's stress and the applied traction at its points; None if no traction is known."""
+    """Return the mismatch between stress and applied traction at a metric's points; None if no traction is known."""
     if metric.measured_from is not None or isinstance(case.analysis, Dynamic) or case.pairs or case.beds:
         return None
     if not isinstance(stress, Stresses) or stress.state.mesh.facets is None:
@@ -130,7 +131,7 @@ def mismatch(
 def _with_patches(
     metric: TensorMetric, case: Case, mesh: Mesh, place: ProbePlace, samples: ProbeSamples
 ) -> ProbeSamples:
-    """Return the samples of a surface or a volume, with one more point on every part of a facet that a load acts on."""
+    """Return the samples of a surface or volume, with one more point on every loaded part of a facet."""
     domain = place.domain
     if metric.over == "mean" or domain is None or domain.nodes == "none":
         return samples
@@ -154,7 +155,7 @@ def _with_patches(
 
 
 def _gradient_change(case: Case, materials: Ints, change: Floats, stress: Stresses) -> Floats:
-    """Return the change of displacement gradient (n, 9) for one of stress (n, 6), Pa, by Hooke's law at rest."""
+    """Return the change of the displacement gradient (n, 9) for a change of stress (n, 6), Pa, by Hooke's law."""
     found = np.zeros((len(change), 9))
     for number in np.unique(materials).tolist():
         material = case.typical[number] if number < len(case.typical) else case.typical[0]
@@ -170,7 +171,7 @@ def _gradient_change(case: Case, materials: Ints, change: Floats, stress: Stress
 
 
 def _points_on_faces(case: Case, mesh: Mesh, X: Floats) -> tuple[Ints, Ints, Floats]:
-    """Return pairs of a point X (n, 3), m, and a boundary facet that contains it (p,), and outward normals (p, 3)."""
+    """Return pairs (p,) of a point X (n, 3), m, and a boundary facet that contains it, with outward normals (p, 3)."""
     from scipy import sparse
 
     facets = mesh.facets
@@ -233,7 +234,7 @@ def _smooth_normals(mesh: Mesh, own: Ints) -> Floats:
 
 
 def _nearest(mesh: Mesh, own: Ints, X: Floats) -> tuple[Ints, Floats]:
-    """Return the facet nearest to each point X (n, 3), m, outside a mesh (n,), and weights of its nodes (n, a)."""
+    """Return the facet (n,) nearest to each point X (n, 3), m, outside a mesh, and weights of its nodes (n, a)."""
     from scipy.spatial import cKDTree
 
     corners = mesh.element.facet.corners
@@ -303,7 +304,7 @@ def _slot(found: Boundary, i: int, filled: int, normal: Floats, total: Floats, p
 
 
 def _held_at(case: Case, mesh: Mesh, X: Floats) -> Bools:
-    """Return the components that supports hold at points X (n, 3), m, or at nodes of the facets there (n, 3)."""
+    """Return a mask of the components that supports hold at points X (n, 3), m, by the nodes around each point."""
     held = held_directions(case, mesh)
     where = locate_points(mesh, X)
     near = np.abs(where.N) > AT
@@ -312,7 +313,7 @@ def _held_at(case: Case, mesh: Mesh, X: Floats) -> Bools:
 
 
 def _is_in_contact(at_rest: Any, X: Floats) -> Bools:
-    """Return the points X (n, 3), m, on which a contact presses (n,)."""
+    """Return a mask of the points X (n, 3), m, at which contact pressure acts (n,)."""
     found = np.zeros(len(X), dtype=np.bool_)
     for touch in getattr(at_rest, "touches", {}).values():
         field = getattr(touch, "field", None)
@@ -322,7 +323,7 @@ def _is_in_contact(at_rest: Any, X: Floats) -> Bools:
 
 
 class _ActingLoad:
-    """Load on a part of the surface of a mesh."""
+    """Load that acts on a part of the surface of a mesh."""
 
     def __init__(self, case: Case, load: Declared, mesh: Mesh) -> None:
         self.name, self.action, self._mesh = load.name, load.thing.action, mesh
@@ -348,13 +349,13 @@ class _ActingLoad:
         return None if held.any() != held.all() else bool(held.all())
 
     def traction(self, normal: Floats) -> tuple[Floats, float]:
-        """Return the traction per undeformed area (3,), Pa, on a face with this normal, and follower pressure, Pa."""
+        """Return the traction per undeformed area (3,), Pa, on a face with a normal, and the follower pressure, Pa."""
         known: tuple[Floats, float] = self.action.traction_on(normal)
         return known
 
 
 def _nearest_admissible(tensors: Tensors, known: Boundary) -> tuple[Floats, Any]:
-    """Return the nearest stresses (n, 6), Pa, that satisfy the tractions, and a function that describes a mismatch."""
+    """Return the nearest stresses (n, 6), Pa, that satisfy known tractions, and a function to describe a mismatch."""
     S, normals = tensors.cauchy.copy(), known.normals
     n, wanted = normals.copy(), known.tractions - known.pressures[:, :, None] * normals
     if not tensors.small:
@@ -377,7 +378,10 @@ def _nearest_admissible(tensors: Tensors, known: Boundary) -> tuple[Floats, Any]
 
 
 def _is_conflicting(n: Floats, wanted: Floats, free: Bools) -> Bools:
-    """Return the points (n,) on edges where no symmetric stress has both tractions, as a sheared beside a free face."""
+    """Return a mask of the points (n,) on edges where no symmetric stress satisfies the tractions of both faces.
+
+    An example is the edge between a sheared and a free face.
+    """
     found = np.zeros(len(n), dtype=np.bool_)
     size = np.linalg.norm(wanted, axis=2).max(axis=1, initial=0.0)
     for a in range(FACES):
@@ -391,7 +395,7 @@ def _is_conflicting(n: Floats, wanted: Floats, free: Bools) -> Bools:
 def _worst_mismatch(
     cauchy: Floats, n: Floats, wanted: Floats, r: Floats, loads: Sequence[tuple[str, ...]], i: int
 ) -> tuple[float, float, bool, tuple[str, ...]]:
-    """Return the traction of the stress and the applied one, Pa, whether both are normal, and the loads, at a point."""
+    """Return the largest mismatch at point i: traction of the stress and applied one, Pa, whether normal, and loads."""
     f = int(np.linalg.norm(r[i], axis=1).argmax())
     found, normal = cauchy[i] @ n[i, f], n[i, f]
     along = abs(float(r[i, f] @ normal)) > 0.7 * float(np.linalg.norm(r[i, f]))

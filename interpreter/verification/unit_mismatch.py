@@ -1,6 +1,6 @@
-"""Check for result files whose displacements seem to be in another unit: off by factors of a thousand.
+"""Check for result files whose displacements seem to be in a wrong unit, off by a power of a thousand.
 
-A result file does not state the unit of its displacements. If its lengths fit the body, only its answer shows the
+A result file does not state the unit of its displacements. If its lengths fit the body, only the displacements show the
 mistake. Other factors are treated as ordinary errors.
 """
 
@@ -23,7 +23,7 @@ NEAR = 0.1  # relative to a factor: an answer that is wrong by just so much for 
 def other_units(
     scene: Scene, models: Mapping[str, ModelResult], references: Mapping[str, ReferenceResult]
 ) -> list[Diagnostic]:
-    """Return a warning for each result file whose displacements differ by such a factor from another result."""
+    """Return a warning for each result file whose displacements differ from another result by a power of a thousand."""
     found = []
     for name, own in models.items():
         if own.status != "read":
@@ -51,7 +51,7 @@ def other_units(
 def _probes_off_by_factor(
     own: Mapping[str, ProbeResult], others: Iterable[ModelResult | ReferenceResult]
 ) -> Iterator[tuple[str, str, str]]:
-    """Yield probes at which another result differs by a factor: the probe, the other and the factor as text."""
+    """Yield each probe at which another result differs by such a factor, with that result and the factor as text."""
     for other in others:
         for name in (n for n in own if n in other.probes):
             mine, theirs = _size(own[name]), _size(other.probes[name])

@@ -1,7 +1,7 @@
-"""Exception for solutions without independent formulas."""
+"""Exception for solutions without independent formulas, whose forces are not verified."""
 
 from __future__ import annotations
 
 
 class NoIndependentFormula(Exception):
-    """There is no independent formula for the solution."""
+    """Exception for solutions for which there is no independent formula."""

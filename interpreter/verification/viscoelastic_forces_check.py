@@ -1,5 +1,6 @@
-"""Independent forces of viscoelastic solids, by the hereditary integral
-(solvers/independent_forces/hereditary_integral.py).
+"""Independent forces of viscoelastic solids, by the hereditary integral.
+
+The integral is evaluated in solvers/independent_forces/hereditary_integral.py.
 """
 
 from __future__ import annotations
@@ -42,14 +43,14 @@ def deformation_history(case: Case, strain: str, mesh: DeformedMesh, points: int
 
 
 def _measure(material: Any, strain: str) -> Measure:
-    """Return the strain measure of its stress."""
+    """Return the name of the strain measure in which a viscoelastic material's history is recorded."""
     if strain == "finite":
         return "green" if material.of == "whole" else "shape"
     return "small" if strain == "small" else "turned"
 
 
 def _part(material: Any, strain: str) -> solid_forces.Stress:
-    """Return the stress that relaxes: Hooke's law, or differences of the energy at finite strain.
+    """Return the relaxing part of the stress: by Hooke's law, or by differences of the energy at finite strain.
 
     Raises NoIndependentFormula.
     """
@@ -65,7 +66,7 @@ def _part(material: Any, strain: str) -> solid_forces.Stress:
 
 
 def with_history(made: Any, course: DisplacementHistory) -> Any:
-    """Return a body under verification with its history."""
+    """Return the body `made` as a viscoelastic one with a deformation history."""
     cls = ViscoelasticMixedBody if isinstance(made, MixedBody) else ViscoelasticBody
     known = {f.name: getattr(made, f.name) for f in fields(made)}
     return cls(**known, course=course)
@@ -75,9 +76,9 @@ def with_history(made: Any, course: DisplacementHistory) -> Any:
 
 
 def relaxed_strain(material: Any, displacement: Any, strains: Callable[[Any], Floats]) -> Floats:
-    """Return the relaxed part (e, 6) of the `strains` (e, 6) of a beam, a function of displacements.
+    """Return the relaxed part (e, 6) of a beam's section strains (e, 6). Raises NoIndependentFormula.
 
-    Raises NoIndependentFormula.
+    `strains` is a function that returns the section strains for a displacement field.
     """
     times, past = getattr(displacement, "times", None), getattr(displacement, "past", None)
     if times is None or past is None:

@@ -1,6 +1,6 @@
-"""Words of the scene language for the experiment itself: bodies, regions, supports, loads, analyses, probes, studies.
+"""Words of the scene language for the experiment: bodies, regions, supports, loads, analyses, probes, studies.
 
-To add one: a class in the file of its kind and a line in the table of that kind here.
+To add a word: a class in the file of its kind and a line in the table of that kind here.
 """
 
 from __future__ import annotations

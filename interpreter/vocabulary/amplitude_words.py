@@ -1,8 +1,8 @@
 """Amplitudes (`amplitude = ...`): change of a load or an imposed motion in time, or from state to state.
 
 A static analysis without states applies loads in full. To add an amplitude: a class with `at(t)` and `mean(begin,
-end)`, the exact mean over a time interval; a line in AMPLITUDES; and in validation/amplitude_resolution.py whether time
-steps resolve it.
+end)`, the exact mean over a time interval; a line in AMPLITUDES; and a check in validation/amplitude_resolution.py
+whether time steps resolve the amplitude.
 """
 
 from __future__ import annotations
@@ -23,7 +23,10 @@ TableRows = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]  # ti
 
 
 def piecewise_mean(begin: float, end: float, breaks: tuple[float, ...], mean: Callable[[float, float], float]) -> float:
-    """Return the mean from `begin` to `end`; `mean(a, b)` is exact between neighbouring `breaks`."""
+    """Return the mean of a piecewise smooth function of time from `begin` to `end`, s.
+
+    `mean(a, b)` is its exact mean between two times a and b without one of `breaks` (times, s) between them.
+    """
     at = (begin, *(t for t in breaks if begin < t < end), end)
     return sum((b - a) * mean(a, b) for a, b in pairwise(at)) / (end - begin) if len(at) > 2 else mean(begin, end)
 
@@ -58,7 +61,7 @@ class Smooth:
     start: Annotated[float, "s in [0, inf)", "start time"] = 0.0
 
     def _turn(self, t: float) -> float:
-        """Return the angle of the cosine at time t, from 0 to pi."""
+        """Return the argument of the cosine at time t, s: an angle from 0 to pi."""
         return math.pi * min(1.0, max(0.0, (t - self.start) / self.over))
 
     def at(self, t: float) -> float:
@@ -133,14 +136,14 @@ class Table:
 
     @property
     def rows(self) -> TableRows:
-        """Rows of the file in its current version. Raises Unreadable."""
+        """Rows of the file as it is now. Raises Unreadable."""
         file = Path(self.path)
         changed = file.stat().st_mtime_ns if file.is_file() else 0
         return _read_table(self.path, changed, self.at_, self.value, self.time_unit, self.whole)
 
 
 def table_amplitude(rows: TableRows, t: float) -> float:
-    """Return the amplitude of a table at time t, s."""
+    """Return the linearly interpolated amplitude of a table at time t, s."""
     times, shares, _ = rows
     i = min(max(bisect_right(times, t), 1), len(times) - 1)
     share = (t - times[i - 1]) / (times[i] - times[i - 1])
@@ -148,11 +151,11 @@ def table_amplitude(rows: TableRows, t: float) -> float:
 
 
 def deviations_between_steps(rows: TableRows, step: float, duration: float) -> Iterator[tuple[float, float]]:
-    """Yield the time, s, of each row between two time steps, and its deviation from linear interpolation between the
-    steps.
+    """Yield each row time, s, that lies between two time steps, with the error of linear interpolation there.
 
-    The deviation is relative to the largest amplitude. Table and interpolation are both piecewise linear, so their
-    largest deviation is at one of the rows.
+    The error is the difference between the table and the linear interpolation between its values at the time steps,
+    relative
+    to the largest amplitude. Both are piecewise linear, so the largest error is at one of the rows.
     """
     times, shares, _ = rows
     largest = max(map(abs, shares)) or 1.0
@@ -167,7 +170,10 @@ def deviations_between_steps(rows: TableRows, step: float, duration: float) -> I
 
 
 def _integral_until(rows: TableRows, t: float) -> float:
-    """Return the integral from the first row to time t, s; beyond the rows the first or last value applies."""
+    """Return the integral of a table's amplitude from the first row to time t, s.
+
+    Beyond the rows the first or last value applies.
+    """
     times, shares, areas = rows
     i = min(max(bisect_right(times, t), 1), len(times))
     return areas[i - 1] + 0.5 * (t - times[i - 1]) * (shares[i - 1] + table_amplitude(rows, t))
@@ -175,7 +181,7 @@ def _integral_until(rows: TableRows, t: float) -> float:
 
 @lru_cache(maxsize=32)
 def _read_table(path: str, changed: int, at: str, value: str, unit: float, whole: float) -> TableRows:
-    """Return the rows of a table, read again only when the file has changed. Raises Unreadable."""
+    """Return the rows of a table file, which is read again only when it has changed. Raises Unreadable."""
     from softmark.references.csv_tables import read_columns
     from softmark.references.data_download import find_file
     from softmark.references.measured_data import Unreadable
@@ -207,9 +213,9 @@ class PerState:
 
 @dataclass(frozen=True)
 class AtOneTime:
-    """Amplitude of a load or support that is already evaluated at one time; `of` is the original at full size.
+    """Amplitude of a load or support that was evaluated at one time; `of` is the load or support at full size.
 
-    Not a word of the language: a quasistatic analysis sets it on loads and supports at each of its times.
+    Not a word of the language: a quasistatic analysis sets this amplitude on loads and supports at each of its times.
     """
 
     of: Any
@@ -221,12 +227,15 @@ class AtOneTime:
 
 
 def at_full_size(thing: Any) -> Any:
-    """Return a load, support or material at full size with its amplitude, also if it was evaluated at one time."""
+    """Return a load, support or material at full size with its amplitude.
+
+    If it was already evaluated at one time, the original is returned.
+    """
     return thing.amplitude.of if isinstance(getattr(thing, "amplitude", None), AtOneTime) else thing
 
 
 def with_full_material(declared: Any) -> Any:
-    """Return a declaration with its material at full size."""
+    """Return a body or region with its material at full size."""
     whole = at_full_size(declared.thing.material)
     return (
         declared

@@ -73,17 +73,17 @@ class Static:
 
     @property
     def situations(self) -> tuple[float, ...] | None:
-        """Values of the states, None for an analysis without states."""
+        """Values of the states; None for an analysis without states."""
         return None if self.states is None else self.states.values
 
     def in_state(self, number: int, value: float) -> Self:
-        """Return the analysis of one state."""
+        """Return the analysis of a single state, with this number and value."""
         return InState(**{**vars(self), "states": None}, at=float(value))  # type: ignore[return-value]
 
 
 @dataclass(frozen=True)
 class InState(Static):
-    """Static analysis of a single state with value `at`. Not a word of the language."""
+    """Static analysis of a single state, whose value is `at`. Not a word of the language."""
 
     at: float = 1.0
 
@@ -119,7 +119,7 @@ class Quasistatic:
 
     @property
     def now(self) -> float:
-        """Current time, s: the end of the analysis, or the time of an analysis at one of its times."""
+        """Time of the result, s: the end of the analysis, or the selected time of an analysis at one time."""
         return self.duration
 
     @property
@@ -135,24 +135,24 @@ class Quasistatic:
         return self.moments
 
     def in_state(self, number: int, value: float) -> Quasistatic:
-        """Return the analysis at one of its times."""
+        """Return the analysis at one of its times, with this number and value, s."""
         return AtTime(**vars(self), at=float(value))
 
 
 @dataclass(frozen=True)
 class AtTime(Quasistatic):
-    """Quasistatic analysis at one of its times, `at`, s. Not a word of the language."""
+    """Quasistatic analysis at one of its output times, `at`, s. Not a word of the language."""
 
     at: float = 0.0
 
     @property
     def now(self) -> float:
-        """Current time, s."""
+        """Time of the result, s."""
         return self.at
 
     @property
     def situations(self) -> None:
-        """None, because a single time has no further states."""
+        """None, because an analysis at a single time has no states."""
         return
 
 
@@ -160,7 +160,7 @@ class AtTime(Quasistatic):
 class Dynamic:
     """Motion under the loads from the undeformed state, integrated step by step in time.
 
-    Every implicit step is solved to `tolerance`; a step that does not converge is halved, and the report says so.
+    Every implicit step is solved to `tolerance`; a step that does not converge is halved, and the report states this.
     Damping is Rayleigh damping, C = a M + b K. K is the tangent stiffness of the state to which the velocity belongs,
     made positive definite and without the stress that keeps the volume. A mode of circular frequency w has the damping
     ratio a / 2w + b w / 2. Loads enter with the exact mean of their amplitude over each step. Central differences are
@@ -197,5 +197,5 @@ class Dynamic:
 
     @property
     def explicit(self) -> bool:
-        """True for explicit integration: a step divides by the lumped mass and solves no system of equations."""
+        """True for explicit time integration, which divides by the lumped mass and solves no system of equations."""
         return self.integrator in EXPLICIT

@@ -1,6 +1,6 @@
 """Bodies: a shape made of a material.
 
-Bodies of plane problems are slices of a plane region with a given thickness; `planar` names the kind of problem.
+Bodies of plane problems are slices of a plane region with a given thickness; `planar` names the kind of plane problem.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Solid(HasMaterial):
     planar = ""
 
     def as_it_is(self, material: Any) -> Any:
-        """Return a material as it acts in this body."""
+        """Return the material law that acts in this body: the material unchanged."""
         return material
 
 
@@ -47,13 +47,13 @@ class Rigid:
     sphere, box, cylinder, body of revolution or closed surface. It can touch one body, in three dimensions.
 
     In a static analysis a known force may press it against a body: `point_force(ball, ...)`, and its weight if it has a
-    mass. It then moves along the single direction x, y or z that is left free, and its travel is computed. `support
-    guide = fixed(ball, components = (x, y))` holds the other directions and all rotations; `displaced(ball, by = ...,
-    components = x)` prescribes a displacement there. In the plane only x or y can be free, and for a body of revolution
-    only y, without a support. The supports carry the other components of the loads. The body moves until the contact
-    force balances the load, within the tolerance of the analysis, at a stable equilibrium; if there is none, the model
-    fails. The report gives its `travel_m` and the stiffness against it in `solve.rigid`. With friction each state is
-    one step from the previous one.
+    mass. It then moves along the one direction, x, y or z, that its supports leave free, and its travel is computed.
+    `support guide = fixed(ball, components = (x, y))` holds the other directions and all rotations; `displaced(ball, by
+    = ..., components = x)` prescribes a displacement there. In the plane only x or y can be free, and for a body of
+    revolution only y, without a support. The supports carry the other components of the loads. The body moves until the
+    contact force balances the load, within the tolerance of the analysis, at a stable equilibrium; if there is none,
+    the model fails. The report gives its `travel_m` and the stiffness against it in `solve.rigid`. With friction each
+    state is one step from the previous one.
     """
 
     shape: Annotated[Any, "shape", "geometry in its initial position"]
@@ -85,7 +85,7 @@ class Planar(HasMaterial):
 
     @cached_property
     def shape(self) -> Shape:
-        """Slice of the region; the shape itself if it is no plane region, which validation refuses."""
+        """Slice of the plane region; any other shape is returned unchanged and refused by validation."""
         if self.region.prebuilt:
             return self.slice_of_file
         if not self.region.flat:
@@ -96,13 +96,13 @@ class Planar(HasMaterial):
 
     @property
     def slice_of_file(self) -> Shape:
-        """Slice of a region that is read from a file."""
+        """Slice of a plane region that is read from a file."""
         from softmark.solvers.mesh.plane_region_files import FileSlice
 
         return FileSlice(self.region, self.thickness)
 
     def as_it_is(self, material: Any) -> Any:
-        """Return a material as it acts in this body."""
+        """Return the material law that acts in this body."""
         return material
 
 
@@ -140,7 +140,7 @@ class PlaneStress(Planar):
     planar = "plane_stress"
 
     def as_it_is(self, material: Any) -> Any:
-        """Return the material with the stretch along z that makes the stress along z zero."""
+        """Return the material law in plane stress: with the stretch along z that makes the stress along z zero."""
         from softmark.solvers.materials.plane_stress import Plate
 
         return Plate.made(material)
@@ -213,7 +213,7 @@ class BeamNetwork:
 
     @cached_property
     def shape(self) -> Shape:
-        """Geometry of all members."""
+        """Geometry of all members of the network."""
         from softmark.solvers.mesh.frame_shapes import Network
 
         first = self.radius, self.inner, self.side, self.height
@@ -221,5 +221,5 @@ class BeamNetwork:
         return Network(self.points, self.members, *first, self.up, *last)
 
     def as_it_is(self, material: Any) -> Any:
-        """Return a material as it acts in this body."""
+        """Return the material law that acts in this body: the material unchanged."""
         return material

@@ -1,8 +1,9 @@
 """Rules for fibre directions that vary in space. To add one: a class here and a line in FIBRES.
 
-A rule has a method `at(X, read)`. It returns the fibre directions at points X (n, 3), m, before deformation, as vectors
-(n, 3) of any length, or a pair of such arrays for fibres and sheets. `read` reads fields. numpy is imported only when
-it is called. Raises InvalidDirection where no direction is defined.
+A rule has a method `at(X, read)`. It returns the fibre directions at undeformed points X (n, 3), m, as vectors (n, 3)
+of
+any length, or a pair of such arrays for fibres and sheets. The argument `read` reads fields from files. The module
+imports numpy only when the method is called. The method raises InvalidDirection where no direction is defined.
 """
 
 from __future__ import annotations
@@ -52,8 +53,10 @@ class Helix:
         return "" if there else "its inner ellipsoid must be smaller than its outer one, across the axis and along it"
 
     def depth(self, r: Floats, z: Floats) -> Floats:
-        """Return the depth t (n,) of points at distance r from the axis and height z, m, by Newton's method: 0 inside,
-        1 outside.
+        """Return the depth t (n,) in the wall of points at distance r from the axis and height z, m: 0 inside, 1
+        outside.
+
+        The depth is computed by Newton's method.
         """
         import numpy as np
 
@@ -69,7 +72,10 @@ class Helix:
         return t
 
     def at(self, X: Floats, read: Any = None) -> tuple[Floats, Floats]:
-        """Return fibres and sheets at points X (n, 3), m. Raises InvalidDirection on the axis and outside the wall."""
+        """Return the fibre and sheet directions at points X (n, 3), m, as two arrays (n, 3).
+
+        Raises InvalidDirection on the axis and outside the wall.
+        """
         import numpy as np
 
         from softmark.solvers.materials.material_axes import InvalidDirection

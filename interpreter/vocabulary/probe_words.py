@@ -14,11 +14,11 @@ Vector3 = tuple[float, float, float]
 
 
 class Probe:
-    """Base class of probes. Points that do not follow from the fields are found in problem/probe_points.py."""
+    """Base class of probes; problem/probe_points.py finds points that do not follow from the fields of the probe."""
 
     @property
     def stations(self) -> tuple[Vector3, ...] | None:
-        """Material points, m; None if they come from a body or a measurement."""
+        """Material points of the probe, m; None if the points come from a body or a measurement."""
         return None
 
     @property
@@ -28,12 +28,12 @@ class Probe:
 
     @property
     def tracked(self) -> str | None:
-        """Name of the measurement whose points it uses."""
+        """Name of the measurement whose points the probe uses; None for other probes."""
         return None
 
     @property
     def cells(self) -> Any:
-        """Mesh whose points it uses."""
+        """Mesh whose points the probe uses; None for other probes."""
         return vars(self).get("mesh")
 
 
@@ -46,7 +46,7 @@ class Point(Probe):
 
     @property
     def stations(self) -> tuple[Vector3, ...]:
-        """Material points, m."""
+        """The material point, m, as the only item."""
         return (self.at,)
 
 
@@ -61,12 +61,12 @@ class Line(Probe):
 
     @property
     def ends(self) -> tuple[Vector3, Vector3]:
-        """First and last point, m."""
+        """First and last point of the line, m."""
         return self.from_, self.to
 
     @property
     def stations(self) -> tuple[Vector3, ...]:
-        """Material points, m."""
+        """Equally spaced material points of the line, m."""
         n = self.points - 1
         return tuple(
             tuple(a + (b - a) * (i / n) for a, b in zip(self.from_, self.to, strict=True))  # type: ignore[misc]
@@ -127,5 +127,5 @@ class Markers(Probe):
 
     @property
     def tracked(self) -> str:
-        """Name of the measurement whose points it uses."""
+        """Name of the measurement whose points the probe uses."""
         return self.of

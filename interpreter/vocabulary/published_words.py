@@ -1,4 +1,4 @@
-"""Published numbers for the same experiment, shown next to our results."""
+"""Numbers that others published for the same experiment, shown next to our results."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ class Region(HasMaterial):
 
     @property
     def group(self) -> str | None:
-        """Name of the group of a mesh file that the region is; None for other regions."""
+        """Name of the mesh file group that defines the region; None for other regions."""
         return None
 
 
@@ -74,11 +74,11 @@ class BodyGroup(Region):
 
     @property
     def where(self) -> Condition:
-        """Condition that selects its cells, facets and nodes."""
+        """Condition that selects the cells, facets and nodes of the group."""
         return _group_condition(self.name)
 
 
 @cache
 def _group_condition(name: str) -> Condition:
-    """Return the condition of a group, one object for each name, because selections are cached by it."""
+    """Return the condition of a group: one object for each name, because selections are cached by this object."""
     return Condition.group(name)

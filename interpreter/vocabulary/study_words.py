@@ -1,4 +1,4 @@
-"""Studies: parameters to vary and questions about the results. `dsl compare` and `dsl robustness` run them."""
+"""Studies: parameters to vary and questions about the results, for `dsl compare` and `dsl robustness`."""
 
 from __future__ import annotations
 

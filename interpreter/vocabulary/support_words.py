@@ -1,9 +1,9 @@
-"""Supports: parts of a body that are held, or moved by a given amount.
+"""Supports: parts of a body that are fixed, or moved by a given amount.
 
-To add one: a class with the fields `body`, `where` and `components`, and a line in SUPPORTS. A class derived from
-Holding holds components of all points that it selects, at rest or moved by one vector, and every model supports it. A
-class derived directly from Support is refused by every model that does not list it in `supports`, until its formulas
-are written.
+To add a support: a class with the fields `body`, `where` and `components`, and a line in SUPPORTS. A class derived from
+Holding prescribes components of the displacement at all selected points, zero or given by one vector, and every model
+supports it. A class derived directly from Support is refused by every model that does not list it in `supports`, until
+its formulas are written.
 """
 
 from __future__ import annotations
@@ -34,62 +34,65 @@ class Support:
 
     @property
     def tracked(self) -> str | None:
-        """Name of the measurement whose points it follows, None for other supports."""
+        """Name of the measurement whose points the support follows, None for other supports."""
         return None
 
     @property
     def displacement(self) -> Vector3:
-        """Displacement at full load that is the same for all its points, m."""
+        """Prescribed displacement at full load, m, the same for all points of the support."""
         return (0.0, 0.0, 0.0)
 
     @property
     def imposed(self) -> Vector3:
-        """Displacement at full load with zeros in the directions that are left free, m."""
+        """Prescribed displacement at full load, m, with zeros in the directions that stay free."""
         x, y, z = (v if c in self.components else 0.0 for c, v in enumerate(self.displacement))
         return x, y, z
 
     @property
     def rotation(self) -> Vector3:
-        """Rotation at full load as a vector along the axis, rad; it may exceed a full turn."""
+        """Prescribed rotation at full load as a vector along the axis, rad; it may exceed a full turn."""
         return (0.0, 0.0, 0.0)
 
     @property
     def turns(self) -> bool:
-        """True if points move on circles, so that displacements are not proportional to the load."""
+        """True if the support rotates its points, so that displacements are not proportional to the load."""
         return any(self.rotation)
 
     def moved(self, X: Floats, share: float = 1.0) -> Floats:
-        """Return the displacements (n, 3), m, imposed on points X (n, 3) at a fraction of the load."""
+        """Return the displacements (n, 3), m, prescribed at points X (n, 3), m, at the fraction `share` of the load."""
         return np.tile(share * np.array(self.displacement), (len(X), 1))
 
     def part(self, share: float) -> Self:
-        """Return the support with its motion scaled to a fraction of the full size."""
+        """Return the support with its motion scaled to the fraction `share` of its full size."""
         return self
 
     def in_state(self, number: int, value: float) -> Self:
-        """Return the support in one state of a static analysis, which has this value."""
+        """Return the support in one state of a static analysis, which has this number and value."""
         moved: Self = in_state_of_value(self, value)
         return moved
 
 
 class Holding(Support):
-    """Support that holds `components` of all points selected by `where`, and moves them by its `displacement`."""
+    """Support that prescribes `components` of the displacement at all points selected by `where`.
+
+    The prescribed values are those of its `displacement`.
+    """
 
     where: Any
 
 
 class ByVector(Support):
-    """Support that moves its points by one vector, `by`."""
+    """Support that displaces its points by one vector, `by`."""
 
     by: Vector3
 
     @property
     def displacement(self) -> Vector3:
-        """Displacement at full load, m."""
+        """Prescribed displacement at full load, m."""
         return self.by
 
     def part(self, share: float) -> Self:
-        """Return the support with its displacement scaled to a fraction."""
+        """Return the support with its displacement scaled to the fraction `share`."""
         moved: Self = scale_field(self, "by", share)
         return moved
 
@@ -109,8 +112,9 @@ class Fixed(Holding):
 
 @dataclass(frozen=True)
 class InPlane(Holding):
-    """Support that keeps all points of a plane body in their planes. Bodies add it themselves; scenes do not declare
-    it.
+    """Support that keeps all points of a plane body in their planes.
+
+    Plane bodies add it themselves; scenes do not declare it.
     """
 
     body: str
@@ -143,8 +147,9 @@ class Symmetric(Holding):
 
     @property
     def normal(self) -> tuple[int, float] | None:
-        """Index of the coordinate that is constant on the plane, and its value, m; None if `where` selects no such
-        plane.
+        """Index of the coordinate that is constant on the plane, and its value, m.
+
+        None if `where` selects no such plane.
         """
         found = set()
         for border in self.where.borders:
@@ -157,7 +162,7 @@ class Symmetric(Holding):
 
     @property
     def components(self) -> tuple[int, ...]:  # type: ignore[override]
-        """Direction that is held: the normal of the plane."""
+        """Direction in which displacements are zero: the normal of the plane."""
         return () if self.normal is None else (self.normal[0],)
 
 
@@ -207,19 +212,22 @@ class Rotated(Holding):
 
     @property
     def rotation(self) -> Vector3:
-        """Rotation at full load as a vector along the axis, rad."""
+        """Prescribed rotation at full load as a vector along the axis, rad."""
         x, y, z = (self.angle * c for c in self.axis)
         return x, y, z
 
     def moved(self, X: Floats, share: float = 1.0) -> Floats:
-        """Return displacements (n, 3), m, of points X (n, 3): sin a  n x r + (1 - cos a) n x (n x r) (Rodrigues)."""
+        """Return the prescribed displacements (n, 3), m, of points X (n, 3), m, by Rodrigues' formula.
+
+        sin a  n x r + (1 - cos a) n x (n x r), with a the angle, n the axis and r the vector from the axis.
+        """
         n, angle = np.array(self.axis), share * self.angle
         across = np.cross(n, X - np.array(self.through))
         found: Floats = math.sin(angle) * across + 2.0 * math.sin(0.5 * angle) ** 2 * np.cross(n, across)
         return found
 
     def part(self, share: float) -> Self:
-        """Return the support with its angle scaled to a fraction."""
+        """Return the support with its angle scaled to the fraction `share`."""
         turned: Self = scale_field(self, "angle", share)
         return turned
 
@@ -244,7 +252,7 @@ class MeasuredMotion(Holding):
 
     @property
     def tracked(self) -> str:
-        """Name of the measurement whose points it follows."""
+        """Name of the measurement whose points the support follows."""
         return self.of
 
 
@@ -268,7 +276,7 @@ class Pinned(ByVector):
 
     @property
     def moves(self) -> bool:  # type: ignore[override]
-        """True if it imposes a displacement."""
+        """True if the support prescribes a nonzero displacement."""
         return any(self.by)
 
 
@@ -313,7 +321,7 @@ class RigidPlate(Support):
 
 
 class Drain(Support):
-    """Support that prescribes the pore pressure on a part of the surface of a porous body; it does not hold points."""
+    """Support that prescribes the pore pressure on a part of the surface of a porous body; its points move freely."""
 
     components = ()
     body: str
@@ -321,7 +329,7 @@ class Drain(Support):
 
     @property
     def pressure(self) -> float:
-        """Pore pressure at full size, Pa."""
+        """Prescribed pore pressure at full size, Pa."""
         return 0.0
 
 
@@ -356,10 +364,10 @@ class PorePressure(Drain):
 
     @property
     def pressure(self) -> float:
-        """Pore pressure at full size, Pa."""
+        """Prescribed pore pressure at full size, Pa."""
         return self.value
 
     def part(self, share: float) -> Self:
-        """Return the support with its pressure scaled to a fraction."""
+        """Return the support with its pressure scaled to the fraction `share`."""
         less: Self = scale_field(self, "value", share)
         return less

@@ -10,10 +10,11 @@ from softmark.interpreter.vocabulary.amplitude_words import AtOneTime, PerState
 
 
 def in_state_of_value(thing: Any, value: float) -> Any:
-    """Return a load, support or material in a state of this value; it is unchanged without `amplitude = per_state`.
+    """Return a load, support or material as it is in the state with this value.
 
-    If `value` is a time of a quasistatic analysis, the result is scaled by the amplitude at that time, and its
-    `amplitude` (`AtOneTime`) keeps the original at full size.
+    Without `amplitude = per_state` it is unchanged. If `value` is a time of a quasistatic analysis, the result is
+    scaled by
+    the amplitude at that time, and its `amplitude` (`AtOneTime`) keeps the original at full size.
     """
     if isinstance(value, Moment):
         full, amplitude = thing, thing.amplitude
@@ -24,19 +25,19 @@ def in_state_of_value(thing: Any, value: float) -> Any:
 
 
 def scale_field(thing: Any, field: str, share: float) -> Any:
-    """Return a copy with one field, a number or a vector, multiplied by `share`."""
+    """Return a copy of an object with one field, a number or a vector, multiplied by `share`."""
     full = getattr(thing, field)
     less = share * full if isinstance(full, float) else tuple(share * v for v in full)
     return replace(thing, **{field: less})
 
 
 class HasMaterial:
-    """Base class of bodies and regions with a material, whose active stress may follow an amplitude."""
+    """Base class of bodies and regions with a material; its active stress may follow an amplitude."""
 
     material: Any
 
     def in_state(self, number: int, value: float) -> Self:
-        """Return the body or region in a state of a static analysis, which has this number and value."""
+        """Return the body or region in one state of a static analysis, which has this number and value."""
         if getattr(self.material, "amplitude", None) is None:
             return self
         made: Self = replace(self, material=in_state_of_value(self.material, value))  # type: ignore[type-var]

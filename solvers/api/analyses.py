@@ -25,21 +25,28 @@ FLAT = 0.25  # relative length: corotational states with flatter cells are not u
 
 @dataclass(frozen=True)
 class AtRest:
-    """A solid in equilibrium: displacements of its nodes (n, 3), m, and the record of the solution, `found`."""
+    """Static result of a solid: nodal displacements (n, 3), m.
+
+    `found` is the solver's record of the equilibrium.
+    """
 
     solid: Solid
     displacement: Floats
     found: statics.Equilibrium
 
     def at(self, X: Any, beyond: float = 0.0) -> Floats:
-        """Return displacements (p, 3) at points X (p, 3) of undeformed body, m; see `Solid.at`. Raises ValueError."""
+        """Return the displacements (p, 3), m, at points X (p, 3), m, of the undeformed body; see `Solid.at`.
+
+        Raises ValueError.
+        """
         return self.solid.at(X, self.displacement, beyond)
 
 
 @dataclass(frozen=True)
 class InMotion:
-    """A motion of a solid: `times` (t,) in s, nodal displacements (t, n, 3), m, and the record of the solution,
-    `found`.
+    """Dynamic result of a solid: nodal displacements (t, n, 3), m, at `times` (t,), s.
+
+    `found` is the solver's record of the motion.
     """
 
     solid: Solid
@@ -48,8 +55,9 @@ class InMotion:
     found: Trajectory
 
     def at(self, X: Any, beyond: float = 0.0) -> Floats:
-        """Return displacements (t, p, 3) at points X (p, 3) of the undeformed body, m; see `Solid.at`. Raises
-        ValueError.
+        """Return the displacements (t, p, 3), m, at points X (p, 3), m, of the undeformed body; see `Solid.at`.
+
+        Raises ValueError.
         """
         return np.array([self.solid.at(X, u, beyond) for u in self.displacement])
 
@@ -61,9 +69,11 @@ def equilibrium(
     tolerance: float = 1e-8,
     max_iterations: int = 50,
 ) -> AtRest:
-    """Return a stable equilibrium of a solid without inverted cells, to a relative out-of-balance force `tolerance`.
+    """Return a stable equilibrium of a solid without inverted cells.
 
-    Raises NotConverged, with the history, and ValueError if clamps leave a rigid motion, or no free node.
+    `tolerance` bounds the out-of-balance force relative to the loads and reactions. Raises NotConverged, with the
+    iteration
+    history. Raises ValueError if the clamps leave a rigid motion free, or leave no node free.
     """
     fixed, target = merge_clamps(solid, clamps)
     size = solid.points.size
@@ -100,12 +110,14 @@ def march(
     amplitudes: Sequence[Amplitude] = (),
     tolerance: float = 1e-6,
 ) -> InMotion:
-    """Return the motion of a solid from its undeformed shape, for `duration` in steps of `step`, s.
+    """Return the motion of a solid from its undeformed shape, for `duration`, s, in time steps of `step`, s.
 
-    `integrator` is a key of INTEGRATORS; `damping` are a (1/s) and b (s) of C = a M + b K; `velocity` is the initial
-    velocity, of all nodes (3,) or of each (n, 3), m/s. `amplitudes` are those of the loads in time; by default
-    loads act fully from the start. An explicit integrator uses a lumped mass. Raises NotConverged, Diverged,
-    StepTooLong, and ValueError.
+    `integrator` is a key of INTEGRATORS. `damping` is the pair a (1/s), b (s) of Rayleigh damping C = a M + b K.
+    `velocity`
+    is the initial velocity, m/s, of all nodes (3,) or of each node (n, 3). `amplitudes` scale the loads in time, one
+    for
+    each load; by default loads act fully from the start. An explicit integrator uses a lumped mass matrix. Raises
+    NotConverged, Diverged, StepTooLong, and ValueError.
     """
     if integrator not in INTEGRATORS:
         raise ValueError(f"unknown integrator {integrator!r}; available: {', '.join(INTEGRATORS)}")

@@ -26,11 +26,12 @@ Where = Callable[[Floats], NDArray[np.bool_]]  # of points (n, 3) in m, which ar
 
 
 def material(name: str, **constants: Any) -> Isotropic:
-    """Return a material by its name in MATERIALS, from `young`, `poisson` and `density`, or its own constants, SI
-    units.
+    """Return the material that MATERIALS lists under this name, with the given constants in SI units.
 
-    Of alternative constants, such as `poisson` and `bulk`, give one. Lists of constants are tuples. Raises ValueError
-    for an unknown name or constant, a missing constant, and a value out of its range.
+    The constants are `young`, `poisson` and `density`, or those that the law itself has. Of alternative constants, such
+    as
+    `poisson` and `bulk`, give one. Lists of constants are tuples. Raises ValueError for an unknown name or constant, a
+    missing constant, and a value out of its range.
     """
     if name not in MATERIALS:
         raise ValueError(f"unknown material {name!r}; available: {', '.join(MATERIALS)}")
@@ -50,7 +51,7 @@ def material(name: str, **constants: Any) -> Isotropic:
 
 
 def _require_in_range(constant: str, value: Any, hint: Any) -> None:
-    """Raise ValueError if a value is out of the range of its annotation."""
+    """Raise ValueError if the value of a constant is outside the range that its type annotation `hint` gives."""
     kind, *said = get_args(hint)
     if get_origin(kind) is Literal:
         if value not in get_args(kind):
@@ -65,13 +66,17 @@ def _require_in_range(constant: str, value: Any, hint: Any) -> None:
 
 @dataclass(frozen=True)
 class Solid:
-    """A mesh with a material.
+    """An elastic solid: a mesh with a material and a strain measure.
 
-    `strain` is `finite` (the material's own law), `corotational` or `small` (its moduli at rest). Cells have
-    displacement unknowns only: linear ones (`tet4`, `hex8`) lock near a Poisson's ratio of 0.5 and are then too stiff,
-    quadratic ones closer to it; `hex8` with `integration` `selective`, whose volume uses mean gradients of cells, does
-    not lock. Raises ValueError for an invalid mesh, an unknown strain or integration, an incompressible material, and
-    NoFiniteLaw for a material without a law of finite strain.
+    `strain` is `finite` (the material law for finite strain), `corotational` or `small` (both with the elastic moduli
+    at
+    zero strain). Cells have displacement unknowns only. Linear cells (`tet4`, `hex8`) lock near a Poisson's ratio of
+    0.5
+    and are then too stiff; quadratic cells lock only closer to 0.5. `hex8` with `integration` `selective`, which
+    computes
+    the volume change from the mean gradient of a cell, does not lock. Raises ValueError for an invalid mesh, an unknown
+    strain or integration, and an incompressible material. Raises NoFiniteLaw for a material without a law of finite
+    strain.
     """
 
     mesh: Mesh
@@ -100,16 +105,18 @@ class Solid:
         return self.mesh.points
 
     def nodes(self, where: Where) -> Ints:
-        """Return the numbers of the selected nodes (k,). Raises ValueError if none is selected."""
+        """Return the numbers (k,) of the nodes that `where` selects. Raises ValueError if it selects none."""
         found = np.flatnonzero(_select_points(where, self.points))
         if not len(found):
             raise ValueError(f"no node is selected; {self._spans}")
         return found
 
     def facets(self, where: Where) -> Ints:
-        """Return the boundary facets (f, k) whose nodes are all selected, outward. Raises ValueError if there is none.
+        """Return the boundary facets (f, k) all of whose nodes are selected by `where`, with normals outward.
 
-        Facets are selected whole: choose the mesh so that its lines lie where the selection ends.
+        Facets are selected whole, so the mesh should have edges along the border of the selection. Raises ValueError if
+        there
+        is no such facet.
         """
         facets = self.mesh.facets
         found: Ints = facets[_select_points(where, self.points)[facets].all(axis=1)]
@@ -118,10 +125,11 @@ class Solid:
         return found
 
     def at(self, X: Any, values: Floats, beyond: float = 0.0) -> Floats:
-        """Return values at points X (p, 3) of the undeformed body, m (p, 3), from values at the nodes (n, 3).
+        """Return nodal values (n, 3) interpolated at points X (p, 3), m, of the undeformed body, shape (p, 3).
 
-        Raises ValueError for a point that lies more than `beyond` (m) outside the mesh, whose facets are inscribed in a
-        curved surface.
+        Raises ValueError for a point that lies more than `beyond`, m, outside the mesh. Points on a curved surface may
+        lie
+        slightly outside, because the facets are inscribed in it.
         """
         place = locate_points(self.mesh, np.array(X, dtype=np.float64).reshape(-1, 3))
         if (farthest := float(place.outside.max(initial=0.0))) > beyond:
@@ -135,7 +143,7 @@ class Solid:
 
     @cached_property
     def parts(self) -> Integration:
-        """Shape function gradients and volumes at the integration points."""
+        """Gradients of the shape functions and volumes at the integration points."""
         return integrate_cells(self.mesh)
 
     @cached_property
@@ -144,7 +152,7 @@ class Solid:
         return Elastic(self.mesh.cells, self.parts.dNdX, self.parts.w, law_for(self.material, self.strain))
 
     def energy(self, strain: str) -> Energy:
-        """Return its elastic energy with a strain measure, in the form that is solved fastest."""
+        """Return the elastic energy of the solid with a strain measure, in the form that is solved fastest."""
         selective = self.integration == "selective"
         return elastic_energy(self.mesh, self.elastic, self.material, strain, selective)
 
@@ -155,7 +163,7 @@ class Solid:
         return form(self.mesh.cells, N, w, self.material.density, len(self.points))
 
     def sound(self, x: Floats) -> bool:
-        """Return whether no cell is inverted in a state (3n,); always True for small strain."""
+        """Return whether no cell is inverted at displacements x (3n,), m; always True for small strain."""
         return self.strain == "small" or bool(np.all(np.linalg.det(self.elastic.F(x)) > 0.0))
 
 
@@ -169,7 +177,7 @@ def _select_points(where: Where, points: Floats) -> NDArray[np.bool_]:
 
 
 def _require_valid_mesh(mesh: Mesh) -> None:
-    """Raise ValueError if arrays are not a mesh, or a cell is inverted."""
+    """Raise ValueError if the arrays do not form a valid mesh, or a cell is inverted."""
     points, cells, nodes = mesh.points, mesh.cells, mesh.element.nodes
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise ValueError(f"points must be finite numbers (n, 3) in m, not {points.shape}")

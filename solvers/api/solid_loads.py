@@ -12,22 +12,28 @@ Vector = tuple[float, float, float]
 
 
 def gravity(solid: Solid, acceleration: Vector) -> DeadForces:
-    """Return the weight of a solid under an acceleration (3,), m/s^2: (0, 0, -9.81) on earth. Raises ValueError."""
+    """Return the weight of a solid under an acceleration (3,), m/s^2, such as (0, 0, -9.81) on earth.
+
+    Raises ValueError.
+    """
     g = _vector(acceleration, "an acceleration")
     return DeadForces(solid.mass() @ np.tile(g, len(solid.points)))
 
 
 def traction(solid: Solid, stress: Vector, facets: Ints) -> DeadForces:
-    """Return a force per undeformed area (3,), Pa, on facets (f, k) of `Solid.facets`; it keeps its direction."""
+    """Return the load of a stress vector (3,), Pa, with constant direction, on facets (f, k) from `Solid.facets`.
+
+    It is a force per undeformed area.
+    """
     areas = _areas(solid, facets)
     t = _vector(stress, "a traction")
     return _nodal_forces(solid, facets, np.linalg.norm(areas, axis=-1)[..., None] * t)
 
 
 def pressure(solid: Solid, size: float, facets: Ints) -> DeadForces | FollowerPressure:
-    """Return a pressure in Pa on facets (f, k) of `Solid.facets`, inward; a negative one pulls.
+    """Return the load of a pressure, Pa, on facets (f, k) from `Solid.facets`; a positive pressure pushes inward.
 
-    It stays normal to the surface as that moves; with small strain it acts on the undeformed surface.
+    The pressure stays normal to the deforming surface. With small strain it acts on the undeformed surface.
     """
     if not np.isfinite(size):
         raise ValueError(f"a pressure must be finite, not {size}")
@@ -45,7 +51,10 @@ def _vector(given: Vector, what: str) -> Floats:
 
 
 def _areas(solid: Solid, facets: Ints) -> Floats:
-    """Return weighted area vectors at the integration points of facets (f, q, 3), m^2. Raises ValueError."""
+    """Return the area vectors (f, q, 3), m^2, at the q integration points of each facet, times their weights.
+
+    Raises ValueError.
+    """
     facet, facets = solid.mesh.element.facet, np.asarray(facets)
     width = facet.nodes
     if facets.ndim != 2 or facets.shape[1] != width or not len(facets):
@@ -57,7 +66,7 @@ def _areas(solid: Solid, facets: Ints) -> Floats:
 
 
 def _nodal_forces(solid: Solid, facets: Ints, forces: Floats) -> DeadForces:
-    """Return nodal forces of forces at the integration points of facets (f, q, 3), N."""
+    """Return the nodal forces that are equivalent to forces (f, q, 3), N, at the integration points of facets."""
     facet = solid.mesh.element.facet
     f = np.zeros_like(solid.points)
     np.add.at(f, facets, np.einsum("qk,fqi->fki", facet.shape(facet.quadrature()[0]), forces))

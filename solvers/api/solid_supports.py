@@ -14,15 +14,16 @@ from softmark.solvers.sparse.rigid_body_modes import rigid_motions
 
 @dataclass(frozen=True)
 class Clamp:
-    """Constrained degrees of freedom (c,) and their displacements (c,), m."""
+    """Constrained degrees of freedom (c,) and their prescribed displacements (c,), m."""
 
     dofs: Ints
     values: Floats
 
 
 def clamp(solid: Solid, nodes: Ints, by: tuple[float, float, float] = (0.0, 0.0, 0.0), along: str = "xyz") -> Clamp:
-    """Return a support that moves nodes (k,) by `by` (m) along the axes `along`; other axes are free. Raises
-    ValueError.
+    """Return a support that displaces nodes (k,) by the vector `by`, m, along the axes named in `along`.
+
+    The other axes stay free. Raises ValueError.
     """
     nodes, axes = np.asarray(nodes), sorted("xyz".find(a) for a in along)
     if not axes or axes[0] < 0 or len(set(axes)) < len(axes):
@@ -36,10 +37,11 @@ def clamp(solid: Solid, nodes: Ints, by: tuple[float, float, float] = (0.0, 0.0,
 
 
 def merge_clamps(solid: Solid, clamps: Sequence[Clamp], free: bool = False) -> tuple[Ints, Floats]:
-    """Return the constrained degrees of freedom of all clamps, each once, and their displacements. Raises ValueError.
+    """Return the constrained degrees of freedom of all clamps, each listed once, and their displacements, m.
 
-    It is raised if two clamps prescribe different values; if no degree of freedom is left; and if a rigid motion is
-    left, unless the solid may be `free`.
+    Raises ValueError if two clamps prescribe different values, if no degree of freedom is left free, or if a rigid
+    motion
+    is left free, unless `free` allows it.
     """
     every = np.concatenate([np.zeros(0, dtype=np.int64), *(c.dofs for c in clamps)])
     values = np.concatenate([np.zeros(0), *(c.values for c in clamps)])

@@ -1,4 +1,4 @@
-"""Assembly: sum of energies over shared degrees of freedom, with a precomputed sparsity pattern."""
+"""Assembly: a sum of energies over shared degrees of freedom, with a precomputed sparsity pattern."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Float
 
 
 class Assembly:
-    """Value, gradient and tangent of `internal` energies plus `load` times the `loads`, in numbers of one `kind`."""
+    """Sum of `internal` energies and of `loads` times a load fraction, over shared degrees of freedom.
+
+    It returns value, gradient and tangent in the floating-point type `kind`.
+    """
 
     kind: Any = np.float64
 
@@ -27,7 +30,10 @@ class Assembly:
         loads: Sequence[Energy],
         points: Floats | None = None,
     ) -> None:
-        """Compute the sparsity pattern of all energies."""
+        """Compute the sparsity pattern of all energies over `dofs` degrees of freedom, of which some are `fixed`.
+
+        `points` (dofs / 3, 3), m, are given only if the unknowns are three displacements of each point.
+        """
         self.dofs = dofs
         self.internal, self.loads = tuple(internal), tuple(loads)
         self.free = free_dofs(dofs, fixed)
@@ -38,20 +44,20 @@ class Assembly:
         self._posed: tuple[Sequence[Energy], float, list[tuple[Energy, float]]] = (), 0.0, []
 
     def with_internal(self, internal: Sequence[Energy]) -> Assembly:
-        """Return an assembly of other internal energies on the same stencils, with the same loads and pattern."""
+        """Return an assembly with other internal energies on the same stencils, and the same loads and pattern."""
         other = copy(self)
         other.internal = tuple(internal)
         return other
 
     def acting(self, internal: Sequence[Energy], loads: Sequence[Energy]) -> Assembly:
-        """Return an assembly of other internal energies and loads on the same stencils, with the same pattern."""
+        """Return an assembly with other internal energies and loads on the same stencils, and the same pattern."""
         other = self.with_internal(internal)
         other.loads = tuple(loads)
         other.conservative = all(e.conservative for e in (*other.internal, *other.loads))
         return other
 
     def joined(self, loads: Sequence[Energy]) -> Assembly:
-        """Return an assembly of other loads, some with more or fewer stencils of the same elements."""
+        """Return an assembly with other loads, whose stencils may differ but must lie within the sparsity pattern."""
         number = np.full(self.dofs, -1)
         number[self.free] = np.arange(len(self.free))
         slots = [*self.pattern.slots]
@@ -63,19 +69,23 @@ class Assembly:
         return other
 
     def modes(self) -> Floats | None:
-        """Rigid motions of the free degrees of freedom (n, 6); None unless these are known to be displacements."""
+        """Return the six rigid-body motions of the free degrees of freedom (n, 6).
+
+        Return None if the degrees of freedom are not known to be displacements.
+        """
         from softmark.solvers.sparse.rigid_body_modes import rigid_motions
 
         return None if self.points is None else rigid_motions(self.points, self.free)
 
     def _scaled(self, load: float) -> list[tuple[Energy, float]]:
-        """Return all energies with their factors at a load."""
+        """Return all energies with their factors at a load fraction."""
         return [(e, 1.0) for e in self.internal] + self.loaded(load)
 
     def loaded(self, load: float) -> list[tuple[Energy, float]]:
-        """Return the loads at a load fraction with their factors: 1 for driven ones, which depend on it themselves.
+        """Return the loads with their factors at a load fraction.
 
-        Those of the last fraction are cached, with all their own caches.
+        A `driven` load is evaluated at the load fraction itself and has the factor 1; the factor of other loads is the
+        load fraction. The loads of the last load fraction are cached.
         """
         loads, share, known = self._posed
         if loads is not self.loads or share != load:
@@ -89,7 +99,7 @@ class Assembly:
         return sum(scale * e.value(x) for e, scale in self._scaled(load) if scale != 0.0)
 
     def gradient(self, x: Floats, load: float) -> Floats:
-        """Return the residual force on every degree of freedom (dofs,); at supports these are reactions."""
+        """Return the residual force on every degree of freedom (dofs,), N; at supports these are reactions."""
         g: Floats = np.zeros(self.dofs, dtype=self.kind)
         for energy, scale in self._scaled(load):
             energy.add_gradient(x, g, scale)
@@ -100,7 +110,10 @@ class Assembly:
         return sum(e.rounding(x) for e in (*self.internal, *self.loads))
 
     def tangent(self, x: Floats, load: float, projected: bool = False) -> sparse.csr_matrix:
-        """Return the tangent stiffness over the free degrees of freedom."""
+        """Return the sparse tangent stiffness over the free degrees of freedom, N/m.
+
+        If `projected`, the local blocks are made positive semi-definite.
+        """
         data: Floats = np.zeros(len(self.pattern.indices), dtype=self.kind)
         for (energy, scale), slots in zip(self._scaled(load), self.pattern.slots, strict=True):
             if energy.stencils.size:
@@ -112,6 +125,6 @@ class Assembly:
         return K
 
     def limit(self, x: Floats, d: Floats) -> float:
-        """Return the fraction of an increment d (dofs,), at most 1, before bodies would meet."""
+        """Return the largest fraction, at most 1, of an increment d (dofs,) at which no bodies collide."""
         each = (e for e in (*self.internal, *self.loads) if isinstance(e, DynamicPatternEnergy))
         return min((e.limit(x, d) for e in each), default=1.0)

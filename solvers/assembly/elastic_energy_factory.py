@@ -1,4 +1,4 @@
-"""Construction of the elastic energy of a mesh, from a material and a strain measure, in its most efficient form."""
+"""Construction of the elastic energy of a mesh from a material and a strain measure, in its fastest form."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ from softmark.solvers.mesh.mesh import Mesh
 
 
 def elastic_energy(mesh: Mesh, elastic: Elastic, material: Isotropic, strain: str, selective: bool = False) -> Energy:
-    """Return the elastic energy for a strain measure; `elastic` has the cells and integration points."""
+    """Return the elastic energy of a material in a strain measure, over the cells and points of `elastic`.
+
+    If `selective`, it is integrated selectively (see `elastic_parts`).
+    """
     parts = elastic_parts(mesh, elastic, material, strain, selective)
     first, *others = (_with_pressure_prediction(part, material, strain) for part in parts)
     if others:
@@ -29,24 +32,24 @@ def elastic_energy(mesh: Mesh, elastic: Elastic, material: Isotropic, strain: st
 def elastic_parts(
     mesh: Mesh, elastic: Elastic, material: Isotropic, strain: str, selective: bool = False
 ) -> tuple[Elastic, ...]:
-    """Return the elastic energy of a law at all points, or its parts for selective integration.
+    """Return the elastic energy of a law at all points, or its two parts for selective integration.
 
-    If `selective`, shear is integrated at all points and volume once per cell, with the mean gradient. A law that
-    cannot be split is integrated at all points. The reduced part is the energy of lambda: at small strain this is B-bar
-    with the mean volumetric strain (Hughes 1980). At finite strain it is psi_lambda of the mean of F, which has an
-    energy and a symmetric tangent, unlike F-bar (de Souza Neto et al. 1996).
+    If `selective`, shear is integrated at all points, and the volume part once per cell with the mean gradient. A law
+    that cannot be split is integrated at all points. The volume part is the energy proportional to lambda. At small
+    strain this is B-bar with the mean volumetric strain (Hughes 1980). At finite strain it is psi_lambda of the mean of
+    F, which has an energy and a symmetric tangent, unlike F-bar (de Souza Neto et al. 1996).
     """
     laws = parts_for(material, strain) if selective else None
     if laws is None:
         whole, _ = drags_for(material, strain) or (None, None)
         return (replace(elastic, law=law_for(material, strain), drag=whole),)
-    once, mean = mean_gradients(mesh, type(elastic) is not Elastic), _mean_of_cell(material, elastic)
+    once, mean = mean_gradients(mesh, type(elastic) is not Elastic), _with_mean_moduli(material, elastic)
     of_volume, (_, volume) = parts_for(mean, strain) or laws, drags_for(mean, strain) or (None, None)
     return replace(elastic, law=laws[0], drag=None), energy_at_other_points(elastic, mesh, once, of_volume[1], volume)
 
 
-def _mean_of_cell(material: Isotropic, elastic: Elastic) -> Isotropic:
-    """Return the material of one point per cell: if it varies within, with the means of its moduli."""
+def _with_mean_moduli(material: Isotropic, elastic: Elastic) -> Isotropic:
+    """Return the material with constants for one point per cell: the mean moduli if they vary within cells."""
     if not material.sampled:
         return material
     from softmark.solvers.materials.heterogeneous import average_moduli
@@ -55,7 +58,10 @@ def _mean_of_cell(material: Isotropic, elastic: Elastic) -> Isotropic:
 
 
 def energy_at_other_points(elastic: Elastic, mesh: Mesh, at: Integration, law: ElasticLaw, drag: Any = None) -> Elastic:
-    """Return the energy of another law over the same cells at other points; axisymmetric if the first is."""
+    """Return the energy of a law over the cells of `elastic`, at the integration points `at`.
+
+    It is axisymmetric if `elastic` is. `drag` is the law used for stiffness-proportional damping.
+    """
     made = Elastic(mesh.cells, at.dNdX, at.w, law, drag=drag)
     if type(elastic) is Elastic:
         return made
@@ -69,7 +75,7 @@ def energy_at_other_points(elastic: Elastic, mesh: Mesh, at: Integration, law: E
 
 
 def _with_pressure_prediction(part: Elastic, material: Isotropic, strain: str) -> Elastic:
-    """Return the same energy, able to use predicted pressures, if its law has a purely volumetric part."""
+    """Return an energy that can use predicted pressures, if its law has a volumetric part; otherwise `part` itself."""
     laws = parts_for(material, strain) if strain == "finite" else None
     if laws is None or not is_volumetric(laws[1]) or part.law == laws[0] or type(part) is not Elastic:
         return part

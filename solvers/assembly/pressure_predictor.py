@@ -1,10 +1,9 @@
-"""Pressure predictor: elastic energies at finite strain whose tangent uses the pressure predicted by the last Newton
-step.
+"""Pressure predictor: finite-strain energies whose tangent uses the pressure predicted by the last Newton step.
 
-In nearly incompressible cells a Newton step with rotation leaves volume errors of second order. Times a large bulk
-modulus these make pressures completely wrong, and the tangent there useless. The pressure predicted by the linear
-equations of the step is far closer to the solution. Using it is Newton's method with displacements and pressures as
-independent unknowns, with the pressures eliminated at each point; forces, and so the solution, are the same.
+In nearly incompressible cells a Newton step with rotation leaves volume errors of second order. Multiplied by a large
+bulk modulus, these errors make the pressures completely wrong, and the tangent useless. The pressure predicted by the
+linear equations of the step is far closer to the solution. Using it is Newton's method with displacements and pressures
+as independent unknowns, with the pressures eliminated at each point. Forces, and so the solution, are the same.
 """
 
 from __future__ import annotations
@@ -36,18 +35,19 @@ NEAR = 0.01  # of the volume of a cell: how far apart U' is looked at for U''
 
 @dataclass(frozen=True)
 class MixedPoints(Elastic):
-    """`Elastic` with the volumetric part `volume`, U(det F), of its law, and `expected` U' at each point (m q,), Pa.
+    """`Elastic` energy whose tangent can use given pressures U' (n = m q,), Pa, at its integration points.
 
-    The tangent's term U' d(cof F)/dF uses the expected U'; without one it is that of `Elastic`. Source: the mixed
-    integration point method of Magisano, Leonetti and Garcea (2017), "How to improve efficiency and robustness of the
-    Newton method in geometrically non-linear structural problems", here its volumetric part.
+    `volume` is the volumetric part U(det F) of the law, and `expected` are the given pressures. The term U' d(cof F)/dF
+    of the tangent uses them; if they are None, the tangent is that of `Elastic`.
+    Source: the mixed integration point method of Magisano, Leonetti and Garcea (2017), "How to improve efficiency and
+    robustness of the Newton method in geometrically non-linear structural problems", here its volumetric part.
     """
 
     volume: ElasticLaw = field(kw_only=True)
     expected: Floats | None = None
 
     def expecting(self, x: Floats, d: Floats) -> MixedPoints:
-        """Return the same energy with the pressures predicted by a step d from x: U' + U'' cof F : dF."""
+        """Return the same energy with the pressures U' + U'' cof F : dF predicted by a step d from x."""
         f, h = components(self.F(x)), components(self.F(d))
         cof = cofactor(f)
         J = determinant(f, cof)
@@ -55,7 +55,7 @@ class MixedPoints(Elastic):
         return replace(self, expected=self._slope(J) + self._rise(J) * grown)
 
     def corotated(self, x: Floats) -> MixedPoints:
-        """Return the same energy with the pressures of its corotational twin in x: lam tr(S - I), F = R S."""
+        """Return the same energy with the pressures that a corotational law has in x: lam tr(S - I), F = R S."""
         F = self.F(x)
         f = components(F)
         stretched = inner(rotation(f), f) - 3.0
@@ -63,11 +63,14 @@ class MixedPoints(Elastic):
         return replace(self, expected=lam * stretched)
 
     def _rise(self, J: Floats) -> Floats:
-        """Return J U''(J) (n,), Pa, by differences."""
+        """Return J U''(J) (n,), Pa, by differences of U'."""
         return (self._slope((1.0 + NEAR) * J) - self._slope((1.0 - NEAR) * J)) / (2.0 * NEAR)
 
     def _slope(self, J: Floats) -> Floats:
-        """Return U'(J) (n,), Pa, from a pure dilatation to that volume, P = U' J^(2/3) I."""
+        """Return U'(J) (n,), Pa, at volume ratios J (n,).
+
+        It follows from the stress P = U' J^(2/3) I of a pure dilatation.
+        """
         if isinstance(self.volume, InvariantLaw):
             with np.errstate(all="ignore"):
                 return self.volume.slopes(np.zeros_like(J), J - 1.0)[1]
@@ -77,7 +80,7 @@ class MixedPoints(Elastic):
         return slope
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the tangent stiffness, N/m, with the expected pressure if there is one; a projected one ignores it."""
+        """Add the tangent stiffness, N/m; unless it is `projected`, it uses the expected pressures, if any."""
         if self.expected is None or projected:
             Elastic.add_hessian(self, x, data, slots, scale, projected)
             return
@@ -98,7 +101,7 @@ class MixedPoints(Elastic):
 
 @dataclass(frozen=True)
 class EnergyWithoutPressure(Energy):
-    """Corotational tetrahedra whose tangent has zero pressure, tr(S - I) = 0 in every cell."""
+    """Corotational tetrahedra whose tangent assumes zero pressure: tr(S - I) = 0 in every cell."""
 
     tets: CorotationalTets
 
@@ -131,12 +134,12 @@ class EnergyWithoutPressure(Energy):
 
 
 def with_zero_pressures(assembly: Assembly) -> Assembly:
-    """Return the assembly with zero pressure in its tangent, for states of which only the shape is reliable."""
+    """Return the assembly with zero pressures in its tangent, for states whose pressures are not reliable."""
     return assembly.with_internal([_zero_pressure_energy(e) for e in assembly.internal])
 
 
 def _zero_pressure_energy(energy: Energy) -> Energy:
-    """Return an energy with zero pressure in its tangent."""
+    """Return an energy with zero pressures in its tangent."""
     if isinstance(energy, EnergySum):
         return replace(energy, parts=tuple(_zero_pressure_energy(part) for part in energy.parts))
     if isinstance(energy, CorotationalTets):
@@ -149,9 +152,10 @@ def _zero_pressure_energy(energy: Energy) -> Energy:
 
 
 def with_predicted_pressures(assembly: Assembly, x: Floats, d: Floats | None) -> Assembly | None:
-    """Return the assembly with the pressures predicted by a step d from x, or without d those of the corotational twin.
+    """Return the assembly whose tangent uses the pressures predicted by a step d from x.
 
-    Return None if none of its energies can use them.
+    If d is None, it uses the pressures that a corotational law has in x. Return None if none of the energies can use
+    predicted pressures.
     """
     if not any(_uses_pressures(e) for e in assembly.internal):
         return None
@@ -166,7 +170,7 @@ def _uses_pressures(energy: Energy) -> bool:
 
 
 def _with_expected_pressures(energy: Energy, x: Floats, d: Floats | None) -> Energy:
-    """Return an energy with predicted pressures."""
+    """Return an energy whose tangent uses predicted pressures (see `with_predicted_pressures`)."""
     if isinstance(energy, EnergySum):
         return replace(energy, parts=tuple(_with_expected_pressures(part, x, d) for part in energy.parts))
     if not isinstance(energy, MixedPoints | MeanDilatation):
@@ -177,7 +181,10 @@ def _with_expected_pressures(energy: Energy, x: Floats, d: Floats | None) -> Ene
 
 
 def is_volumetric(law: ElasticLaw) -> bool:
-    """Return whether a law depends only on det F, tested by zero stress at rest and in volume-preserving shear."""
+    """Return whether a law depends only on det F.
+
+    The test is zero stress at rest and in a volume-preserving shear.
+    """
     F = np.eye(3)[None].copy()
     F[0, 0, 1], F[0, 2, 0] = 0.5, -0.3
     return bool(np.all(np.abs(law.P(F)) <= 1e-12 * np.abs(law.dPdF(np.eye(3)[None])).max()))

@@ -1,7 +1,7 @@
 """Single-precision assembly: geometry, state, stresses, forces and tangents as 32-bit numbers.
 
-Kernels are compiled for the types of their arguments, and sum over the nodes of one cell in double precision; arrays
-are rounded to single.
+Arrays are rounded to single precision. Kernels are compiled for the types of their arguments; they sum over the nodes
+of one cell in double precision.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ def round_to_single(energy: Energy) -> Energy:
 
 
 def _round_arrays(value: Any) -> Any:
-    """Return a value with its arrays rounded to single precision."""
+    """Return a value, such as a law or an array, with all of its arrays rounded to single precision."""
     return value.astype(np.float32) if isinstance(value, np.ndarray) else value
 
 
 class SingleAssembly(Assembly):
-    """Assembly of single-precision energies, with the pattern of one in double precision."""
+    """Assembly of energies in single precision, with the sparsity pattern of `whole`, the double-precision assembly."""
 
     kind: Any = np.float32
     whole: Assembly
 
     @classmethod
     def of(cls, whole: Assembly) -> SingleAssembly:
-        """Return the same energies and loads in single precision."""
+        """Return the assembly `whole` with its energies and loads in single precision."""
         made = cls.__new__(cls)
         made.__dict__.update(copy(whole).__dict__)
         made.whole = whole
@@ -54,7 +54,7 @@ class SingleAssembly(Assembly):
 
     @cached_property
     def _gradients(self) -> float:
-        """Largest gradient of a shape function, 1/m: it converts rounding of displacements to strain."""
+        """Largest gradient of a shape function, 1/m, which converts rounding of displacements to strain."""
         whole: list[Any] = [part for e in self.internal for part in (e.parts if isinstance(e, EnergySum) else (e,))]
         steepest = [float(np.abs(part.dNdX).max()) for part in whole if hasattr(part, "dNdX")]  # which springs have not
         return max(steepest, default=0.0)

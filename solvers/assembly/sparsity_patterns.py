@@ -1,6 +1,6 @@
-"""Sparsity pattern of a tangent from the stencils of its energies, with scipy's loops and no kernels of our own.
+"""Sparsity pattern of a tangent, computed from the stencils of its energies with scipy.
 
-Degrees of freedom that always occur together, such as the three of a node, form one block: this gives nine times fewer
+Degrees of freedom that always occur together, such as the three of a node, form one block. This gives nine times fewer
 pairs to look up, and less to sort.
 """
 
@@ -25,7 +25,11 @@ PAIRS = 1 << 19  # pairs of blocks whose places are found at a time: they stay i
 
 @dataclass(frozen=True)
 class Pattern:
-    """CSR structure of the free-free tangent and, for each energy, the positions of its local entries."""
+    """CSR structure of the tangent over free degrees of freedom, and the positions of the energies' local entries.
+
+    `slots` holds, for each energy, the positions (n, k, k) of its entries in the matrix values, -1 for fixed degrees of
+    freedom.
+    """
 
     size: int
     indptr: Any  # int32, or int64 where there are too many entries
@@ -33,15 +37,16 @@ class Pattern:
     slots: tuple[Any, ...]  # of the same type, one (n, k, k) per energy, -1 where a row or a column is constrained
 
     def matrix(self, data: Floats) -> sparse.csr_matrix:
-        """Return the sparse matrix with these values, sharing the pattern."""
+        """Return the sparse matrix with the values `data` (nnz,), sharing the pattern."""
         made = copy(self._empty)  # scipy looks at all indices whenever it is given them
         made.data = data
         return made
 
     def places(self, number: Ints, stencils: Ints) -> Ints:
-        """Return positions (n, k, k) of local entries of more stencils (n, k), -1 if fixed; all must be in the pattern.
+        """Return the positions (n, k, k) in the matrix values of the local entries of stencils (n, k).
 
-        `number` (dofs,) is the row of each degree of freedom, -1 if it is fixed.
+        The position is -1 for fixed degrees of freedom; all other entries must be in the pattern. `number` (dofs,) is
+        the row of each degree of freedom, -1 if it is fixed.
         """
         rows = number[stencils]
         wanted = rows[:, :, None] * self.size + rows[:, None, :]
@@ -54,7 +59,7 @@ class Pattern:
 
     @cached_property
     def _numbers(self) -> Ints:
-        """Row times size plus column of each entry (nnz,), in ascending order."""
+        """Key of each entry (nnz,), its row times the matrix size plus its column, in ascending order."""
         rows = np.repeat(np.arange(self.size), np.diff(self.indptr))
         found: Ints = rows * self.size + self.indices
         return found
@@ -70,7 +75,7 @@ class Pattern:
 
 @dataclass(frozen=True)
 class _Blocks:
-    """Neighbours of each block, itself included, and its free rows; `count` blocks of `width`."""
+    """Blocks of `width` degrees of freedom: the neighbours of each block, itself included, and its free rows."""
 
     near: sparse.csr_matrix  # (count, count), its values 0, 1, 2, ...
     number: NDArray[Any]  # (count, width) row of each degree of freedom, -1 where it is held
@@ -90,7 +95,8 @@ _KNOWN: WeakValueDictionary[bytes, Pattern] = WeakValueDictionary()
 def build_pattern(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
     """Return the pattern of all stencils over the degrees of freedom that are not `fixed`.
 
-    Problems that differ only in their loads, as states of one body do, share one: it is most of their memory.
+    Problems that differ only in their loads share one pattern, such as the states of one body. The pattern is most of
+    the memory of a problem.
     """
     asked = blake2b(repr((dofs, fixed.shape, [s.shape for s in stencils])).encode())
     for own in (fixed, *stencils):
@@ -102,7 +108,7 @@ def build_pattern(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
 
 
 def _compute_pattern(dofs: int, fixed: Ints, stencils: Sequence[Ints]) -> Pattern:
-    """Compute the pattern of all stencils."""
+    """Compute the pattern of all stencils (see `build_pattern`), without looking for a known one."""
     free = free_dofs(dofs, fixed)
     width = 3 if all(_is_in_triples(s) for s in stencils) else 1
     count = -(-dofs // width)
@@ -126,7 +132,7 @@ def free_dofs(dofs: int, fixed: Ints) -> Ints:
 
 
 def _is_in_triples(stencil: Ints) -> bool:
-    """Return whether each stencil consists of runs 3 i, 3 i + 1, 3 i + 2."""
+    """Return whether each stencil consists of triples 3 i, 3 i + 1, 3 i + 2 of degrees of freedom."""
     if stencil.shape[1] % 3:
         return False
     first = stencil[:, ::3]
@@ -135,7 +141,11 @@ def _is_in_triples(stencil: Ints) -> bool:
 
 
 def _block_neighbours(members: Sequence[Ints], number: NDArray[Any]) -> _Blocks:
-    """Return the neighbours of blocks that share a stencil: B^T B, B the incidence (stencils, blocks)."""
+    """Return the neighbours of each block: blocks that share a stencil with it.
+
+    They are the nonzeros of B^T B, where B is the incidence matrix (stencils, blocks). `members` are the blocks of each
+    stencil, and `number` (blocks, width) the rows of their degrees of freedom, -1 if fixed.
+    """
     none = [np.zeros(0, dtype=np.int64)]
     lengths = np.concatenate([np.full(len(m), m.shape[1]) for m in members] + none)
     flat = np.concatenate([m.ravel() for m in members] + none)
@@ -151,7 +161,10 @@ def _block_neighbours(members: Sequence[Ints], number: NDArray[Any]) -> _Blocks:
 
 
 def _csr_structure(blocks: _Blocks) -> tuple[Any, Any]:
-    """Return indptr and indices of the free-free matrix: free rows of a block have the columns of its neighbours."""
+    """Return the CSR arrays `indptr` and `indices` of the matrix over free degrees of freedom.
+
+    All free rows of a block have the free columns of its neighbours.
+    """
     near, free = blocks.near, blocks.free
     columns = blocks.number[near.indices].ravel()
     columns = columns[columns >= 0]
@@ -165,7 +178,10 @@ def _csr_structure(blocks: _Blocks) -> tuple[Any, Any]:
 
 
 def _entry_positions(members: Ints, blocks: _Blocks, indptr: Any) -> NDArray[Any]:
-    """Return positions of local entries (n, b, width, b, width), -1 if the row or column is fixed."""
+    """Return the positions (n, b, width, b, width) of local entries in the matrix values; -1 for fixed ones.
+
+    `members` (n, b) are the blocks of each stencil.
+    """
     (n, b), width = members.shape, blocks.number.shape[1]
     slots = np.empty((n, b, width, b, width), dtype=indptr.dtype)
     starts = np.where(blocks.number >= 0, indptr[blocks.number], 0).astype(indptr.dtype)

@@ -1,4 +1,4 @@
-"""Poroelastic energies of meshes: displacements, and Taylor-Hood pore pressures."""
+"""Poroelastic energies of meshes, over displacements and Taylor-Hood pore pressures."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 def poroelastic_energy(
     mesh: Mesh, parts: Integration, pair: Any, mu: float, pores: PermeabilityLaw, turns: bool
 ) -> PoroelasticSolid:
-    """Return the energy of a porous solid: displacements, then pressures; `pair` is its law and volume measure.
+    """Return the energy of a porous solid, whose unknowns are displacements followed by pore pressures.
 
-    The unit of pressures is the shear modulus `mu` (Pa) divided by the edge of a mean cell, so that the blocks of the
-    matrix are balanced. Raises KeyError for an element whose pressures are not continuous.
+    `pair` is the law of the skeleton and its volume constraint, and `pores` the permeability. `turns` is False for
+    small strains. The unit of pressures is the shear modulus `mu`, Pa, divided by the edge length of a mean cell, m, so
+    that the blocks of the matrix are balanced. Raises KeyError for an element whose pressures are not continuous.
     """
     if mesh.element.pressures != "corners":
         raise KeyError(mesh.kind)

@@ -1,8 +1,9 @@
-"""Correction of contact pressures of linear cells at the axis of revolution.
+"""Correction of contact pressures at the axis of an axisymmetric model with linear cells.
 
-The nodal pressure on the axis is 20 % too high (with one integration point for the volume; 8 % too low with full
-integration), whatever the cell size, and the next ring of nodes carries the opposite error: linear cells cannot
-represent a field that varies with r^2 at r = 0. The force on the axis node and its ring together is right.
+Without correction the nodal pressure on the axis is 20 % too high if the volume change has one integration point per
+cell, and 8 % too low with full integration. This error does not depend on the cell size, because linear cells cannot
+represent a field that varies with r^2 at r = 0. The next ring of nodes has the opposite error, so that the total force
+on the axis node and on that ring is right.
 """
 
 from __future__ import annotations
@@ -13,17 +14,19 @@ from numpy.typing import NDArray
 from softmark.solvers.energies.energy import Floats, Ints
 
 Bools = NDArray[np.bool_]
-ON = 1e-7  # of the size of a slice: the axis
-BOTH = 4.0 / 3.0  # the mean of r^2 that an axis and its ring stand for, in that of the ring, of even facets
-NEXT = 1.125  # the same of the ring after it
+ON = 1e-7  # largest radius of nodes on the axis, relative to the largest radius of the surface
+BOTH = 4.0 / 3.0  # mean of r^2 over axis node and ring, divided by r^2 of the ring, for facets of equal size
+NEXT = 1.125  # mean of r^2 over the second ring, divided by r^2 of that ring
 
 
 def correct_axis_pressures(p: Floats, area: Floats, corners: Ints, r: Floats, alike: Ints) -> Floats:
-    """Return pressures p (n,), Pa, of nodes at radii r (n,), m, corrected on the axis and on the ring next to it.
+    """Return nodal pressures, Pa, shape (n,), corrected on the axis and on the ring of nodes next to it.
 
-    The force on both together is kept. Their mean and the ring after them give the even parabola that the corrected
-    values lie on. `area` (n,), m^2, is the area of each node, summed over all nodes with the same number in `alike`
-    (n,); facets have `corners` (k, 4). A surface may meet the axis more than once, above and below.
+    The correction keeps the total force on the axis node and this ring. The corrected pressures lie on a parabola in
+    r^2; it is determined by the mean pressure of both and by the pressure of the second ring. `p` (n,), Pa, are the
+    pressures and `r` (n,), m, the radii of the nodes. Nodes with the same number in `alike` (n,) lie on the same ring,
+    and `area` (n,), m^2, is the area of that ring. `corners` (k, 4) are the corner nodes of each facet. A surface may
+    meet the axis at several points, such as the top and the bottom of a body.
     """
     found, axis = p.copy(), r < ON * float(r.max(initial=0.0))
     for one in np.unique(alike[corners[axis[corners]]]):
@@ -39,11 +42,15 @@ def correct_axis_pressures(p: Floats, area: Floats, corners: Ints, r: Floats, al
 def _correct_axis_point(
     found: Floats, p: Floats, area: Floats, r: Floats, tip: Bools, ring: Bools, after: Ints
 ) -> None:
-    """Correct one place on the axis: masks of its nodes and of the ring, and node numbers of the ring `after` it."""
+    """Correct the pressures `found` in place at one point where the surface meets the axis.
+
+    `tip` (n,) is the mask of the nodes on the axis, `ring` (n,) that of the first ring, and `after` has the node
+    numbers of the second ring.
+    """
     a, b = area[tip].max(), area[ring].max()
     mean = (a * p[tip].max() + b * p[ring].max()) / (a + b)
     share = BOTH * r[ring].max() ** 2
     c = share / (NEXT * r[after].max() ** 2 - share) if len(after) else 0.0
     more = c * (mean - (p[after].max() if len(after) else mean))
-    more = max(min(more, mean * b / a), -mean)  # nothing pulls, at either
+    more = max(min(more, mean * b / a), -mean)  # no pressure may become negative
     found[tip], found[ring] = mean + more, mean - more * a / b

@@ -1,4 +1,4 @@
-"""Barrier law: contact pressure as a function of the gap, zero beyond a distance and very stiff near touch."""
+"""Barrier law of contact: the pressure is zero beyond a given gap and rises steeply as the gap closes."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from softmark.solvers.energies.energy import Floats
 
 @dataclass(frozen=True)
 class Barrier:
-    """Barrier pressure stiffness * s^2 / (1 - s), with s = 1 - g / distance for a gap g below the `distance` (m).
+    """Barrier law: pressure = stiffness * s^2 / (1 - s) with s = 1 - g / distance, for gaps g below `distance`, m.
 
-    Beyond s = `bend` the pressure continues as a straight line, so that energy and tangent also exist for iterates
-    behind the surface, from which Newton's method returns. A converged state is valid only if all gaps are positive.
-    The pressure at touch is `touch_pressure` (Pa); the stiffness (Pa) is raised for bodies that press harder. The law
-    has two continuous derivatives, as truncated barriers need (Li et al. 2020, "Incremental potential contact", ACM
-    Trans. Graph. 39:49, eq. 6), but grows as 1 / g instead of ln g near touch.
+    Where s exceeds `bend`, the pressure continues as a straight line. So energy and tangent are also defined for
+    iterates that lie behind the surface, and Newton's method can return from there. A converged state is valid only if
+    all gaps are positive. `touch_pressure` (Pa) is the pressure at zero gap. Where contact pressures exceed it,
+    `stiffness` (Pa) must be raised. The law has two continuous derivatives, like the truncated barrier of Li et al.
+    2020 ("Incremental potential contact", ACM Trans. Graph. 39:49, eq. 6), but its energy grows as 1 / g instead of ln
+    g near zero gap.
     """
 
     distance: float
@@ -45,7 +46,7 @@ class Barrier:
         return found
 
     def pressure(self, g: Floats) -> Floats:
-        """Return the pressure, Pa (n,), at gaps g (n,), m: minus the derivative of the energy."""
+        """Return the pressure, Pa (n,), at gaps g (n,), m: the negative derivative of the energy."""
         s = 1.0 - g / self.distance
         b = np.clip(s, 0.0, self.bend)
         first, second = self._slopes(b)
@@ -59,7 +60,10 @@ class Barrier:
         return found
 
     def gap(self, pressure: Floats) -> Floats:
-        """Return the gap, m (n,), at which a pressure (n,), Pa, below that at touch acts: the inverse of `pressure`."""
+        """Return the gap, m (n,), at which a given pressure (n,), Pa, acts: the inverse of `pressure`.
+
+        The pressure must be below `touch_pressure`.
+        """
         y = pressure / self.stiffness
         s = 0.5 * (np.sqrt(y * y + 4.0 * y) - y)
         first, second = self._slopes(np.array(self.bend))
@@ -68,6 +72,6 @@ class Barrier:
 
     @staticmethod
     def _slopes(s: Floats) -> tuple[Floats, Floats]:
-        """Return s^2 / (1 - s) and its derivative."""
+        """Return s^2 / (1 - s) and its derivative, both (n,), for dimensionless depths s (n,) in the barrier."""
         left = 1.0 - s
         return s * s / left, s * (2.0 - s) / left**2

@@ -1,4 +1,4 @@
-"""Closest points on faces: triangles in space, or segments in the plane."""
+"""Closest points on faces: triangles in space, or line segments in the plane."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from softmark.solvers.energies.energy import Floats, Ints
 
 
 def closest_point_weights(p: Floats, t: Floats) -> Floats:
-    """Return the shape functions (c, k) of the corners of faces t (c, k, d) at the points closest to p (c, d)."""
+    """Return the shape functions (c, k) of face corners, evaluated at the closest point on each face.
+
+    `p` (c, d), m, are the points and `t` (c, k, d), m, the corners of one face for each point.
+    """
     if t.shape[1] == 2:
         return _segment_weights(p, t)
     found = _triangle_plane_weights(p, t)
@@ -30,27 +33,33 @@ def vectors_from_closest_points(p: Floats, t: Floats) -> Floats:
 
 
 def nearest_pair_of_each(of: Ints, far: Floats) -> Ints:
-    """Return the index of the nearest pair of each thing; `of` (c,) are things and `far` (c,) distances of pairs."""
+    """Return, for each item, the index of its pair with the smallest distance.
+
+    `of` (c,) is the number of the item in each pair, and `far` (c,) the distance of each pair.
+    """
     order = np.lexsort((far, of))
     found: Ints = order[np.unique(of[order], return_index=True)[1]]
     return found
 
 
 def _vectors_from(shares: Floats, p: Floats, t: Floats) -> Floats:
-    """Return the vectors from points on faces t, given by the shares of their corners, to the points p."""
+    """Return the vectors (c, d), m, from points on faces t (c, k, d) to the points p (c, d).
+
+    `shares` (c, k) are the shape functions of the face corners at the points on the faces.
+    """
     found: Floats = p - np.einsum("ca,cai->ci", shares, t)
     return found
 
 
 def _segment_weights(p: Floats, t: Floats) -> Floats:
-    """Return shape functions of the ends of segments t (c, 2, d) at the points closest to p."""
+    """Return the shape functions (c, 2) of the ends of segments t (c, 2, d) at the points closest to p (c, d)."""
     a = t[:, 1] - t[:, 0]
     s = np.clip(np.einsum("ci,ci->c", p - t[:, 0], a) / np.einsum("ci,ci->c", a, a), 0.0, 1.0)
     return np.stack([1.0 - s, s], axis=1)
 
 
 def _triangle_plane_weights(p: Floats, t: Floats) -> Floats:
-    """Return barycentric coordinates of the projection of p to the planes of triangles t (c, 3, 3)."""
+    """Return barycentric coordinates (c, 3) of points p (c, 3) projected onto planes of triangles t (c, 3, 3)."""
     a, b, r = t[:, 1] - t[:, 0], t[:, 2] - t[:, 0], p - t[:, 0]
     n = np.cross(a, b)
     size = np.einsum("ci,ci->c", n, n)

@@ -1,4 +1,4 @@
-"""Recovery of the contact pressure, the contact area and its border from the contact forces at nodes."""
+"""Recovery of the contact pressure and the contact area from the contact forces at nodes."""
 
 from __future__ import annotations
 
@@ -17,32 +17,35 @@ if TYPE_CHECKING:
     from softmark.solvers.elements.element import Facet
 
 Bools = NDArray[np.bool_]
-PRESSED = 1e-6  # of the largest force per area: what is less is no contact
-POINTS = 4  # squared: of Gauss, for linear shape functions on facets that are not flat
-LEAST = 1e-200  # Pa^2: a pressure that is none
-FACING = 0.5  # a cosine: a facet that leans more than that from those beside it which are pressed takes nothing of it
+PRESSED = 1e-6  # of the largest force per area: smaller values are no contact
+POINTS = 4  # Gauss points per direction, for linear shape functions on facets that are not flat
+LEAST = 1e-200  # Pa^2: lower bound that avoids a division by zero
+FACING = 0.5  # cosine of the largest inclination of a loaded facet to neighbouring facets in contact
 NEWTON = 12  # iterations for the border on a side, which is a cubic with one root
 
 
 @dataclass(frozen=True)
 class ContactPressure:
-    """Contact pressure recovered from normal forces f (n,), N, at the nodes x (n, 3), m, of facets (k, m).
+    """Contact pressure recovered from normal forces f (n,), N, at nodes x (n, 3), m, of facets (k, nodes per facet).
 
-    The force of a node divided by its own area is no pressure: on quadratic facets a uniform pressure gives no force at
-    the corners of triangles. So forces at mid-sides are moved to the corners at their ends, half each. The force at a
-    corner is then exactly the integral of the pressure times the linear shape function of that corner. Divided by the
-    integral of that function it is a mean around the corner: never negative, of second order, with the same total
-    force. (A consistent mass matrix would undo the mean and amplify errors of a coarse mesh.) Pressures are per area at
-    `x`. With the `depth`, m, of a slice through a body of revolution, forces and areas are those of whole rings.
+    The force at a node divided by the area of that node is no pressure: on quadratic facets a uniform pressure gives no
+    force at the corners of triangles. So each force at the middle of a side is moved to the corners at its ends, half
+    to each. Then the force at a corner is exactly the integral of the pressure times the linear shape function of this
+    corner. Divided by the integral of this shape function it is a mean pressure around the corner. This mean is never
+    negative, is second-order accurate, and keeps the total force. (A consistent mass matrix would undo the averaging
+    and amplify the errors of a coarse mesh.)
 
-    At an edge of the surface, facets in contact with all their nodes give the direction of the pressure. Another facet
-    receives no force of a node that it shares with them if it leans too far from them.
+    Areas are those of the surface at the positions `x`. For an axisymmetric model `depth` is the thickness of the slice
+    that is meshed, m; forces and areas are then those of whole rings.
 
-    Nodes with the same number in `alike` (n,) move together, such as those through the thickness of a slice: they share
-    one pressure.
+    At an edge of the body a node belongs to facets with different directions. The normals of the facets whose nodes are
+    all in contact give the direction of the pressure there. A facet inclined too much to this direction receives no
+    force from the shared node.
 
-    The gaps g (n,), m, and `modulus`, E / (1 - nu^2), Pa, locate the end of contact between two nodes. Nodes in contact
-    are found from forces, or given by `on` (n,) if forces between nodes are included in `f`.
+    Nodes with the same number in `alike` (n,) move together, such as nodes through the thickness of a slice, and share
+    one pressure. The gaps g (n,), m, and `modulus`, E / (1 - nu^2), Pa, locate the border of contact between two nodes.
+    A node is in contact if it has a force; a mask `on` (n,) replaces this criterion if `f` includes forces between the
+    nodes.
     """
 
     facets: Ints
@@ -62,18 +65,19 @@ class ContactPressure:
 
     @property
     def _facet(self) -> type[Facet]:
+        """Facet class of the facets."""
         return FACETS[self.facets.shape[1]]
 
     @property
     def plain(self) -> type[Facet]:
-        """Facet class that has only the corners of these facets."""
+        """Facet class of linear facets with the same corners."""
         return FACETS[self._facet.corners]
 
     @cached_property
     def _forces(self) -> Floats:
-        """Forces on corners (n,), N: their own, and equal parts of the forces of the nodes between them."""
+        """Forces at all nodes (n,), N, with those at the middles of sides moved to the corners, half to each end."""
         found, first, done = self.f.copy(), self._facet.corners, np.zeros(len(self.f), dtype=np.bool_)
-        for i, ends in enumerate(self._facet.between):  # a node between two facets is another's in each
+        for i, ends in enumerate(self._facet.between):  # a side shared by two facets may have another number in each
             nodes, at = np.unique(self.facets[:, first + i], return_index=True)
             nodes, at = nodes[~done[nodes]], at[~done[nodes]]
             np.add.at(found, self.facets[at][:, list(ends)], (self.f[nodes] / len(ends))[:, None])
@@ -82,7 +86,7 @@ class ContactPressure:
 
     @cached_property
     def _weights(self) -> Floats:
-        """Integrals of the linear corner shape functions over facets (k, c), m^2; zero where a facet is not loaded."""
+        """Integrals (k, c), m^2, of linear corner shape functions over facets; zero where a facet gets no force."""
         xi, w = moment_fitted_quadrature.gauss_rule(self._facet.corners, POINTS)
         X, N = self.x[self.corners], self.plain.shape(xi)
         t = np.einsum("qaj,kai->jkqi", self.plain.gradient(xi), X)
@@ -91,14 +95,16 @@ class ContactPressure:
             from softmark.solvers.energies.axisymmetric import circumference_in_slices
 
             dA = dA * circumference_in_slices(np.abs(X[:, :, 0]) @ N.T, self.depth)
-        found: Floats = (dA @ N) * self._taking
+        found: Floats = (dA @ N) * self._loaded_corners
         return found
 
     @cached_property
-    def _taking(self) -> Bools:
-        """Mask of the corners (k, c) whose contact force acts on the facet."""
+    def _loaded_corners(self) -> Bools:
+        """Mask (k, c) of the facet corners whose contact force acts on that facet."""
         c = self.x[self.corners]
-        n = np.cross(c[:, 1] - c[:, 0], c[:, -1] - c[:, 0])  # of a quadrilateral that of its first corner is enough
+        n = np.cross(
+            c[:, 1] - c[:, 0], c[:, -1] - c[:, 0]
+        )  # for a quadrilateral the normal at its first corner is enough
         whole: Bools = np.asarray(self.touching[self.facets].all(axis=1))
         ways = np.zeros_like(self.x)
         np.add.at(ways, self.corners[whole], n[whole, None])
@@ -109,8 +115,13 @@ class ContactPressure:
 
     @cached_property
     def _triangles(self) -> Ints:
-        """Triangles (t, 3) of facets on which contact forces act, or none of whose corners touch."""
-        some = (self._taking & self.touching[self.corners]).any(axis=1) | ~self.touching[self.corners].any(axis=1)
+        """Triangles (t, 3) of the facets that count for the contact area.
+
+        These are the facets on which contact forces act, and the facets that have no corner in contact.
+        """
+        some = (self._loaded_corners & self.touching[self.corners]).any(axis=1) | ~self.touching[self.corners].any(
+            axis=1
+        )
         found: Ints = self.facets[some][:, np.array(self._facet.triangles)].reshape(-1, 3)
         return found
 
@@ -134,12 +145,16 @@ class ContactPressure:
 
     @cached_property
     def largest(self) -> float:
-        """Largest pressure, Pa."""
+        """Largest nodal pressure, Pa."""
         return float(self.pressures.max(initial=0.0))
 
     @cached_property
     def touching(self) -> Bools:
-        """Mask of nodes in contact (n,): nodes with a contact force, and corners whose sides all have one."""
+        """Mask (n,) of nodes in contact.
+
+        A node is in contact if a contact force acts on it. On quadratic facets a corner is also in contact if all
+        adjacent mid-side nodes are.
+        """
         each = np.bincount(self.facets.ravel(), minlength=len(self.f)) > 0
         found: Bools = each & (self.f > PRESSED * self.f.max(initial=0.0) if self.on is None else self.on)
         free = np.zeros(len(found), dtype=np.bool_)
@@ -156,17 +171,19 @@ class ContactPressure:
     def area(self) -> float:
         """Contact area, m^2.
 
-        The border lies between a node in contact and one that is not. Where contact ends smoothly, the pressure at a
-        distance s inside the border is p = k s^(1/2), and the gap outside is g = 4 k / (3 E') s^(3/2), E' = E / (1 -
-        nu^2), for an elastic body on any smooth rigid one (the crack-tip field with no intensity, Johnson 1985,
-        "Contact mechanics", 5.1). So p at one node and g at the other give k and the place of the border between them.
-        Where contact ends at an edge the error is less than a facet.
+        The border of contact lies between a node in contact and one without contact. Where contact ends smoothly, the
+        pressure at a distance s inside the border is p = k s^(1/2), and the gap at s outside is g = 4 k / (3 E')
+        s^(3/2), with E' = E / (1 - nu^2). This holds for an elastic body on any smooth rigid body: it is the crack-tip
+        field with no stress intensity. So p at the one node and g at the other give k and the position of the border.
+        Where contact ends at an edge the error is less than one facet.
+
+        Source: Johnson 1985, "Contact mechanics", 5.1.
         """
         triangles = self._triangles
         on = self.touching[triangles]
         own = self._areas(triangles)
         total = float(own[on.all(axis=1)].sum())
-        for lone, sign in ((1, 1.0), (2, -1.0)):  # the one that touches, or the one that does not
+        for lone, sign in ((1, 1.0), (2, -1.0)):  # one corner of three in contact, or two
             cut = on.sum(axis=1) == lone
             tri, is_on = triangles[cut], on[cut]
             alone = np.argmax(is_on if lone == 1 else ~is_on, axis=1)
@@ -197,14 +214,15 @@ class ContactPressure:
         return found
 
     def _share(self, touching: Ints, free: Ints) -> Floats:
-        """Return the fraction in (0, 1] of the lines from touching to free nodes (m,) that is in contact.
+        """Return the fraction in (0, 1] of lines from nodes in contact to nodes without contact that lies in contact.
 
-        With c = k^(-2/3): p^2 c^3 + (3 E' g / 4)^(2/3) c = h; the first term over h is the fraction.
+        Both arrays of node numbers and the result have the shape (m,). With c = k^(-2/3), for the k of `area`, and the
+        length h of a line, p^2 c^3 + (3 E' g / 4)^(2/3) c = h; the first term divided by h is the fraction.
         """
         way = self.x[touching] - self.x[free]
         h = np.linalg.norm(way if self.alike is None else way[:, :2], axis=1)  # nothing changes through a slice
         a = np.maximum(np.maximum(self.pressures[touching], PRESSED * self.largest) ** 2, LEAST)
-        g = np.where(np.isfinite(self.g[free]), np.maximum(self.g[free], 0.0), 0.0)  # what is held beside it has none
+        g = np.where(np.isfinite(self.g[free]), np.maximum(self.g[free], 0.0), 0.0)  # fixed nodes have no gap
         b = (0.75 * self.modulus * g) ** (2.0 / 3.0)
         c = np.minimum(np.cbrt(h / a), h / np.maximum(b, 1e-300))
         for _ in range(NEWTON):

@@ -1,7 +1,8 @@
-"""Contact surface of a mesh as fine triangles, or of a slice as short lines, with sample points spread over its facets.
+"""Contact surface of a mesh: fine triangles (or short lines for a slice) with sample points on the facets.
 
-Facets are split `parts` times along each side; the corners of the parts move with the shape functions. So a point of
-the surface is X + M x of the degrees of freedom x, M sparse: gradients and Hessians are pulled back by M^T.
+Each side of a facet is split into `parts` equal parts, and the corners of the resulting triangles move with the shape
+functions of the facet. So every point of the surface is at X + M x for degrees of freedom x and a sparse matrix M, and
+gradients and Hessians are transformed to the degrees of freedom by M^T.
 """
 
 from __future__ import annotations
@@ -22,11 +23,13 @@ from softmark.solvers.mesh.plane_boundary import is_on_border
 
 @dataclass(frozen=True)
 class ContactSurface:
-    """Surface with corners at rest `X` (v, d), m, that move by `M` (d v, dofs), and outward faces `faces` (t, d).
+    """Contact surface: triangles (lines for a slice) for collision detection, and sample points for pressures.
 
-    `patch` (v,) numbers the pieces of the body that share no node. The last `points` rows of `X` are sample points,
-    which belong to no face and have areas `A` (points,), m^2. `of` is the mesh facet of each sample, `home` (t,) that
-    of each face. For a slice d is 2, and areas are those of the whole thickness or of rings.
+    `X` (v, d), m, are positions at rest. The first rows are corners of `faces` (t, d), which are oriented outward; the
+    last `points` rows are sample points inside the facets. Displacements of all rows are M x, with the sparse matrix
+    `M` (d v, dofs). `patch` (v,) numbers the separate pieces of the body. `A` (points,), m^2, are the areas of the
+    samples. `of` (points,) is the mesh facet of each sample, and `home` (t,) that of each face. For a slice d is 2 and
+    faces are lines; areas are then those of the whole thickness, or of rings in an axisymmetric model.
     """
 
     X: Floats
@@ -49,12 +52,12 @@ class ContactSurface:
 
     @property
     def flat(self) -> bool:
-        """True for the surface of a slice, in the plane."""
+        """True for the surface of a slice, whose faces are lines in the xy plane."""
         return bool(self.X.shape[1] == 2)
 
     @cached_property
     def own(self) -> Ints:
-        """Face (points,) on which each sample lies at rest."""
+        """Number (points,) of the face on which each sample lies at rest."""
         order = np.argsort(self.home, kind="stable")
         first, last = (np.searchsorted(self.home[order], self.of, side) for side in ("left", "right"))
         sample = np.repeat(np.arange(self.points), last - first)
@@ -64,13 +67,15 @@ class ContactSurface:
         return found
 
     def places(self, x: Floats) -> Floats:
-        """Return positions of corners and samples (v, d), m, in a state x whose first entries are displacements."""
+        """Return positions (v, d), m, of corners and samples in a state x, whose first entries are nodal displacements,
+        m.
+        """
         found: Floats = self.X + (self.M @ np.asarray(x, dtype=np.float64)[: self.M.shape[1]]).reshape(self.X.shape)
         return found
 
     @property
     def edges(self) -> Ints:
-        """Edges of the faces (e, 2), each once; for a slice the faces themselves."""
+        """Edges (e, 2) of the faces without duplicates; for a slice the faces themselves."""
         if self.flat:
             return self.faces
         both = np.sort(self.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
@@ -80,10 +85,10 @@ class ContactSurface:
 def build_contact_surface(
     mesh: Mesh, dofs: int, parts: int, where: Ints | None = None, flat: bool = False, depth: float = 0.0
 ) -> ContactSurface:
-    """Return the contact surface of a mesh with `dofs` degrees of freedom; samples only on facets `where` (s,), if
-    given.
+    """Return the contact surface of a mesh with `dofs` degrees of freedom, facet sides split into `parts`.
 
-    `flat` is for a slice; with a `depth`, m, of a slice through a body of revolution areas are those of whole rings.
+    Samples are placed on the facets `where` (s,), or on all facets by default. `flat` is true for a slice. For an
+    axisymmetric model `depth` is the thickness of the slice, m, and areas are those of whole rings.
     """
     facets = np.flatnonzero(is_on_border(mesh.points, mesh.facets)) if flat else np.arange(len(mesh.facets))
     sampled = facets if where is None else np.intersect1d(facets, where)
@@ -105,7 +110,7 @@ def build_contact_surface(
 
 
 def number_mesh_pieces(mesh: Mesh) -> Ints:
-    """Return the number of the piece that each node belongs to (n,): pieces share no node."""
+    """Return, for each node (n,), the number of the mesh piece it belongs to; pieces share no node."""
     from scipy.sparse.csgraph import connected_components
 
     first = np.repeat(mesh.cells[:, 0], mesh.cells.shape[1])
@@ -116,13 +121,16 @@ def number_mesh_pieces(mesh: Mesh) -> Ints:
 
 
 def mask_nodes_after_first_piece(mesh: Mesh) -> Any:
-    """Return a mask (n,) of the nodes of all pieces but the first; None for a body in one piece."""
+    """Return a mask (n,) of the nodes of all mesh pieces except the first, or None for a mesh of one piece."""
     of = number_mesh_pieces(mesh)
     return of > 0 if of.any() else None
 
 
 def subdivide_facet(nodes: int, parts: int) -> tuple[Floats, Ints]:
-    """Return local points (p, 2) of a facet with `nodes` nodes, and triangles (t, 3) of them, counter-clockwise."""
+    """Return the triangles of a facet whose sides are split into `parts`: local corners (p, 2) and triangles (t, 3).
+
+    `nodes` is the number of nodes of the facet. Triangles are counter-clockwise.
+    """
     facet = FACETS[nodes]
     step = np.array([(i, j) for i in range(parts + 1) for j in range(parts + 1)])
     number = np.arange((parts + 1) ** 2).reshape(parts + 1, parts + 1)
@@ -136,21 +144,25 @@ def subdivide_facet(nodes: int, parts: int) -> tuple[Floats, Ints]:
 
 
 def _subdivide_into_lines(nodes: int, parts: int) -> tuple[Floats, Ints]:
-    """Return local points along the first coordinate of a facet, and lines (t, 2); see `_runs_along_z` if that is z."""
+    """Return the lines of a facet of a slice, split into `parts`: local points (p, 2) and lines (t, 2).
+
+    The lines run along the first local coordinate. Facets where this coordinate runs along z are found by
+    `_runs_along_z`.
+    """
     t = np.linspace(-1.0, 1.0, parts + 1)
     return np.stack([t, np.zeros(parts + 1)], axis=1), np.stack([np.arange(parts), np.arange(1, parts + 1)], axis=1)
 
 
 def _runs_along_z(mesh: Mesh, facets: Ints) -> Any:
-    """Return a mask of the facets of a slice (f,) whose first coordinate runs along z."""
+    """Return a mask (f,) of the facets of a slice whose first local coordinate runs along z."""
     z = mesh.points[mesh.facets[facets], 2]
     return np.abs(z[:, 1] - z[:, 0]) > 0.5 * np.ptp(z, axis=1)
 
 
 def _shape_functions(mesh: Mesh, facets: Ints, xi: Floats, flat: bool) -> Floats:
-    """Return shape functions (f, p, k) at local points (p, 2); for a slice, means through its thickness.
+    """Return shape functions (f, p, k) of facets at local points xi (p, 2); for a slice, averaged over its thickness.
 
-    Pressure on a slice is uniform through its thickness: forces only at mid-thickness would bend facets of eight nodes.
+    Pressure on a slice is uniform through its thickness. Forces only at mid-thickness would bend facets of eight nodes.
     """
     facet = FACETS[mesh.facets.shape[1]]
     if not flat:
@@ -163,7 +175,7 @@ def _shape_functions(mesh: Mesh, facets: Ints, xi: Floats, flat: bool) -> Floats
 
 
 def _shape_function_rows(mesh: Mesh, facets: Ints, N: Floats) -> Any:
-    """Return shape functions (f, p, k) as sparse rows over all nodes (f p, n)."""
+    """Return shape functions N (f, p, k) of facets as a sparse matrix (f p, n) over all n nodes."""
     f, p, k = N.shape
     columns = np.repeat(mesh.facets[facets][:, None, :], p, axis=1)
     layout = (N.ravel(), columns.ravel(), np.arange(0, f * p * k + 1, k))
@@ -174,11 +186,17 @@ def _shape_function_rows(mesh: Mesh, facets: Ints, N: Floats) -> Any:
 
 
 def _build_corners(mesh: Mesh, facets: Ints, parts: int, split: Any) -> tuple[Ints, Any, Ints, Ints]:
-    """Return, with shared corners merged: a node of each, their rows, the faces, and the facet of each face."""
+    """Return the corners and faces of the split facets, with corners shared by several facets merged.
+
+    The result is: one mesh node near each corner (c,), sparse shape-function rows of the corners (c, n), faces (t, d),
+    and the mesh facet of each face (t,).
+    """
     xi, small = split(mesh.facets.shape[1], parts)
     flat = small.shape[1] == 2
     rows = _shape_function_rows(mesh, facets, _shape_functions(mesh, facets, xi, flat))
-    mark = rows @ np.random.default_rng(0).random((len(mesh.points), 2))  # two numbers that tell any corner by its row
+    mark = rows @ np.random.default_rng(0).random(
+        (len(mesh.points), 2)
+    )  # two random numbers per node identify a corner
     _, first, same = np.unique(np.round(mark / SAME).astype(np.int64), axis=0, return_index=True, return_inverse=True)
     faces = same.ravel()[(len(xi) * np.arange(len(facets)))[:, None, None] + small]
     if flat:
@@ -190,7 +208,7 @@ def _build_corners(mesh: Mesh, facets: Ints, parts: int, split: Any) -> tuple[In
 
 
 def _find_reversed_lines(mesh: Mesh, facets: Ints, rows: Any, xi: Floats) -> Any:
-    """Return a mask of the lines of a slice (f,) that have the body on their right and must be reversed."""
+    """Return a mask (f,) of the lines of a slice that have the body on their right; these must be reversed."""
     ends = (rows @ mesh.points).reshape(len(facets), len(xi), 3)
     along = ends[:, -1] - ends[:, 0]
     c = mesh.points[mesh.facets[facets][:, :4]]
@@ -199,13 +217,14 @@ def _find_reversed_lines(mesh: Mesh, facets: Ints, rows: Any, xi: Floats) -> Any
 
 
 def _place_samples(mesh: Mesh, facets: Ints, parts: int, flat: bool) -> tuple[Ints, Any, Floats]:
-    """Return Gauss points of the parts of facets: the facet of each, its row, and its area, m^2.
+    """Return the samples of facets: the facet (s,), the shape-function row (s, n) and the area (s,), m^2, of each.
 
-    Half of the pressure on a facet acts on its own samples, and half on its flat parts through samples of the other
-    surface: the latter by I N, linear on parts, instead of the shape functions N. So samples get 2 N - I N, and both
-    together give N: a uniform pressure gives the right nodal forces. (With N the worst error of a patch of quadratic
-    cells was 3 %; it is now below 0.4 %.) A curved facet lies as far inside its samples as its flat parts lie inside
-    it.
+    Samples are the Gauss points of the parts of facets. Half of the pressure on a facet acts on its own samples. The
+    other half acts on its flat faces, through the samples of the other surface. Forces on flat faces are distributed to
+    nodes by functions I N, which interpolate the shape functions N linearly on each part. So the samples get 2 N - I N,
+    and the mean of both halves is N: a uniform pressure gives the right nodal forces. (With N for the samples the
+    largest error of a patch test of quadratic cells was 3 %; now it is below 0.4 %.) The true curved facet lies midway
+    between its samples and its flat faces.
     """
     k = mesh.facets.shape[1]
     facet = FACETS[k]
@@ -225,12 +244,12 @@ def _place_samples(mesh: Mesh, facets: Ints, parts: int, flat: bool) -> tuple[In
     t = np.einsum("fpkj,fki->jfpi", G, mesh.points[mesh.facets[facets]])
     area = np.linalg.norm(np.cross(t[0], t[1]), axis=2)
     if flat:
-        area = 2.0 * area  # of the whole thickness, which the other coordinate goes through from -1 to 1
+        area = 2.0 * area  # of the whole thickness: the other coordinate runs from -1 to 1
     return np.repeat(facets, len(xi)), _shape_function_rows(mesh, facets, N), (area * weights).ravel()
 
 
 def _piecewise_linear_functions(mesh: Mesh, facets: Ints, xi: Floats, parts: int, flat: bool) -> Floats:
-    """Return shape functions that are linear on the parts of facets (f, p, k), at local points (p, 2)."""
+    """Return shape functions interpolated linearly on each part of a facet (f, p, k), at local points xi (p, 2)."""
     corners, small = (_subdivide_into_lines if flat else subdivide_facet)(mesh.facets.shape[1], parts)
     N = _shape_functions(mesh, facets, corners, flat)
     if flat:
@@ -242,14 +261,14 @@ def _piecewise_linear_functions(mesh: Mesh, facets: Ints, xi: Floats, parts: int
         way = np.linalg.inv(np.stack([T[:, 1] - T[:, 0], T[:, 2] - T[:, 0]], axis=2))
         b = np.einsum("tij,ptj->pti", way, xi[:, None] - T[:, 0])
         each = np.concatenate([1.0 - b.sum(axis=2, keepdims=True), b], axis=2)
-        part = each.min(axis=2).argmax(axis=1)  # that it lies in
+        part = each.min(axis=2).argmax(axis=1)  # the part that contains the point
         shares = each[np.arange(len(xi)), part]
     found: Floats = np.einsum("pc,fpck->fpk", shares, N[:, small[part]])
     return found
 
 
 def _gauss_points_of_parts(nodes: int, parts: int) -> tuple[Floats, Floats]:
-    """Return local points (p, 2) and weights (p,) of a facet: three or four Gauss points in each of its parts."""
+    """Return the Gauss points of all parts of a facet: local points (p, 2) and weights (p,); three or four per part."""
     facet = FACETS[nodes]
     if facet.square:
         t, w = np.polynomial.legendre.leggauss(2)

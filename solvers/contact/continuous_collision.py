@@ -1,4 +1,4 @@
-"""Continuous collision check: finds points that pass through a rigid body during a straight motion."""
+"""Continuous collision detection: finds points that pass through a rigid body during a straight motion."""
 
 from __future__ import annotations
 
@@ -12,14 +12,17 @@ from softmark.solvers.contact.rigid_transform import MovedGap, gap_as_declared
 from softmark.solvers.contact.signed_distance.distance_function import Gap, depth_of_centroid
 from softmark.solvers.energies.energy import Floats
 
-LOOKS = 256  # along the way of a point that may have gone through
-LEAST = 1.0 / 512  # of a way that a look goes on by, or half as far as the middle of the body is deep
-SHORTEST = 1e-5  # of a motion: given up below
+LOOKS = 256  # largest number of positions checked along the path of a point
+LEAST = 1.0 / 512  # of a path: least step between positions (or half of the depth of the centroid)
+SHORTEST = 1e-5  # of a motion: smaller fractions are not tried
 
 
 @dataclass(frozen=True)
 class PointsInBodyFrame:
-    """Contact points X (n, 3), m, in the frame of the rigid body `own`, with their gaps (n,), m."""
+    """Contact points X (n, 3), m, in the frame of a rigid body, with their gaps (n,), m.
+
+    `own` is the signed distance to the rigid body.
+    """
 
     own: Gap
     X: Floats
@@ -27,7 +30,7 @@ class PointsInBodyFrame:
 
 
 def locate_contact_points(contact: RigidContact, x: Floats) -> PointsInBodyFrame:
-    """Return the points of a contact in a state x, in the frame of its rigid body."""
+    """Return the contact points in a state x (dofs,), in the frame of their rigid body."""
     body, X = contact.body, contact.places(x)
     if isinstance(body, MovedGap):
         return PointsInBodyFrame(body.own, back := body.pose.back(X), body.own.gap(back))
@@ -37,10 +40,11 @@ def locate_contact_points(contact: RigidContact, x: Floats) -> PointsInBodyFrame
 def collision_free_fraction(
     contacts: Sequence[RigidContact], x: Floats, d: Floats, to: Sequence[RigidContact] | None = None
 ) -> float:
-    """Return the fraction (at most 1, by halves) of a motion d (dofs,) from x that moves no point through a rigid body.
+    """Return the largest fraction 1, 1/2, 1/4, ... of a motion for which no point passes through a rigid body.
 
-    It is 0 if there is none. Rigid bodies move to where they are in the contacts `to`, whatever the fraction; by
-    default they stay.
+    The motion is d (dofs,), m, from the state x (dofs,). The result is 0 if even the smallest fraction fails. During
+    the motion the rigid bodies move to their positions in the contacts `to`, in full for every fraction; by default
+    they do not move.
     """
     ends = contacts if to is None else to
     known = [
@@ -57,7 +61,10 @@ def collision_free_fraction(
 
 
 def _may_pass_through(start: RigidContact, end: RigidContact, x: Floats, d: Floats) -> bool:
-    """Return whether a motion is long enough to pass through the body, and the body has another side."""
+    """Return whether a motion d (dofs,) could move a point through the rigid body.
+
+    It could if it is longer than the barrier distance, or the rigid body moves, and if the rigid body is finite.
+    """
     way = end.places(x + d) - start.places(x)
     far = float(np.sqrt(np.einsum("ni,ni->n", way, way).max(initial=0.0)))
     moves = start.body is not end.body
@@ -65,11 +72,11 @@ def _may_pass_through(start: RigidContact, end: RigidContact, x: Floats, d: Floa
 
 
 def has_passed_through(start: PointsInBodyFrame, end: PointsInBodyFrame) -> bool:
-    """Return whether a point has entered the rigid body on one side and is leaving it on another.
+    """Return whether a point has entered the rigid body on one side and has left, or is leaving, on another side.
 
-    Positions are in the frame of the rigid body. Its gap is 1-Lipschitz: points that moved by less than the sum of
-    their gaps at both ends have touched nothing. Paths are straight lines: over an edge the body may cut up to half of
-    one.
+    Positions are in the frame of the rigid body. Gaps change by at most the length of the motion, so a point that moved
+    by less than the sum of its gaps at both ends has touched nothing. Paths are taken to be straight. A path that goes
+    around an edge may cut through up to half of the body.
     """
     step = end.X - start.X
     far = np.sqrt(np.einsum("ni,ni->n", step, step))
@@ -82,7 +89,7 @@ def has_passed_through(start: PointsInBodyFrame, end: PointsInBodyFrame) -> bool
 
 
 def _path_enters_body(own: Gap, X0: Floats, X1: Floats, far: Floats) -> bool:
-    """Return whether a straight path from X0 to X1 (n, 3) leads behind the surface."""
+    """Return whether a straight path from X0 to X1 (n, 3), m, of length `far` (n,), m, enters the rigid body."""
     share, least = np.zeros(len(far)), np.minimum(LEAST, 0.5 * (depth_of_centroid(own) or np.inf) / far)
     for _ in range(LOOKS):
         g = own.gap(X0 + share[:, None] * (X1 - X0))
@@ -93,4 +100,4 @@ def _path_enters_body(own: Gap, X0: Floats, X1: Floats, far: Floats) -> bool:
         if not going.any():
             return False
         share, X0, X1, far, least = (each[going] for each in (share, X0, X1, far, least))
-    return True  # not shown to be clear
+    return True  # the path was not shown to be free

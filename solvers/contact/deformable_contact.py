@@ -1,11 +1,12 @@
 """Contact between deformable bodies, and self-contact: incremental potential contact (IPC) with the library ipctk.
 
-The pressure comes from a barrier of the distance between samples on the facets of each surface and the triangles of
-the other. It is integrated over both surfaces, half each, so that a uniform pressure is transmitted through meshes
-that do not match. A sample over several triangles counts each of them once, minus their common sides, plus their
-common corners (Li et al. 2023, "Convergent incremental potential contact", arXiv:2307.15908, section 4). A second,
-faint barrier between all vertices and triangles and between all edges prevents any other intersection (Li et al. 2020,
-"Incremental potential contact", ACM Trans. Graph. 39:49), and steps end before any of these would meet.
+The pressure is the derivative of a barrier energy of the distance between sample points on one surface and triangles of
+the other. It is integrated over both surfaces, each with weight one half, so that a uniform pressure is transmitted
+between meshes that do not match. A sample near several triangles counts each of them once, minus their common sides,
+plus their common corners (Li et al. 2023, "Convergent incremental potential contact", arXiv:2307.15908, section 4).
+
+A second, much weaker barrier between all vertices and triangles and between all edges prevents every other intersection
+(Li et al. 2020, "Incremental potential contact", ACM Trans. Graph. 39:49). Newton steps end before any of these meet.
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ from softmark.records import dataclass
 from softmark.solvers.contact.contact_surface import ContactSurface
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints
 
-FAINT = 1e-3  # of the pressure of the barrier: what keeps edges from edges, which points do not see
-PATIENCE = 1000  # steps of an advance until two faces meet, which are on the safe side
-LEAVES = 0.9  # of a gap: the most that an advance takes of it
-PARALLEL = 1e-14  # the square of a sine: edges whose mollified distance is nothing (Li et al. 2020, section 5.1)
-HALF = 0.5  # of each surface: both are integrated over
+FAINT = 1e-3  # of the barrier pressure: keeps edges apart, which samples do not detect
+PATIENCE = 1000  # steps of the conservative advance until two faces meet
+LEAVES = 0.9  # of a gap: largest part that a step may use up
+PARALLEL = 1e-14  # squared sine of the angle between edges with a zero mollified distance (Li et al. 2020, section 5.1)
+HALF = 0.5  # weight of each surface: both are integrated over
 
 
 class IpctkMissing(Exception):
@@ -35,7 +36,10 @@ class IpctkMissing(Exception):
 
 
 def import_ipctk() -> Any:
-    """Return the package ipctk, silent and with one thread, so that sums are reproducible. Raises IpctkMissing."""
+    """Return the package ipctk, with its messages off. Raises IpctkMissing.
+
+    It uses one thread, so that sums do not depend on the order of threads.
+    """
     try:
         import ipctk
     except ImportError as error:
@@ -48,12 +52,13 @@ def import_ipctk() -> Any:
 
 @dataclass(frozen=True)
 class IpcContact(DynamicPatternEnergy):
-    """IPC energy E = sum of A phi(d) over samples: no pressure beyond a `distance` (m), `stiffness` (Pa) times f(d)
-    below.
+    """Barrier energy of contact between deformable surfaces: E = sum of A phi(d) over samples at distances d.
 
-    f(d) = (1 - s^2) (2 (1 - s^2) / s - 4 s ln s^2), s = d / distance, is 4.3 at half the distance. `alone` excludes
-    contact of a piece with itself. `thickness` (m) is that of a slice, or the circumference of the middle ring. Contact
-    results are reported for the nodes `told`, at rest at `X` (n, 3), m; without `X` no moments are reported.
+    There is no pressure beyond `distance` (m); below it the pressure is `stiffness` (Pa) times f(d) = (1 - s^2) (2 (1 -
+    s^2) / s - 4 s ln s^2), s = d / distance, which is 4.3 at half the distance. With `alone` a piece of the body has no
+    contact with itself. `thickness` (m) is that of a slice, or the circumference of the middle ring of an axisymmetric
+    model. Contact results are reported for the nodes in the mask `told`, at rest at `X` (n, 3), m; without `X` no
+    moments are reported.
     """
 
     skin: ContactSurface
@@ -77,7 +82,7 @@ class IpcContact(DynamicPatternEnergy):
 
     @cached_property
     def _surface(self) -> Any:
-        """Collision mesh of the faces only, which must not intersect."""
+        """ipctk collision mesh of the faces, without samples; faces must not intersect."""
         skin = self.skin
         mesh = self._mesh(skin.X[: skin.corners])
         if self.alone:
@@ -86,7 +91,7 @@ class IpcContact(DynamicPatternEnergy):
 
     @cached_property
     def _sampled(self) -> Any:
-        """Collision mesh of the faces and the samples."""
+        """ipctk collision mesh of the faces and the samples."""
         skin = self.skin
         mesh = self._mesh(skin.X)
         which = skin.patch if self.alone else np.arange(len(skin.X)) >= skin.corners
@@ -94,7 +99,7 @@ class IpcContact(DynamicPatternEnergy):
         return mesh
 
     def _mesh(self, X: Floats) -> Any:
-        """Return an ipctk collision mesh of the points X and the faces."""
+        """Return an ipctk collision mesh of the faces, with vertices at X (v, d), m."""
         skin, kind = self.skin, np.int32
         faces = np.zeros((0, 3), dtype=kind) if skin.flat else skin.faces.astype(kind)
         each = (np.asfortranarray(own) for own in (X / self._unit, skin.edges.astype(kind), faces))
@@ -102,7 +107,7 @@ class IpcContact(DynamicPatternEnergy):
 
     @cached_property
     def _beside(self) -> Any:
-        """Sparse matrix (f, f) of the mesh facets that share a corner of a face."""
+        """Sparse matrix (f, f), nonzero for pairs of mesh facets that share a corner of a face."""
         skin = self.skin
         n = 1 + int(max(skin.home.max(), skin.of.max(initial=0)))
         rows = (np.ones(skin.faces.size), (np.repeat(skin.home, skin.faces.shape[1]), skin.faces.ravel()))
@@ -111,29 +116,35 @@ class IpcContact(DynamicPatternEnergy):
 
     @cached_property
     def _potential(self) -> Any:
-        """Barrier potential of the samples."""
+        """ipctk barrier potential between samples and faces."""
         return import_ipctk().BarrierPotential(self._reach, HALF * self.stiffness * self._unit, True)
 
     @cached_property
-    def _faint(self) -> Any:
-        """Faint barrier potential between all vertices, edges and faces."""
-        size = self._unit ** self.skin.X.shape[1]  # of areas and the distance, in its units
+    def _intersection_barrier(self) -> Any:
+        """Weak ipctk barrier potential between all vertices, edges and faces; it only prevents intersections."""
+        size = self._unit ** self.skin.X.shape[1]  # area times distance in units of ipctk
         return import_ipctk().BarrierPotential(self._reach, FAINT * self.thickness * self.stiffness * size, True)
 
     @property
     def _reach(self) -> float:
-        """Barrier distance in units of the surface size."""
+        """Barrier distance divided by the surface size."""
         return self.distance / self._unit
 
-    # ------------------------------------------------------------------ what is near what
+    # ------------------------------------------------------------------ collision candidates
 
     def _places(self, x: Floats) -> tuple[Floats, Floats]:
-        """Return positions of all points, and of the corners only, in the units and memory order of ipctk."""
+        """Return positions of all points (v, d), and of the corners only, for ipctk.
+
+        They have the length unit and the memory order that ipctk expects.
+        """
         V = self.skin.places(x) / self._unit
         return np.asfortranarray(V), np.asfortranarray(V[: self.skin.corners])
 
     def _near(self, x: Floats) -> tuple[Any, Any, Floats, Floats]:
-        """Return collisions of samples and of faces with the positions of both; cached for the last state."""
+        """Return the collisions of a state x: of samples, of faces, and the vertex positions for both.
+
+        The result for the last state is cached.
+        """
         if self._kept.get("x") is x:
             found: tuple[Any, Any, Floats, Floats] = self._kept["near"]
             return found
@@ -144,13 +155,13 @@ class IpcContact(DynamicPatternEnergy):
         return self._near(x)
 
     def beside(self, x: Floats) -> Ints:
-        """Return pairs (p, 2) of samples, by rows of the surface, and faces that may press on them in a state."""
+        """Return pairs (p, 2) of a sample, as row of the surface, and a face near it, in a state x."""
         self._near(x)
         found: Ints = self._kept["beside"]
         return found
 
     def _guard(self, corners: Floats) -> Any:
-        """Return the collisions of vertices with triangles and of edges with edges that are near each other."""
+        """Return the vertex-triangle and edge-edge collisions of faces at corner positions (c, d)."""
         ipc = import_ipctk()
         near = ipc.Candidates()
         near.build(self._surface, corners, self._reach)
@@ -161,7 +172,10 @@ class IpcContact(DynamicPatternEnergy):
         return guard
 
     def _crossing(self, near: Any, corners: Floats) -> None:
-        """Remove pairs of parallel edges: these meet at a corner, which has a pair of its own."""
+        """Remove pairs of parallel edges from the candidates `near`.
+
+        Parallel edges meet first at a corner, and the pair with this corner is a candidate of its own.
+        """
         each = list(near.ee_candidates)
         if not each:
             return
@@ -173,10 +187,10 @@ class IpcContact(DynamicPatternEnergy):
         near.ee_candidates = [each[i] for i in np.flatnonzero(kept)]
 
     def _pairs(self, V: Floats) -> tuple[Any, Ints]:
-        """Return collisions of samples with near faces, edges and corners, weighted with the sample areas, and pairs
-        (p, 2).
+        """Return the collisions of samples at positions V (v, d) with faces, and pairs (p, 2) of sample and face
+        numbers.
 
-        The pairs are numbers of samples and faces.
+        The collisions are with faces, edges and corners near a sample, and are weighted with the sample areas.
         """
         ipc, skin = import_ipctk(), self.skin
         near = ipc.Candidates()
@@ -203,11 +217,11 @@ class IpcContact(DynamicPatternEnergy):
     # ------------------------------------------------------------------ energy
 
     def intersects(self, x: Floats) -> bool:
-        """Return whether any two faces intersect."""
+        """Return whether any two faces intersect in a state x."""
         return bool(import_ipctk().has_intersections(self._surface, self._places(x)[1]))
 
     def least(self, x: Floats) -> float:
-        """Return the least distance between two faces, m, if below that of the barrier; else infinity."""
+        """Return the least distance between two faces, m; infinity if it exceeds the barrier distance."""
         _, guard, _, corners = self._near(x)
         return (
             self._unit * float(np.sqrt(guard.compute_minimum_distance(self._surface, corners)))
@@ -220,35 +234,40 @@ class IpcContact(DynamicPatternEnergy):
         if self.intersects(x):
             return np.inf
         pairs, guard, V, corners = self._near(x)
-        return float(self._potential(pairs, self._sampled, V) + self._faint(guard, self._surface, corners))
+        return float(
+            self._potential(pairs, self._sampled, V) + self._intersection_barrier(guard, self._surface, corners)
+        )
 
     def forces(self, x: Floats) -> Floats:
-        """Return derivatives of the energy by positions of corners and samples (v, d), N; cached for the last state."""
+        """Return derivatives (v, d), N, of the energy by the positions of corners and samples.
+
+        The result for the last state is cached.
+        """
         pairs, guard, V, corners = self._near(x)
         if "forces" in self._kept:
             known: Floats = self._kept["forces"]
             return known
         g = self._potential.gradient(pairs, self._sampled, V)
-        g[: corners.size] += self._faint.gradient(guard, self._surface, corners)
+        g[: corners.size] += self._intersection_barrier.gradient(guard, self._surface, corners)
         found: Floats = np.asarray(g).reshape(V.shape) / self._unit
         self._kept["forces"] = found
         return found
 
     def stored(self, x: Floats) -> float:
-        """Return the recoverable energy, J."""
+        """Return the recoverable energy of a state x, J: all of the barrier energy."""
         return self.value(x)
 
     def pressed(self, x: Floats) -> NDArray[np.bool_]:
-        """Return a mask of the samples in contact (p,)."""
+        """Return a mask (points,) of the samples in contact."""
         return np.asarray(self.forces(x)[self.skin.corners :].any(axis=1), dtype=np.bool_)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Add the gradient, minus the forces on all nodes, N."""
+        """Add `scale` times the gradient of the energy, N, to g (dofs,): the negative contact forces on nodes."""
         f = self.skin.M.T @ self.forces(x).ravel()
         g[: len(f)] += scale * f
 
     def matrix(self, x: Floats, projected: bool = False) -> Any:
-        """Return the Hessian d2E/dx2, sparse (dofs, dofs), N/m."""
+        """Return the Hessian d2E/dx2, sparse (dofs, dofs), N/m; positive semidefinite if `projected`."""
         pairs, guard, V, corners = self._near(x)
         psd = import_ipctk().PSDProjectionMethod
         way = psd.CLAMP if projected else psd.NONE
@@ -257,19 +276,22 @@ class IpcContact(DynamicPatternEnergy):
             H = M.T @ (self._potential.hessian(pairs, self._sampled, V, way) @ M)
         if len(guard):
             M = M[: corners.size]
-            H = H + M.T @ (self._faint.hessian(guard, self._surface, corners, way) @ M)
+            H = H + M.T @ (self._intersection_barrier.hessian(guard, self._surface, corners, way) @ M)
         H = H.tocsr() / self._unit**2
-        H.resize((len(x), len(x)))  # pressures, where there are any, come last
+        H.resize((len(x), len(x)))  # pressure unknowns, if any, come last
         return H
 
     def stiff(self, x: Floats) -> Any:
-        """Return the Hessian of the sample barrier by positions of corners and samples: sparse (d v, d v), N/m."""
+        """Return the Hessian of the sample barrier by positions of corners and samples, sparse (d v, d v), N/m."""
         pairs, _, V, _ = self._near(x)
         none = import_ipctk().PSDProjectionMethod.NONE
         return self._potential.hessian(pairs, self._sampled, V, none).tocsr() / self._unit**2
 
     def limit(self, x: Floats, d: Floats) -> float:
-        """Return the fraction of d, at most 1, before any two faces meet or use up nine tenths of their gap."""
+        """Return the largest fraction, at most 1, of a step d (dofs,) from x for which no two faces meet.
+
+        No step uses up more than nine tenths of a distance between faces.
+        """
         here, there = self._places(x)[1], self._places(x + d)[1]
         ipc = import_ipctk()
         near = ipc.Candidates()
@@ -279,14 +301,17 @@ class IpcContact(DynamicPatternEnergy):
         return float(near.compute_collision_free_stepsize(self._surface, here, there, 0.0, ccd))
 
     def rounding(self, x: Floats) -> float:
-        """Return the error of the forces due to rounding of positions, N."""
+        """Return the error of the contact forces due to rounding of positions, N."""
         size = float(np.abs(self.skin.X).max())
         return float(np.finfo(np.float64).eps * size * np.linalg.norm(self.matrix(x).data))
 
 
 @contextmanager
 def _without_negative_weights(pairs: Any) -> Iterator[None]:
-    """Set negative weights of pairs to zero while a definite matrix is assembled."""
+    """Set negative weights of collision pairs to zero within a `with` block.
+
+    The matrix assembled in the block is then positive semidefinite.
+    """
     weights = [(i, pairs[i].weight) for i in range(len(pairs))]
     taken = [(i, weight) for i, weight in weights if weight < 0.0]
     for i, _ in taken:

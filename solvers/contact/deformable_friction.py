@@ -1,8 +1,9 @@
 """Coulomb friction between two deformable surfaces, by return mapping with a regularised stick stiffness.
 
-Every sample of a surface has its own normal force, and slides along that surface on the nearest face of the other. Its
-slip since the last state is its own displacement minus that of the closest point of the face, minus the part that the
-rotation of the face causes over the gap: so friction has no moment (`TangentialCoupling`).
+Every sample of a surface has its own normal force and slides on the nearest face of the other surface. Its slip since
+the last state is its displacement minus that of the closest point of the face, projected onto the tangent plane. The
+displacement that a rotation of the face causes across the gap is subtracted as well, so that friction causes no moment
+(`TangentialCoupling`).
 """
 
 from __future__ import annotations
@@ -26,17 +27,19 @@ from softmark.solvers.contact.deformable_contact import HALF, IpcContact
 from softmark.solvers.contact.rigid_friction import TINY, DualTractions, Slip
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints
 
-PRESSED = 1e-12  # of the largest force: what is less is no contact
-ASIDE = 1e-6  # of a distance: of faces that are equally near, that which looks at the point is taken
-SAME = 1e-9  # of a distance: faces that are as near but for rounding
-STRIDE = 0.25  # of a face: how far what rubs may be carried on at once
-GRIP = 10.0  # times the stiffness of the barrier over its distance: the spring of what sticks
+PRESSED = 1e-12  # of the largest force: smaller values are no contact
+ASIDE = 1e-6  # of a distance: bonus for a face that faces the point directly
+SAME = 1e-9  # of a distance: differences due to rounding
+STRIDE = 0.25  # of an edge length: longest slip in one step
+GRIP = 10.0  # stick stiffness over barrier stiffness per barrier distance
 
 
 @dataclass(frozen=True)
 class FrictionHistory:
-    """Friction history at the end of a state: displacements `u` (dofs,), m, and for all samples the elastic slip `s`
-    (p, d), m, with the normal `n` (p, d) it is tangential to.
+    """Friction history at the end of a state.
+
+    `u` (dofs,), m, are the displacements. `s` (p, d), m, is the elastic slip of all samples, tangential to the surface
+    with normals `n` (p, d).
     """
 
     u: Floats
@@ -46,10 +49,12 @@ class FrictionHistory:
 
 @dataclass(frozen=True)
 class TangentialCoupling:
-    """Samples in contact in a state: `which` (m,), normal forces `N` (m,), N, and normals `n` (m, d) of their surface.
+    """Samples in contact in one state, and the linear map from displacements to their slip.
 
-    `far` (m,), m, is their distance from `faces` (m,). Their slip along the surface (m d,), m, is `start` + `W` x for
-    displacements x (dofs,); W^T maps tangential forces to nodes. `spring` (m,), N/m, is the stick stiffness of each.
+    `which` (m,) are the numbers of the samples, `N` (m,), N, their normal forces, and `n` (m, d) the normals of their
+    own surface. `faces` (m,) are the nearest faces, at distances `far` (m,), m. The slip (m d,), m, is `start` + `W` x
+    for displacements x (dofs,); the transpose of W maps tangential forces to nodes. `spring` (m,), N/m, is the stick
+    stiffness of each sample.
     """
 
     which: Ints
@@ -62,22 +67,24 @@ class TangentialCoupling:
     faces: Ints
 
     def way(self, x: Floats) -> Floats:
-        """Return the slip of each sample since it last stuck, with the elastic slip (m, d), m."""
+        """Return the slip (m, d), m, of each sample in a state x, including the elastic slip from its history."""
         found: Floats = (self.start + self.W @ np.asarray(x, dtype=np.float64)[: self.W.shape[1]]).reshape(self.n.shape)
         return found
 
     def slip(self, x: Floats, friction: float) -> Slip:
-        """Return the slip relative to the points where samples last stuck; `t` is in N."""
+        """Return the slip state in a state x for a friction coefficient; its traction `t` (m,) is a force, N."""
         return Slip.of(self.way(x), friction * self.N, self.spring)
 
 
 @dataclass(frozen=True)
 class DeformableFriction(DynamicPatternEnergy):
-    """Contact `pressing` with `friction`: a spring, Pa/m, holds each sample up to friction times its pressure.
+    """Contact `pressing` between deformable surfaces with the coefficient `friction`.
 
-    The friction is elastic and perfectly plastic (Wriggers 2006, ch. 5), and continues from the state before (`since`).
-    With forces and positions of an earlier iterate (`lag`) it has an energy (Li et al. 2020). Without a lag it has
-    none, and the tangent is not symmetric.
+    A spring with the stick stiffness, Pa/m, holds each sample in contact until its traction reaches the friction
+    coefficient times the pressure. This is elastic-perfectly plastic friction (Wriggers 2006, ch. 5). It continues from
+    the history `since` of the last state. Friction with the present pressures has no energy, and its tangent is not
+    symmetric. With a `lag`, the contact state of an earlier iterate, normal forces and directions are constant, and
+    friction has an energy (Li et al. 2020).
     """
 
     pressing: IpcContact
@@ -94,49 +101,53 @@ class DeformableFriction(DynamicPatternEnergy):
 
     @property
     def rubs(self) -> bool:
-        """True if friction follows the present pressure (without a lag), so that there is no energy."""
+        """True if friction depends on the present pressure, so that it has no energy (there is no lag)."""
         return self.lag is None
 
     @property
     def skin(self) -> ContactSurface:
-        """Contact surfaces."""
+        """Contact surface of the bodies."""
         return self.pressing.skin
 
     @property
     def distance(self) -> float:
-        """Distance at which the barrier begins, m."""
+        """Barrier distance, m."""
         return self.pressing.distance
 
     @property
     def told(self) -> NDArray[np.bool_] | None:
-        """Mask of the nodes (n,) of all pieces but the first."""
+        """Mask (n,) of the nodes of all mesh pieces except the first."""
         found: NDArray[np.bool_] | None = self.pressing.told
         return found
 
     @property
     def spring(self) -> float:
-        """Stick stiffness, Pa/m: ten times the barrier stiffness over its distance."""
+        """Stick stiffness, Pa/m: ten times the barrier stiffness divided by the barrier distance."""
         return GRIP * self.pressing.stiffness / self.pressing.distance
 
     @property
     def stride(self) -> float:
-        """Longest slip in one step, m: a quarter of the median edge length. Over a whole edge, half of all corners
-        interlock.
+        """Longest slip allowed in one step, m: a quarter of the median edge length.
+
+        With slips of a whole edge, half of all corners interlock.
         """
         skin = self.skin
         return STRIDE * float(np.median(np.linalg.norm(np.diff(skin.X[skin.edges], axis=1), axis=2)))
 
-    # ------------------------------------------------------------------ what holds on to what
+    # ------------------------------------------------------------------ contact and slip
 
     def hold(self, x: Floats) -> TangentialCoupling:
-        """Return the samples in contact in a state and their tangential coupling; cached for the last state."""
+        """Return the samples in contact in a state x, with their tangential coupling.
+
+        The result for the last state is cached.
+        """
         if self._kept.get("x") is not x:
             self._kept["x"], self._kept["hold"] = x, self._held(x)
         found: TangentialCoupling = self._kept["hold"]
         return found
 
     def _held(self, x: Floats) -> TangentialCoupling:
-        """Find the samples in contact in a state, with their nearest faces and tangential coupling."""
+        """Compute the samples in contact in a state x, their nearest faces and their tangential coupling."""
         skin, V = self.skin, self.skin.places(x)
         n = _face_normals(V[skin.faces[skin.own]])
         N = np.abs(np.einsum("pi,pi->p", n, self.pressing.forces(x)[skin.corners :]))
@@ -154,7 +165,11 @@ class DeformableFriction(DynamicPatternEnergy):
         )
 
     def _start(self, which: Ints, n: Floats, W: Any) -> Floats:
-        """Return the part of the slip (m d,), m, from the history: stretched springs, rotated with the normals."""
+        """Return the constant part (m d,), m, of the slip of samples `which` (m,), from the history.
+
+        It is the elastic slip at the end of the last state, rotated from the old normals to the new ones n (m, d),
+        minus the slip W u of the displacements u at that time.
+        """
         if self.since is None:
             return np.zeros(n.size)
         s, was = self.since.s[which], self.since.n[which]
@@ -164,27 +179,28 @@ class DeformableFriction(DynamicPatternEnergy):
         return found
 
     def lagged(self, x: Floats, before: DeformableFriction | None = None, grips: bool = False) -> DeformableFriction:
-        """Return the same friction with an energy, with normal forces of the state x under the law `before`."""
+        """Return the same friction with an energy: normal forces are constant, those of `before` (or itself) in x."""
         return replace(self, lag=(before or self).hold(x), dual=DualTractions(), conservative=True)
 
     def known(self, x: Floats, before: DeformableFriction) -> DeformableFriction:
-        """Return the same friction with an energy and a primal-dual tangent, for one minimisation."""
+        """Return the same friction with an energy and a primal-dual tangent, for one minimisation from x."""
         return self.lagged(x, before)
 
     def softened(self, soft: float) -> DeformableFriction:
-        """Return itself: this barrier limits no step that ends before the surface."""
+        """Return this friction unchanged: a barrier between deformable bodies needs no softening."""
         return self
 
     def holds(self, x: Floats) -> bool:
-        """Return whether a sample in contact sticks."""
+        """Return whether at least one sample in contact sticks."""
         hold = self.lag or self.hold(x)
         return bool(np.any(~hold.slip(x, self.friction).slides))
 
-    # ------------------------------------------------------------------ what a state leaves
+    # ------------------------------------------------------------------ end of a state
 
     def settled(self, x: Floats) -> tuple[FrictionHistory, Floats, float]:
-        """Return, at the end of a state: the history for the next, the sliding distance of samples (p,), m, and the
-        heat, J.
+        """Return the history at the end of a state x, the sliding distance of samples (points,), m, and the heat, J.
+
+        Sliding distance and heat are those of this state, counted from the last one.
         """
         hold, skin = self.hold(x), self.skin
         slip = hold.slip(x, self.friction)
@@ -197,16 +213,16 @@ class DeformableFriction(DynamicPatternEnergy):
         return FrictionHistory(u, s, n), slid, float(slip.t @ slip.slid)
 
     def holding(self, since: FrictionHistory) -> DeformableFriction:
-        """Return the same friction, continued from the history of another state."""
+        """Return the same friction, continued from the history `since` of another state."""
         return replace(self, since=since)
 
     def lost(self, x: Floats) -> float:
-        """Return the heat dissipated by friction since the state before, J: never negative."""
+        """Return the heat dissipated by friction since the last state, J; it is never negative."""
         slip = self.hold(x).slip(x, self.friction)
         return float(slip.t @ slip.slid)
 
     def pressed(self, x: Floats) -> NDArray[np.bool_]:
-        """Return a mask of the samples in contact (p,)."""
+        """Return a mask (points,) of the samples in contact."""
         return self.pressing.pressed(x)
 
     # ------------------------------------------------------------------ energy
@@ -217,14 +233,14 @@ class DeformableFriction(DynamicPatternEnergy):
         return self.pressing.value(x) + 0.5 * float(slip.t @ slip.stretched)
 
     def value(self, x: Floats) -> float:
-        """Return the energy of the barrier, with a lag also of friction, J; infinite if surfaces intersect."""
+        """Return the energy of the barrier and, with a lag, of friction, J; infinite if surfaces intersect."""
         found = self.pressing.value(x)
         if self.lag is None or not np.isfinite(found):
             return found
         return found + float(self.lag.slip(x, self.friction).energy.sum())
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Add the gradient, minus the forces on all nodes, N."""
+        """Add `scale` times the negative forces of contact and friction on nodes, N, to g (dofs,)."""
         self.pressing.add_gradient(x, g, scale)
         hold = self.lag or self.hold(x)
         slip = hold.slip(x, self.friction)
@@ -232,7 +248,10 @@ class DeformableFriction(DynamicPatternEnergy):
         g[: len(f)] += scale * f
 
     def matrix(self, x: Floats, projected: bool = False) -> Any:
-        """Return the tangent with friction, sparse (dofs, dofs), N/m: symmetric with a lag or if `projected`."""
+        """Return the tangent of contact and friction, sparse (dofs, dofs), N/m.
+
+        It is symmetric with a lag, or if `projected`.
+        """
         hold = self.lag or self.hold(x)
         slip = hold.slip(x, self.friction)
         u = slip.s / np.maximum(slip.size, TINY)[:, None]
@@ -245,13 +264,13 @@ class DeformableFriction(DynamicPatternEnergy):
         blocks = stiff[:, None, None] * (np.eye(d) - np.where(slip.slides[:, None, None], both, 0.0))
         K = hold.W.T @ (_block_diagonal(blocks) @ hold.W)
         if self.lag is None and not projected:
-            K = K + hold.W.T @ self._falls(x, hold, slip, u)
+            K = K + hold.W.T @ self._normal_force_tangent(x, hold, slip, u)
         K = K.tocsr()
         K.resize((len(x), len(x)))
         return self.pressing.matrix(x, projected) + K
 
-    def _falls(self, x: Floats, hold: TangentialCoupling, slip: Slip, u: Floats) -> Any:
-        """Return the derivative of friction through the normal forces: (m d, dofs), N/m."""
+    def _normal_force_tangent(self, x: Floats, hold: TangentialCoupling, slip: Slip, u: Floats) -> Any:
+        """Return the derivative (m d, dofs), N/m, of friction forces through the normal forces they depend on."""
         m, d = hold.n.shape
         v, rows = len(self.skin.X), np.repeat(np.arange(m), d)
         at = (d * (self.skin.corners + hold.which)[:, None] + np.arange(d)).ravel()
@@ -262,21 +281,23 @@ class DeformableFriction(DynamicPatternEnergy):
         return sparse.csr_matrix((way.ravel(), (np.arange(m * d), rows)), shape=(m * d, m)) @ N
 
     def limit(self, x: Floats, d: Floats) -> float:
-        """Return the fraction of d before any two faces meet."""
+        """Return the largest fraction of a step d (dofs,) from x for which no two faces meet."""
         return self.pressing.limit(x, d)
 
     def rounding(self, x: Floats) -> float:
-        """Return the error of the forces due to rounding of positions, with friction, N."""
+        """Return the error of contact and friction forces due to rounding of positions, N."""
         hold = self.lag or self.hold(x)
         size = float(np.abs(self.skin.X).max())
         return self.pressing.rounding(x) + float(np.finfo(np.float64).eps * size * np.linalg.norm(hold.spring))
 
 
 def _select_nearest_faces(pairs: Ints, p: Floats, t: Floats) -> tuple[Ints, Floats]:
-    """Return the index (m,) of the pair with the nearest face of each sample, and its distance, m.
+    """Return, for each sample, the index (m,) of the pair with its nearest face, and the distance (m,), m.
 
-    A face that looks at the sample is preferred. Among faces whose distances differ only by rounding, such as for a
-    sample exactly over an edge, the first is taken: a sample that switches between faces has no equilibrium.
+    `pairs` (c, 2) are samples and faces, `p` (c, d), m, the samples and `t` (c, d, d), m, the faces. Among faces at
+    nearly the same distance, one that faces the sample directly is preferred. If distances differ only by rounding, as
+    for a sample exactly over an edge, the face with the lowest number is taken: a sample that switches between faces
+    would have no equilibrium.
     """
     r = vectors_from_closest_points(p, t)
     far = np.linalg.norm(r, axis=1)
@@ -297,11 +318,12 @@ def _face_normals(t: Floats) -> Floats:
 
 
 def _slip_matrix(samples: Ints, faces: Ints, p: Floats, t: Floats, n: Floats, v: int) -> Any:
-    """Return the sparse matrix (m d, v d) from displacements of all nodes to the tangential slip of samples p (m, d).
+    """Return the sparse matrix (m d, v d) from displacements of all v points to the tangential slip of samples.
 
-    The slip on faces (m, k) at t (m, k, d) is P (u_p - sum R_j u_j + sum C_j (r . u_j)), with R the shape functions at
-    the closest point, r the vector from it to the sample, and P the projection onto the plane normal to n. Since
-    sum C_j = 0 and sum x_j C_j = 1 except along r, a rigid rotation of everything causes no slip.
+    Samples with the numbers `samples` (m,) are at p (m, d), m. Their `faces` (m, k) have corners at t (m, k, d), m. The
+    slip is P (u_p - sum R_j u_j + sum C_j (r . u_j)), with R the shape functions at the closest point, r the vector
+    from it to the sample, and P the projection onto the plane normal to n. Since sum C_j = 0 and sum x_j C_j = 1 except
+    along r, a rigid rotation of sample and face together causes no slip.
     """
     m, k, d = t.shape
     R = closest_point_weights(p, t)

@@ -1,15 +1,16 @@
-"""Search for facets that penetrate a rigid body between the contact points, and for the points to add there.
+"""Search for facets that penetrate a rigid body between contact points, and for the points to add there.
 
 Contact is enforced at a finite set of points. Where facets penetrate most, points are added and the state is solved
-again (an exchange method: Blankenship and Falk 1976, J. Optim. Theory Appl. 19:261; Hettich and Kortanek 1993,
+again. This is an exchange method (Blankenship and Falk 1976, J. Optim. Theory Appl. 19:261; Hettich and Kortanek 1993,
 "Semi-infinite programming", SIAM Rev. 35:380). An added point is the deepest point of a facet or of one of its sides:
-an edge of the body that lies across a flat facet is deepest where it leaves the facet.
+if an edge of the rigid body lies across a flat facet, the deepest point is on the side where the edge leaves the facet.
 
-The depth of a part of the surface, G(u) = min g(x(xi, u)), changes with its motion by n = sum l_i n_i: normals near
-the deepest point with l_i >= 0 of sum 1 that cancel along the part (Clarke 1983, theorem 2.8.6). For two crossing
-edges this is the normal of both. So a point is kept in front of the plane with that normal at a depth of G / |n|, not
-outside the body itself: it would slip past the edge of the body while the facet still penetrates. In each round both
-are found again, as in Newton's method, until contact forces act where the part of the surface is deepest.
+The depth of a facet or side is G(u) = min g(x(xi, u)), the smallest gap over its local coordinates xi. Its derivative
+by a motion of the facet is n = sum l_i n_i, where the n_i are normals of the rigid body near the deepest point, and the
+weights l_i >= 0 of sum 1 make n perpendicular to the facet (Clarke 1983, theorem 2.8.6). For two crossing edges n is
+the normal of both. An added point is kept in front of a plane with this normal, at a depth of G / |n|. If it were kept
+outside the rigid body itself, it would slip past the edge of the body while the facet still penetrates. In each round
+the point and its plane are found again, as in Newton's method, until contact forces act at the deepest points.
 """
 
 from __future__ import annotations
@@ -30,27 +31,29 @@ from softmark.solvers.energies.energy import Floats, Ints
 if TYPE_CHECKING:
     from softmark.solvers.contact.rigid_contact import RigidContact
 
-STEPS = 8  # of the first lattice, along a side
-FINER = 13  # times that it is halved around the deepest point: to 2e-5 of a side
-BESIDE = 1e-3  # of a side: where normals next to a point are taken
-AROUND = 6  # of a point within a facet
-BROAD, TURNS = 0.1, 0.3  # of the size of a facet: a body whose normal changes by no more so far around is followed
-LARGE = 0.55  # of a part: what is searched around each of its corners
-OFF = 3e-4  # of the size of a facet: what is farther from the body than this and presses is found anew
-MOST = 10.0  # times this: where it is still farther, it presses on nothing
-NEAR = 0.05  # of the size of a facet: what has joined and is no farther away stays for the next round
-SHARE = 0.7  # of the way to where a part is deepest, that a point which has joined goes in a round
-FLATTEST = 0.05  # of a normal: what is left of those beside a point on the body's ridge; less is no ridge
+STEPS = 8  # of the coarse lattice, along a side
+FINER = 13  # number of halvings of the lattice around the deepest point: to 2e-5 of a side
+BESIDE = 1e-3  # of a side: distance from a point to where neighbouring normals are evaluated
+AROUND = 6  # number of neighbouring points of a point within a facet
+BROAD, TURNS = 0.1, 0.3  # a body is smooth if its normal changes by at most TURNS over BROAD facet sizes
+LARGE = 0.55  # of a region: size of the overlapping pieces at its corners
+OFF = 3e-4  # of the facet size: points that press farther from the body than this are found again
+MOST = 10.0  # times OFF: a state with forces still farther from the body is not accepted
+NEAR = 0.05  # of the facet size: added points nearer than this stay for the next round
+SHARE = 0.7  # part of the way to the deepest point that an added point moves in a round
+FLATTEST = 0.05  # least length of a mean normal at an edge of the body; shorter means there is no edge
 Gap = Callable[[Floats], Floats]
 Has = Callable[[Floats], NDArray[np.bool_]]
 
 
 @dataclass(frozen=True)
 class FacetParts:
-    """Parts of facets with local points a + t . way + s across, t (m,) in a domain, averaged over s = -1, 1.
+    """Regions of facets (or of their sides) that are searched for a deepest point, k of them.
 
-    `facet` (k,) is the facet of each, `which` (k,) its number among all parts; a (k, 2), `way` (k, m, 2), `across` (k,
-    2).
+    A region has the local facet coordinates a + t . way, with its own m coordinates t in a square, triangle or line. On
+    a slice, positions are means of the two values a + t . way + across and a + t . way - across. `facet` (k,) is the
+    facet of each region, `which` (k,) its number among all regions; `a` (k, 2), `way` (k, m, 2), `across` (k, 2). `has`
+    returns whether coordinates t lie in the region, and `low` is the lower limit of t.
     """
 
     kind: Any
@@ -64,34 +67,34 @@ class FacetParts:
 
     @property
     def m(self) -> int:
-        """Number of local coordinates of a part."""
+        """Number of coordinates t of a region: 2 for a facet, 1 for a side."""
         return int(self.way.shape[1])
 
     def some(self, which: Ints) -> FacetParts:
-        """Return the selected parts (k,)."""
+        """Return the selected regions, with the indices `which` (k,)."""
         a, way, across = self.a[which], self.way[which], self.across[which]
         return FacetParts(self.kind, self.facet[which], self.which[which], a, way, across, self.low, self.has)
 
     def shapes(self, t: Floats) -> Floats:
-        """Return shape functions (k, q, a) at t (k, q, m)."""
+        """Return the shape functions (k, q, a) of facet nodes at the coordinates t (k, q, m) of each region."""
         xi, s = self.a[:, None] + np.einsum("kqm,kmj->kqj", t, self.way), self.across[:, None]
         return 0.5 * (self._at(xi - s) + self._at(xi + s)) if s.any() else self._at(xi)
 
     def _at(self, xi: Floats) -> Floats:
-        """Return shape functions at local points of facets xi."""
+        """Return the shape functions (..., a) of facet nodes at local facet coordinates xi (..., 2)."""
         found: Floats = self.kind.shape(xi.reshape(-1, 2)).reshape(*xi.shape[:-1], -1)
         return found
 
     @cached_property
     def lattice(self) -> Floats:
-        """Lattice of local coordinates t (l, m) in the domain."""
+        """Lattice of coordinates t (l, m) that covers a region."""
         line = self.low + (1.0 - self.low) * np.arange(STEPS + 1) / STEPS
         t = np.stack(np.meshgrid(*[line] * self.m, indexing="ij"), axis=-1).reshape(-1, self.m)
         return t[self.has(t)]
 
     @property
     def beside(self) -> Floats:
-        """Small steps of t to the neighbourhood of a point (q, m)."""
+        """Small steps (q, m) of the coordinates t from a point to points around it."""
         size = BESIDE * (1.0 - self.low)
         if self.m == 1:
             return size * np.array([[-1.0], [1.0]])
@@ -101,9 +104,10 @@ class FacetParts:
 
 @dataclass(frozen=True)
 class SearchedFacets:
-    """Facets of a surface: nodes `of` (f, a), at rest X (f, a, 3), m; a point of one has the area A (f,), m^2.
+    """Facets of a surface that are searched for penetration: nodes `of` (f, a), at rest at X (f, a, 3), m.
 
-    On a slice (`flat`) points are means through its thickness.
+    A contact point added to a facet gets the area A (f,), m^2. For a slice (`flat`) points are averaged over its
+    thickness.
     """
 
     of: Ints
@@ -113,9 +117,10 @@ class SearchedFacets:
 
     @cached_property
     def parts(self) -> tuple[FacetParts, ...]:
-        """Parts to search separately: facets, and sides, which two facets may share.
+        """Regions that are searched separately: the facets, and their sides.
 
-        Curved facets may be deepest at two places, and are searched by overlapping halves and quarters.
+        A curved facet may be deepest at two points, so curved facets are searched in overlapping quarters and their
+        sides in overlapping halves.
         """
         kind: Any = FACETS[self.of.shape[1]]
         curved, each = kind.nodes > kind.corners, np.arange(len(self.of))
@@ -139,7 +144,7 @@ class SearchedFacets:
         return _split_parts(whole, quarters), _split_parts(sides, ((0.0,), (1.0,)))
 
     def _sides(self, kind: Any) -> FacetParts:
-        """Return the sides of facets, each shared side once."""
+        """Return the sides of facets of element class `kind`; a side shared by two facets is returned once."""
         corners = self.of[:, : kind.corners]
         ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
         first = np.unique(ends, axis=0, return_index=True)[1]
@@ -152,7 +157,10 @@ class SearchedFacets:
 
 
 def _split_parts(parts: FacetParts, corners: Any) -> FacetParts:
-    """Return the pieces of parts around each of the corners; None stands for the inverted middle piece of triangles."""
+    """Return regions split into smaller ones, one at each of the given corners.
+
+    In the list `corners`, None stands for the inverted triangle in the middle of a triangle.
+    """
     each = []
     for i, corner in enumerate(corners):
         size = -0.5 if corner is None else LARGE
@@ -164,29 +172,30 @@ def _split_parts(parts: FacetParts, corners: Any) -> FacetParts:
 
 
 def _in_square(t: Floats) -> NDArray[np.bool_]:
-    """Return whether t lies in a square, or a line, from -1 to 1."""
+    """Return whether coordinates t (..., m) lie in the square, or on the line, from -1 to 1."""
     return np.asarray((np.abs(t) <= 1.0).all(axis=-1))
 
 
 def _in_triangle(t: Floats) -> NDArray[np.bool_]:
-    """Return whether t lies in a triangle, or a line, from 0 to 1."""
+    """Return whether coordinates t (..., m) lie in the unit triangle, or on the line from 0 to 1."""
     return np.asarray((t >= 0.0).all(axis=-1) & (t.sum(axis=-1) <= 1.0))
 
 
 def find_penetrating_points(contact: RigidContact, x: Floats) -> AddedContactPoints | None:
-    """Return the contact points to add where facets penetrate the rigid body in a state; None if none do.
+    """Return the contact points to add where facets penetrate the rigid body in a state x; None if no facet does.
 
-    Points added before are found again, also if they press where the body does not touch. Of those without force, the
-    near ones stay: without them facets could penetrate again. Facets may penetrate by as much as gaps were enlarged
-    where bodies began in touch.
+    Points added earlier are found again, including points with a contact force off the surface of the body. Earlier
+    points without a contact force are kept if they are near the body, since facets could penetrate again without them.
+    If bodies touched at the start, gaps were enlarged there; facets may penetrate by the same amount.
     """
     return search_penetration(contact, x)[0]
 
 
 def search_penetration(contact: RigidContact, x: Floats) -> tuple[AddedContactPoints | None, bool]:
-    """Return the points to add, and whether the state is acceptable.
+    """Return the contact points to add in a state x, or None, and whether the state is acceptable.
 
-    It is if nothing penetrates, and added points press close to the surface of the body.
+    A state is acceptable if no facet penetrates, and contact forces on added points act close to the surface of the
+    body.
     """
     if contact.facing is None:
         return None, True
@@ -200,6 +209,7 @@ def search_penetration(contact: RigidContact, x: Floats) -> tuple[AddedContactPo
     known = () if contact.extra is None else contact.extra.which
 
     def gap(y: Floats) -> Floats:
+        """Return the gaps (k, q), m, of points y (k, q, 3), m."""
         return contact.body.gap(y.reshape(-1, 3)).reshape(y.shape[:2])
 
     for each in facets.parts:
@@ -210,7 +220,7 @@ def search_penetration(contact: RigidContact, x: Floats) -> tuple[AddedContactPo
         inside = parts.has(t[:, None] + parts.beside).all(axis=1)
         held, deep = np.isin(parts.which, known) & (g < NEAR * radius.max()), inside & (g < allowed)
         if deep.any():
-            deep[deep] = _is_sharp_there(
+            deep[deep] = _is_body_sharp_near(
                 contact, parts.some(np.flatnonzero(deep)), where[parts.facet][deep], t[deep], g[deep]
             )
         behind |= bool(deep.any())
@@ -228,11 +238,15 @@ def search_penetration(contact: RigidContact, x: Floats) -> tuple[AddedContactPo
     return None, True
 
 
-def _is_sharp_there(contact: RigidContact, parts: FacetParts, where: Floats, t: Floats, g: Floats) -> NDArray[np.bool_]:
-    """Return where the body has an edge or a tip at points of parts with gaps g (k,), m.
+def _is_body_sharp_near(
+    contact: RigidContact, parts: FacetParts, where: Floats, t: Floats, g: Floats
+) -> NDArray[np.bool_]:
+    """Return whether the rigid body has an edge or a tip near a point of each region, shape (k,).
 
-    On smooth bodies facets penetrate as chords of the round surface. This hardly affects forces, and points outside the
-    body would act as if the body were larger. No chord of such a smooth body is deeper than the distance probed here.
+    `where` (k, a, 3), m, are the nodes of the regions, t (k, m) the coordinates of the points and g (k,), m, their
+    gaps. On a smooth body a facet penetrates only as a chord of the curved surface. This hardly affects forces, and
+    added points would act as if the body were larger. On a smooth body no chord is deeper than the distance probed
+    here.
     """
     x, size = np.einsum("kqa,kai->kqi", parts.shapes(t[:, None]), where), np.linalg.norm(np.ptp(where, axis=1), axis=1)
     ways = np.vstack([np.eye(3), -np.eye(3)]) * ((1.0, 1.0, 0.0) if contact.flat else 1.0)
@@ -246,7 +260,10 @@ def _is_sharp_there(contact: RigidContact, parts: FacetParts, where: Floats, t: 
 
 
 def presses_off_surface(contact: Any, x: Floats, times: float = 1.0) -> bool:
-    """Return whether an added point presses off the surface of the body by more than a multiple of tolerance."""
+    """Return whether a contact force on an added point acts too far from the surface of the rigid body.
+
+    The allowed distance is the barrier distance plus `times` the tolerance.
+    """
     if contact.extra is None:
         return False
     joined, on = contact.places(x)[contact.lasting :], contact.pressures(x)[contact.lasting :] > 0.0
@@ -255,10 +272,11 @@ def presses_off_surface(contact: Any, x: Floats, times: float = 1.0) -> bool:
 
 
 def _find_deepest_points(parts: FacetParts, where: Floats, gap: Gap, reach: float = np.inf) -> tuple[Floats, Floats]:
-    """Return the local coordinates (k, m) of the deepest points of parts at (k, a, 3), m, and their gaps (k,), m.
+    """Return the coordinates t (k, m) of the deepest point of each region, and the gaps (k,), m, there.
 
-    `gap` maps (k, q, 3) to (k, q). Parts farther than `reach` times the size of their facets are searched only roughly:
-    gaps are 1-Lipschitz.
+    `where` (k, a, 3), m, are the nodes of the regions, and `gap` maps points (k, q, 3) to gaps (k, q). Gaps change by
+    at most the distance between points. So regions farther from the body than `reach` times the size of their facet are
+    searched only on a coarse lattice.
     """
     lattice = parts.lattice
     N = parts.shapes(np.broadcast_to(lattice, (len(where), *lattice.shape)))
@@ -271,7 +289,7 @@ def _find_deepest_points(parts: FacetParts, where: Floats, gap: Gap, reach: floa
 
 
 def _refine_deepest_points(parts: FacetParts, where: Floats, gap: Gap, t: Floats) -> tuple[Floats, Floats]:
-    """Refine the deepest points from points of a lattice t (k, m)."""
+    """Return refined coordinates t (k, m) and gaps (k,), m, of deepest points, starting from lattice points t."""
     rows, steps = np.arange(len(where)), 0.5 * (1.0 - parts.low) / STEPS * np.arange(-2, 3)
     around = np.stack(np.meshgrid(*[steps] * parts.m, indexing="ij"), axis=-1).reshape(-1, parts.m)
     best = np.zeros(len(where))
@@ -288,7 +306,10 @@ Planes = tuple[tuple[Floats, Floats], Floats, Floats]  # t (k, m) and ways, c (k
 
 
 def _deepest_planes(contact: RigidContact, parts: FacetParts, where: Floats, t: Floats, g: Floats) -> Planes:
-    """Return deepest points of parts, from t (k, m) with gaps g (k,), m, and the planes to keep them in front of."""
+    """Return new coordinates of added points, and the planes (points and normals) to keep them in front of.
+
+    t (k, m) are the coordinates of the deepest points of the regions, and g (k,), m, their gaps.
+    """
     x, y = (np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.beside))
     n = contact.body.look(y.reshape(-1, 3))[1].reshape(y.shape)
     if contact.flat:
@@ -297,15 +318,15 @@ def _deepest_planes(contact: RigidContact, parts: FacetParts, where: Floats, t: 
     size = np.linalg.norm(normals, axis=1)
     normals /= size[:, None]
     c = x[:, 0] - (g / size)[:, None] * normals
-    left, out, _ = contact.body.look(c)  # beyond a corner that is near
+    left, out, _ = contact.body.look(c)  # c may lie beyond a nearby corner of the body
     return _step_towards_deepest(contact, parts, t), c - left[:, None] * out, normals
 
 
 def _border_planes(contact: RigidContact, parts: FacetParts, where: Floats, t: Floats, g: Floats) -> Planes:
-    """Return points and planes of added points whose parts are now deepest at their border.
+    """Return coordinates and planes for added points whose regions are now deepest at their border.
 
-    The planes keep their points on the body. An edge that lies in a facet presses where it leaves the facet and at its
-    end; one of them is barely deeper.
+    The planes keep the points where they are on the rigid body. If an edge of the rigid body lies in a facet, it
+    presses at its end and where it leaves the facet, and one of these points is barely deeper than the other.
     """
     assert contact.extra is not None
     which = np.argmax(contact.extra.which == parts.which[:, None], axis=1)
@@ -324,7 +345,11 @@ def _make_added_points(
     c: Floats,
     n: Floats,
 ) -> AddedContactPoints:
-    """Return points of parts at `places` kept in front of planes; points at a border of their part are left out."""
+    """Return added contact points at the given coordinates of regions, in front of planes through c with normals n.
+
+    `places` has the coordinates t (k, m) and the last steps (k, 2, 2); c and n are (k, 3). Points at the border of
+    their region are left out.
+    """
     body: Any = contact.body
     t, ways = places
     own, N = RigidMotion() if not hasattr(body, "pose") else body.pose, parts.shapes(t[:, None])[:, 0]
@@ -340,11 +365,11 @@ def _make_added_points(
 
 
 def _step_towards_deepest(contact: RigidContact, parts: FacetParts, t: Floats) -> tuple[Floats, Floats]:
-    """Return new places on parts (k, m) of added points on their way to the deepest points t, and their last steps.
+    """Return new coordinates (k, m) of added points, on the way to the deepest points t (k, m), and their last steps.
 
-    The part tilts towards the force, and the deepest point moves away: full steps would oscillate. So the first step is
-    a fraction, and later ones use the last two steps (Anderson 1965, of depth one). Any point of a flat part is as far
-    from its plane as the deepest.
+    The facet tilts under the contact force, and the deepest point moves away from it, so full steps would oscillate. So
+    the first step is a fraction of the way, and later ones use the last two steps (Anderson acceleration of depth one,
+    Anderson 1965). On a flat region this needs no correction of the plane: all of its points are equally far from it.
     """
     new, ways = t.copy(), np.full((len(t), 2, 2), np.nan)
     if contact.extra is None:
@@ -356,7 +381,9 @@ def _step_towards_deepest(contact: RigidContact, parts: FacetParts, t: Floats) -
         fall = r - r0
         along = float(fall @ r) / max(float(fall @ fall), 1e-300)
         step = SHARE * r - along * (now - before + SHARE * fall)
-        step = step if np.linalg.norm(step) < 2.0 * np.linalg.norm(r) else SHARE * r  # nothing is known, or too little
+        step = (
+            step if np.linalg.norm(step) < 2.0 * np.linalg.norm(r) else SHARE * r
+        )  # too little is known for a longer step
         new[j], ways[j, 0, :m], ways[j, 1, :m] = now + step, now, r
     outside = ~parts.has(new[:, None] + parts.beside).all(axis=1)
     new[outside] = t[outside]
@@ -364,12 +391,13 @@ def _step_towards_deepest(contact: RigidContact, parts: FacetParts, t: Floats) -
 
 
 def _common_normal(ways: Floats, n: Floats) -> Floats:
-    """Return the weighted mean (3,) of the normals n around a point with the least component along the part.
+    """Return the weighted mean (3,) of normals around a point with the smallest component along the region.
 
-    The normals n (q, 3) are those at small steps `ways` (q, 3), m, from the point along the part. The mean is never
-    zero: if all normals cancel, the point is as deep as possible, half-way between sides, and any of them leads out.
+    The normals n (q, 3) are those of the rigid body at small steps `ways` (q, 3), m, from the point along the region.
+    The result is never zero. If all normals cancel, the point is at the greatest possible depth, half-way between two
+    sides of the body; any of the normals then leads outside.
     """
-    from scipy.optimize import nnls  # half a second of modules, for what is sharp alone
+    from scipy.optimize import nnls  # imported here: half a second, needed only for sharp bodies
 
     sides = _tangent_basis(ways)
     along = np.vstack([*(n @ side for side in sides), np.ones(len(n))])
@@ -379,20 +407,20 @@ def _common_normal(ways: Floats, n: Floats) -> Floats:
 
 
 def _component_across(ways: Floats, n: Floats) -> Floats:
-    """Return the component of a normal (3,) across a part, given vectors along it (q, 3)."""
+    """Return the component (3,) of a vector n (3,) perpendicular to a region, given vectors `ways` (q, 3) along it."""
     sides = _tangent_basis(ways)
     found: Floats = n - sides.T @ (sides @ n)
     return found
 
 
 def _tangent_basis(ways: Floats) -> Floats:
-    """Return orthonormal vectors along a part (1 or 2, 3)."""
+    """Return one or two orthonormal vectors (1 or 2, 3) that span the vectors `ways` (q, 3) along a region."""
     found: Floats = np.linalg.svd(ways, full_matrices=False)[2][: 1 if len(ways) == 2 else 2]
     return found
 
 
 def _concatenate_movable(found: list[AddedContactPoints], contact: RigidContact) -> AddedContactPoints | None:
-    """Return all found points with at least one movable node; None if there are none."""
+    """Return all found points that have at least one free node, as one set; None if there are none."""
     if not found:
         return None
     points = found[0].points

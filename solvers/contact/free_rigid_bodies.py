@@ -1,8 +1,9 @@
-"""Free rigid bodies: six unknowns each, the displacement of the centre of mass and the rotation since a step began.
+"""Free rigid bodies: each has six unknowns, the displacement of its centre of mass and its rotation in the step.
 
-A body with principal axes P, as columns (3, 3), sees a point x of space at y = P^T (x - c). With n0 the normal there,
-and phi a rotation about the body axes, the gap changes by n0 . (P^T (dx - dc) + y x phi). The forces on the surface
-act on the body with the opposite sign at the same point, so that the total momentum is conserved.
+A body with the centre of mass c and the principal axes P, as columns (3, 3), has a point x of space at y = P^T (x - c)
+in its own frame. With the normal n0 at this point and a rotation phi about the body axes, the gap changes by n0 . (P^T
+(dx - dc) + y x phi). Forces on the surface act on the body with the opposite sign at the same point, so that the total
+momentum is conserved.
 """
 
 from __future__ import annotations
@@ -25,10 +26,11 @@ from softmark.solvers.mesh.shape import Vector3
 
 @dataclass(frozen=True)
 class FreeRigidBody:
-    """Free rigid body: mass, kg, moments of inertia J (3,), kg m^2, about `axes` (3, 3), as columns, and its `middle`,
-    m.
+    """Free rigid body: its mass properties, and the number `first` of its first unknown.
 
-    Its six unknowns start at `first`: displacement of the centre of mass, m, and rotation about the body axes, rad.
+    `mass` is in kg, `J` (3,) are the principal moments of inertia, kg m^2, `axes` (3, 3) the principal axes, as
+    columns, and `middle` (3,) is the centre of mass, m, as declared. The six unknowns are the displacement of the
+    centre of mass, m, and a rotation vector about the body axes, rad.
     """
 
     first: int
@@ -39,8 +41,9 @@ class FreeRigidBody:
 
 
 class FreeBodyChart:
-    """Rotation chart of the free bodies among the unknowns (dynamics/rotational_inertia.py): rotations are relative to
-    `rotated`.
+    """Reference orientations of the free rigid bodies: rotation unknowns count from these (`turned`).
+
+    See dynamics/rotational_inertia.py.
     """
 
     def __init__(self, bodies: list[FreeRigidBody]) -> None:
@@ -48,28 +51,31 @@ class FreeBodyChart:
         self.reset()
 
     def reset(self) -> None:
-        """Count rotations from the declared orientations."""
+        """Make the declared orientations the reference."""
         self.turned = [body.axes.copy() for body in self.bodies]
 
     def axes(self, which: int, x: Floats) -> Floats:
-        """Return the principal axes of a body in a state (3, 3), as columns."""
+        """Return the principal axes (3, 3), as columns, of body number `which` in a state x (dofs,)."""
         first = self.bodies[which].first
         found: Floats = self.turned[which] @ rotation_from_vector(x[first + 3 : first + 6])
         return found
 
     def middle(self, which: int, x: Floats) -> Floats:
-        """Return the centre of mass of a body in a state (3,), m."""
+        """Return the centre of mass (3,), m, of body number `which` in a state x (dofs,)."""
         body = self.bodies[which]
         found: Floats = body.middle + x[body.first : body.first + 3]
         return found
 
     def state(self, x: Floats) -> Floats:
-        """Return centres of mass, m, and principal axes (12 per body,), independent of the rotation chart."""
+        """Return centres of mass, m, and principal axes of all bodies, 12 numbers per body.
+
+        They do not depend on the reference orientations.
+        """
         each = ((self.middle(i, x), self.axes(i, x).ravel()) for i in range(len(self.bodies)))
         return np.concatenate([part for both in each for part in both])
 
     def rebase(self, x: Floats) -> Floats:
-        """Count rotations from the state x, and return it with zero rotations."""
+        """Make the orientations in the state x (dofs,) the reference, and return x with zero rotations."""
         new = x.copy()
         for i, body in enumerate(self.bodies):
             self.turned[i] = _orthonormalize(self.axes(i, x))
@@ -78,22 +84,27 @@ class FreeBodyChart:
 
 
 def _orthonormalize(P: Floats) -> Floats:
-    """Return a rotation matrix without accumulated rounding: one Newton step to the nearest rotation."""
+    """Return the rotation matrix next to P (3, 3), by one Newton step: it removes accumulated rounding."""
     found: Floats = 1.5 * P - 0.5 * P @ P.T @ P
     return found
 
 
 def right_jacobian(theta: Floats) -> Floats:
-    """Return the right Jacobian (3, 3): from changes of a rotation vector to rotations about the body axes."""
+    """Return the right Jacobian (3, 3) of a rotation vector theta (3,), rad.
+
+    It maps small changes of the rotation vector to rotations about the body axes.
+    """
     t, K = float(np.linalg.norm(theta)), cross_matrix(theta)
-    if t < 1e-4:  # what is left out is below rounding
+    if t < 1e-4:  # higher terms of the series are below rounding
         return np.asarray(np.eye(3) - 0.5 * K + K @ K / 6.0)
     return np.asarray(np.eye(3) - 2.0 * (np.sin(0.5 * t) / t) ** 2 * K + (t - np.sin(t)) / t**3 * K @ K)
 
 
 @dataclass(frozen=True)
 class GapInBodyFrame:
-    """Signed distance in a body frame given by its centre of mass `middle` (3,), m, and principal axes (3, 3), as
+    """Signed distance to a rigid body in its own frame.
+
+    The origin of the frame is the centre of mass `middle` (3,), m, and its axes are the principal axes (3, 3), as
     columns.
     """
 
@@ -103,67 +114,67 @@ class GapInBodyFrame:
 
     @property
     def sharpest(self) -> float:
-        """Least radius of curvature of its convex edges, m."""
+        """Smallest radius of curvature of convex edges of the body, m."""
         return self.own.sharpest
 
     @property
     def centroid(self) -> Vector3 | None:
-        """Centroid of its volume in the body frame, m: the origin."""
+        """Centroid of the body in its own frame, m: the origin."""
         return (0.0, 0.0, 0.0)
 
     def gap(self, Y: Floats) -> Floats:
-        """Return the gap at points Y (n, 3), m, in the body frame."""
+        """Return the gaps (n,), m, at points Y (n, 3), m, in the body frame."""
         return self.own.gap(self.middle + Y @ self.axes.T)
 
     def look(self, Y: Floats) -> Look:
-        """Return gap, normal and Hessian in the body frame."""
+        """Return gaps (n,), m, normals (n, 3) and Hessians (n, 3, 3), 1/m, at points Y (n, 3), m, in the body frame."""
         g, n, H = self.own.look(self.middle + Y @ self.axes.T)
         return g, n @ self.axes, self.axes.T @ H @ self.axes
 
 
 @dataclass(frozen=True)
 class FreeBodyContact(RigidContact):
-    """Contact with a free body: E = sum_p A_p phi(g0(y_p)) of points x_p = sum_a N_pa x_a, at y_p in the body frame.
+    """Contact with a free rigid body: E = sum_p A_p phi(g0(y_p)), with the contact points y_p in the body frame.
 
-    Moments are about the present body axes, as in the equations of rotation; the tangent is their derivative by the
-    unknowns, and so not symmetric.
+    The points in space are x_p = sum_a N_pa x_a. Moments are about the present body axes, as in the equations of
+    rotation. The tangent is the derivative of forces and moments by the unknowns, and is not symmetric.
     """
 
-    chart: Any = None  # Bodies
+    chart: Any = None  # FreeBodyChart
     which: int = 0
 
     @property
     def free(self) -> FreeRigidBody:
-        """Free rigid body in contact."""
+        """Rigid body in contact."""
         found: FreeRigidBody = self.chart.bodies[self.which]
         return found
 
     @cached_property
     def stencils(self) -> Ints:
-        """Degrees of freedom of the nodes of each point, and of the body (p, 3 a + 6)."""
+        """Degrees of freedom (p, 3 a + 6) of the nodes of each point and of the rigid body."""
         body = np.broadcast_to(self.free.first + np.arange(6), (len(self.of), 6))
         return np.hstack([self.carried, body])
 
     def spots(self, x: Floats) -> Floats:
-        """Return positions of the points in space (p, 3), m."""
+        """Return the positions (p, 3), m, of the contact points in space."""
         return super().places(x)
 
     def places(self, x: Floats) -> Floats:
-        """Return positions of the points in the body frame (p, 3), m."""
+        """Return the positions (p, 3), m, of the contact points in the body frame."""
         return self.seen(self.spots(x), x)
 
     def seen(self, where: Floats, x: Floats) -> Floats:
-        """Return points of space (n, 3), m, in the body frame."""
+        """Return the coordinates (n, 3), m, in the body frame of points `where` (n, 3), m, in space."""
         found: Floats = (where - self.chart.middle(self.which, x)) @ self.chart.axes(self.which, x)
         return found
 
     def pushes(self, x: Floats) -> Floats:
-        """Return the forces of the body on its points, in space (p, 3), N."""
+        """Return the forces (p, 3), N, of the rigid body on the contact points, in space axes."""
         found: Floats = super().pushes(x) @ self.chart.axes(self.which, x).T
         return found
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Add minus the forces on nodes and body, N, and minus the moment about the body axes, N m."""
+        """Add to g the negative forces on nodes and body, N, and the negative moments about the body axes, N m."""
         push, first = scale * self.pushes(x), self.free.first
         self.spread(-push, g)
         own = push @ self.chart.axes(self.which, x)
@@ -171,13 +182,16 @@ class FreeBodyContact(RigidContact):
         g[first + 3 : first + 6] -= np.cross(own, self.places(x)).sum(axis=0)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add A (phi'' N N + phi' dN), N = S n0 with S = (P^T, -P^T, [y]); only the first part if `projected`."""
+        """Add the tangent A (phi'' N N + phi' dN), with N = S n0 and S = (P^T, -P^T, [y]).
+
+        If `projected`, only the first term is added, which is positive semidefinite.
+        """
         g, n, H = self.look(x)
         near = np.flatnonzero(g < self.barrier.distance)
         if not len(near):
             return
         n, H = n[near], H[near]
-        P, S = self._seeing(x, near)
+        P, S = self._body_frame_motion(x, near)
         N = np.einsum("pi,pij->pj", n, S)
         K = self.barrier.slope(g[near])[:, None, None] * N[:, :, None] * N[:, None, :]
         if not projected:
@@ -189,21 +203,29 @@ class FreeBodyContact(RigidContact):
             K -= self.barrier.pressure(g[near])[:, None, None] * across
         self._add(x, near, K, data, slots, scale)
 
-    def _seeing(self, x: Floats, near: Ints) -> tuple[Floats, Floats]:
-        """Return the body axes P, and S (k, 3, 9): motion of points (k,) in the body frame by point, body, rotation."""
+    def _body_frame_motion(self, x: Floats, near: Ints) -> tuple[Floats, Floats]:
+        """Return the body axes P (3, 3), and matrices S (k, 3, 9) for the contact points `near` (k,).
+
+        S maps motions of the point (3), of the centre of mass (3) and rotations of the body (3) to the motion of the
+        point in the body frame.
+        """
         P = self.chart.axes(self.which, x)
         to = np.broadcast_to(P.T, (len(near), 3, 3))
         return P, np.concatenate([to, -to, cross_matrix(self.places(x)[near])], axis=2)
 
     def _add(self, x: Floats, near: Ints, K: Floats, data: Floats, slots: Ints, scale: float) -> None:
-        """Add stiffness K (k, 9, 9) of points and body, per area, to that of the unknowns."""
+        """Add stiffness per area K (k, 9, 9) of points, centre of mass and rotation, times areas, to the tangent."""
         first = self.free.first
         K[:, :, 6:9] = K[:, :, 6:9] @ right_jacobian(x[first + 3 : first + 6])
         E = self._spread(near)
         add_blocks(scale * self.A[near, None, None] * (E.swapaxes(1, 2) @ K @ E), slots[near], data)
 
     def _spread(self, near: Ints) -> Floats:
-        """Return the matrix from the unknowns of stencils to points and body (p, 9, 3 a + 6)."""
+        """Return matrices (k, 9, 3 a + 6) from unknowns to the motions of contact point and rigid body.
+
+        The unknowns are those of `stencils`. The motions are of the point (3) and of the centre of mass (3), and the
+        rotation (3).
+        """
         count = self.shares.shape[1]
         E = np.zeros((len(near), 9, 3 * count + 6))
         for a in range(count):
@@ -214,25 +236,27 @@ class FreeBodyContact(RigidContact):
 
 @dataclass(frozen=True)
 class FreeBodyFriction(RigidFriction, FreeBodyContact):
-    """Frictional contact with a free body: slip, anchors and tractions are in the body frame.
+    """Frictional contact with a free rigid body: slip, anchors and tractions are in the body frame.
 
     Friction acts on the body with the opposite sign at the same point.
     """
 
     def pushes(self, x: Floats) -> Floats:
-        """Return the forces of the body on its points, in space (p, 3), N."""
+        """Return the forces (p, 3), N, of the rigid body on the contact points, in space axes."""
         found: Floats = super().pushes(x) @ self.chart.axes(self.which, x).T
         return found
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add S^T B S as well, with the stiffness B of tractions t = dE/dy, and the effect of the body's rotation on
-        these.
+        """Add the tangents of contact and of friction.
+
+        The tangent of friction is S^T B S, with the derivatives B of the tractions t by positions in the body frame,
+        and the change of t as the body rotates.
         """
         FreeBodyContact.add_hessian(self, x, data, slots, scale, projected)
         near, B = self.stiffness(x, projected)
         if not len(near):
             return
-        P, S = self._seeing(x, near)
+        P, S = self._body_frame_motion(x, near)
         K = S.swapaxes(1, 2) @ B @ S
         if not projected:
             _, n, _ = self.look(x)
@@ -244,7 +268,7 @@ class FreeBodyFriction(RigidFriction, FreeBodyContact):
 
 
 def make_contact_with_free_body(touching: RigidContact, chart: FreeBodyChart, which: int) -> FreeBodyContact:
-    """Return a contact with a fixed rigid body as one whose body is free."""
+    """Return a contact with a fixed rigid body as a contact with the free body number `which` of a chart."""
     known = {f.name: getattr(touching, f.name) for f in fields(touching)}
     body, whole = chart.bodies[which], touching.posed(0.0)
     seen = GapInBodyFrame(whole, body.middle, body.axes)

@@ -1,4 +1,4 @@
-"""Loads of free rigid bodies: forces at points, and moments, with constant direction."""
+"""Loads of free rigid bodies: forces at points of the body, and moments, both with constant directions in space."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from softmark.solvers.energies.local_blocks import add_blocks, cross_matrix
 
 @dataclass(frozen=True)
 class RigidBodyLoad(Energy):
-    """Load of a free body: `force` (3,), N, at the point `at` (3,), m, of the declared body, and `moment` (3,), N m.
+    """Load of a free rigid body: a `force` (3,), N, at the point `at` (3,), m, and a `moment` (3,), N m.
 
-    The body is number `which` of the `chart`. As in its equations, moments are about the body axes P: y x P^T force +
-    P^T moment, where y is the arm of the point in the body frame. A moment of constant direction has no energy under
-    rotations about several axes (Argyris, Dunne and Scharpf 1978).
+    The point is fixed to the body and given in its declared position. The body is number `which` of the `chart`. Like
+    the equations of rotation, the load is expressed about the body axes P: y x P^T force + P^T moment, with the arm y
+    of the point in the body frame. A moment of constant direction has no energy under rotations about several axes
+    (Argyris, Dunne and Scharpf 1978).
     """
 
-    chart: Any  # Bodies
+    chart: Any  # FreeBodyChart
     which: int
     force: Floats
     at: Floats
@@ -30,29 +31,29 @@ class RigidBodyLoad(Energy):
 
     @property
     def free(self) -> FreeRigidBody:
-        """Loaded rigid body."""
+        """Rigid body that carries the load."""
         found: FreeRigidBody = self.chart.bodies[self.which]
         return found
 
     @property
     def conservative(self) -> bool:
-        """True if there is no moment."""
+        """True if the load has no moment, and so has a potential."""
         return not self.moment.any()
 
     @cached_property
     def arm(self) -> Floats:
-        """Vector from the centre of mass to the point, in the body frame (3,), m."""
+        """Vector (3,), m, from the centre of mass to the loaded point, in the body frame."""
         found: Floats = (self.at - self.free.middle) @ self.free.axes
         return found
 
     @property
     def _turn(self) -> Ints:
-        """Degrees of freedom of the rotation (3,)."""
+        """Rotational degrees of freedom (3,) of the body."""
         return self.free.first + np.arange(3, 6)
 
     @property
     def stencils(self) -> Ints:
-        """Degrees of freedom of the rotation (1, 3): the tangent is that of the arm, and of the axes for a moment."""
+        """Degrees of freedom (1, 3) that the tangent depends on: the rotation of the body."""
         return self._turn[None]
 
     def value(self, x: Floats) -> float:
@@ -61,13 +62,16 @@ class RigidBodyLoad(Energy):
         return -float(self.force @ (x[first : first + 3] + P @ self.arm))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Add minus the force, N, and minus the moment about the body axes, N m."""
+        """Add to g the negative force, N, and the negative moment about the body axes, N m."""
         P, first = self.chart.axes(self.which, x), self.free.first
         g[first : first + 3] -= scale * self.force
         g[self._turn] -= scale * (np.cross(self.arm, self.force @ P) + self.moment @ P)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add -([y] [P^T force] + [P^T moment]) for rotations about the body axes; nothing if `projected`."""
+        """Add the tangent -([y] [P^T force] + [P^T moment]) for rotations about the body axes.
+
+        Nothing is added if `projected`.
+        """
         if projected:
             return
         P, theta = self.chart.axes(self.which, x), x[self._turn]

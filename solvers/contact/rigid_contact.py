@@ -1,4 +1,4 @@
-"""Contact with a rigid body: a barrier energy of the gaps of surface nodes, or of other points of the surface."""
+"""Contact with a rigid body: a barrier energy of the gaps between surface points and the body."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RigidContact(Energy):
-    """Contact energy E = sum_p A_p phi(g(x_p)) of points x_p = sum_a N_pa x_a of a surface, with areas A (p,), m^2.
+    """Contact energy E = sum_p A_p phi(g(x_p)) of surface points x_p, with barrier phi, gaps g and areas A (p,), m^2.
 
-    `shares` N (p, a) are the shape functions of nodes `of` (p, a). By default the points are the `nodes` (m,) of the
-    surface, at rest at X (m, 3), m, for which forces are reported in any case. Only points are kept outside the body: a
-    facet between them may enter a convex body by its chord height. `posed` maps a load fraction to the rigid body
-    there; `share` is the present fraction. The contact is frictionless; with `flat` the gap is that of plane sections,
-    and no force acts along z.
+    The points are x_p = sum_a N_pa x_a, with shape functions `shares` N (p, a) of the nodes `of` (p, a). By default
+    they are the `nodes` (m,) of the surface, at rest at X (m, 3), m. Forces are always reported for these nodes. Only
+    points are kept outside the rigid body: a facet between them may enter a convex body by its chord height. `posed`
+    maps a load fraction to the rigid body in its position there, and `share` is the present load fraction. The contact
+    has no friction. With `flat`, for a slice, gaps are those in the xy plane, and no force acts along z.
     """
 
-    driven: ClassVar[bool] = True  # by the share of the load, to which it is not in proportion
-    each: ClassVar[tuple[str, ...]] = ("sunk",)  # what it has of every point, beside these themselves
+    driven: ClassVar[bool] = True  # depends on the load fraction, but is not proportional to it
+    each: ClassVar[tuple[str, ...]] = ("sunk",)  # names of fields with one value per point
 
     nodes: Ints
     X: Floats
@@ -40,21 +40,19 @@ class RigidContact(Energy):
     posed: Callable[[float], Gap]
     flat: bool = False
     share: float = 1.0
-    facets: Ints | None = None  # (k, a) that it is the surface of: what presses on them is told from forces
+    facets: Ints | None = None  # (k, a) facets of the surface, on which pressures are recovered from forces
     conservative: bool = True
-    earlier: Gap | None = None  # the rigid body in the state that is started from
-    sunk: Floats | float = 0.0  # (p,) m, by how much gaps are larger: of what touches at first, and of soft barriers
+    earlier: Gap | None = None  # rigid body at the start of the solution
+    sunk: Floats | float = 0.0  # (p,) m, enlargement of gaps: for initial touch and soft barriers
     of: Any = None  # (p, a)
     shares: Any = None  # (p, a)
-    at_rest: Any = None  # (p, 3) m: where the points are
-    facing: Any = None  # `cutting.Facets`: what may cut in between points: not looked at where it is not given
-    skin: Any = None  # `passing.Skin`: all that its body may be gone through; not looked at where it is not given
-    extra: AddedContactPoints | None = (
-        None  # the last ones of the points, which have joined the others, in front of planes
-    )
+    at_rest: Any = None  # (p, 3) m: positions of the points at rest
+    facing: Any = None  # `SearchedFacets` that may penetrate between points; None: no search
+    skin: Any = None  # `SurfaceTriangles` for the tunnelling check; None: only points are checked
+    extra: AddedContactPoints | None = None  # points added during the solution; they are the last ones
 
     def __post_init__(self) -> None:
-        """Use the nodes as points if no points are given."""
+        """Use the nodes as contact points if no points are given."""
         if self.of is None:
             ones = np.ones((len(self.nodes), 1))
             known = {"of": np.asarray(self.nodes)[:, None], "shares": ones, "at_rest": self.X}
@@ -68,24 +66,27 @@ class RigidContact(Energy):
 
     @property
     def lasting(self) -> int:
-        """Number of points that were not added during the solution."""
+        """Number of contact points without those that were added during the solution."""
         return len(self.A) - (0 if self.extra is None else len(self.extra))
 
     def joining(self, extra: AddedContactPoints | None, x: Floats) -> Self:
-        """Return the same contact with other added points `extra`; x is the state that the solution starts from."""
+        """Return the same contact with the added points replaced by `extra`.
+
+        x is the state that the solution starts from.
+        """
         points, new = self.points.some(np.arange(self.lasting)), 0 if extra is None else len(extra)
         own: dict[str, Any] = {n: _keep_first_values(getattr(self, n), self.lasting, new) for n in self.each}
         points = points if extra is None else points.and_(extra.points)
         return replace(self, of=points.of, shares=points.shares, at_rest=points.X, A=points.A, extra=extra, **own)
 
     def pressed(self, x: Floats) -> Ints:
-        """Return the numbers (k,) of the surface parts whose added points have a contact force in a state."""
+        """Return the numbers (k,) of the facet regions whose added points have a contact force in a state x."""
         if self.extra is None:
             return np.zeros(0, dtype=np.int64)
         return self.extra.which[self.pressures(x)[self.lasting :] > 0.0]
 
-    def shed(self, x: Floats) -> Self:
-        """Return the same contact without added points that have no contact force in a state."""
+    def without_unloaded_points(self, x: Floats) -> Self:
+        """Return the same contact without the added points that have no contact force in a state x."""
         if self.extra is None:
             return self
         on = np.isin(self.extra.which, self.pressed(x))
@@ -93,44 +94,49 @@ class RigidContact(Energy):
 
     @cached_property
     def carried(self) -> Ints:
-        """Degrees of freedom of the nodes of each point (p, 3 a)."""
+        """Degrees of freedom (p, 3 a) of the nodes of each contact point."""
         found: Ints = (3 * self.of[:, :, None] + np.arange(3)).reshape(len(self.of), -1)
         return found
 
     @property
     def stencils(self) -> Ints:
-        """Degrees of freedom of the nodes of each point."""
+        """Degrees of freedom (p, 3 a) that the energy of each contact point depends on."""
         return self.carried
 
     @cached_property
     def body(self) -> Gap:
-        """Rigid body in its present position."""
+        """Signed distance of the rigid body in its position at the present load fraction."""
         return self.posed(self.share)
 
     def at(self, share: float) -> RigidContact:
-        """Return the same contact at another load fraction."""
+        """Return the same contact at the load fraction `share`."""
         return self if share == self.share else replace(self, share=share)
 
     def before(self) -> RigidContact:
-        """Return the same contact with the rigid body where the solution starts from; itself where that is unknown."""
+        """Return the same contact with the rigid body in its position at the start of the solution.
+
+        If this position is unknown, the contact itself is returned.
+        """
         if (gap := self.earlier) is None:
             return self
 
         def stays(share: float) -> Gap:
+            """Return the initial position of the rigid body at any load fraction."""
             return gap
 
         return replace(self, posed=stays, earlier=None)
 
-    def add_towed(self, x: Floats, to: Gap, change: Floats) -> None:
-        """Add the first-order change of the gradient (dofs,), N, for a body that moves `to` another position at fixed
-        nodes.
+    def add_force_change_of_motion(self, x: Floats, to: Gap, change: Floats) -> None:
+        """Add to `change` (dofs,), N, the first-order change of forces as the rigid body moves to the position `to`.
+
+        Nodes stay at the state x.
         """
         g, n, _ = self.look(x)
         moved = self._gaps(to, self.places(x)) - g
         self.spread((self.A * self.barrier.slope(g) * moved)[:, None] * n, change)
 
     def spread(self, push: Floats, g: Floats) -> None:
-        """Add forces on the points (p, 3), N, to those on degrees of freedom (dofs,), by their shape functions."""
+        """Distribute forces `push` (p, 3), N, on contact points to nodes, and add them to g (dofs,)."""
         np.add.at(g, self.carried, (self.shares[:, :, None] * push[:, None, :]).reshape(len(push), -1))
 
     def stiffer(self, factor: float) -> RigidContact:
@@ -138,18 +144,19 @@ class RigidContact(Energy):
         return self if factor == 1.0 else replace(self, barrier=self.barrier.stiffer(factor))
 
     def begun(self) -> RigidContact:
-        """Return the same contact with larger gaps where points start within the barrier: no energy is stored at rest.
+        """Return the same contact without energy at rest: gaps of points that start within the barrier are enlarged.
 
-        Otherwise bodies that touch at first would be thrown apart by this energy in a dynamic analysis with short
-        steps.
+        Otherwise bodies that touch at the start would be thrown apart by this energy in a dynamic analysis with short
+        time steps.
         """
         g, d = self.gaps(np.zeros(int(self.stencils.max(initial=-1)) + 1)), self.barrier.distance
         return replace(self, sunk=np.where(np.abs(g) < d, d - g, 0.0))
 
     def softened(self, soft: float) -> RigidContact:
-        """Return the same contact `soft` times as stiff, starting at the same gap.
+        """Return the same contact with `soft` times the stiffness; the barrier begins at the same gap.
 
-        Loaded nodes then lie behind the surface, and full Newton steps lead there from anywhere near.
+        With a soft barrier loaded nodes lie behind the surface of the body, and full Newton steps lead there from any
+        state nearby.
         """
         if soft == 1.0:
             return self
@@ -157,25 +164,30 @@ class RigidContact(Energy):
         return replace(self, barrier=replace(self.barrier, distance=d / soft), sunk=self.sunk + (d / soft - d))
 
     def places(self, x: Floats) -> Floats:
-        """Return positions of the points (p, 3), m, in the frame of the gap; for a slice in its plane."""
+        """Return the positions (p, 3), m, of the contact points in the frame of the signed distance; z is 0 for a
+        slice.
+        """
         u = np.asarray(x, dtype=np.float64)[self.carried].reshape(*self.of.shape, 3)
         found: Floats = self.at_rest + np.einsum("pa,pai->pi", self.shares, u)
         return found * (1.0, 1.0, 0.0) if self.flat else found
 
     def spots(self, x: Floats) -> Floats:
-        """Return positions of the points in space (p, 3), m."""
+        """Return the positions (p, 3), m, of the contact points in space."""
         return self.places(x)
 
     @cached_property
     def _alone(self) -> tuple[Ints, Ints]:
-        """Indices of points that coincide with nodes (k,), and the positions of these in `nodes` (k,)."""
+        """Numbers (k,) of the contact points that coincide with nodes, and indices (k,) of these nodes in `nodes`."""
         points = np.flatnonzero(self.shares.max(axis=1) > 1.0 - SAME)
         own = self.of[points, self.shares[points].argmax(axis=1)]
         known = np.isin(own, self.nodes)
         return points[known], np.searchsorted(self.nodes, own[known])
 
     def nodal_gaps(self, x: Floats) -> Floats:
-        """Return the gaps of `nodes` (m,), m; for nodes that are contact points, the gaps of these."""
+        """Return the gaps (m,), m, of the surface nodes in a state x.
+
+        For a node that is a contact point it is the gap of this point, including an enlargement at the start.
+        """
         where = self.X + np.asarray(x, dtype=np.float64)[3 * self.nodes[:, None] + np.arange(3)]
         found = self.body.gap(self.seen(where * (1.0, 1.0, 0.0) if self.flat else where, x))
         points, which = self._alone
@@ -183,29 +195,29 @@ class RigidContact(Energy):
         return found
 
     def seen(self, where: Floats, x: Floats) -> Floats:
-        """Return points of space (n, 3), m, in the frame of the gap."""
+        """Return the coordinates (n, 3), m, of points `where` (n, 3), m, in the frame of the signed distance."""
         return where
 
     def gaps(self, x: Floats) -> Floats:
-        """Return the gaps of the points (p,), m."""
+        """Return the gaps (p,), m, of the contact points."""
         return self.look(x)[0]
 
     def pressures(self, x: Floats) -> Floats:
-        """Return the barrier pressure at the points (p,), Pa."""
+        """Return the barrier pressures (p,), Pa, at the contact points."""
         return self.barrier.pressure(self.gaps(x))
 
     def presses_on_nodes(self, x: Floats) -> bool:
-        """Return whether the rigid body presses on at least one node of the mesh in a state x (dofs,), m."""
+        """Return whether the rigid body presses on at least one mesh node in a state x (dofs,), m."""
         return bool((self.pressures(x)[self._alone[0]] > 0.0).any())
 
     def pushes(self, x: Floats) -> Floats:
-        """Return the forces of the rigid body on the points (p, 3), N."""
+        """Return the forces (p, 3), N, of the rigid body on the contact points."""
         g, n, _ = self.look(x)
         found: Floats = (self.A * self.barrier.pressure(g))[:, None] * n
         return found
 
     def forces(self, x: Floats) -> Floats:
-        """Return the forces of the rigid body on the nodes (m, 3), N, distributed by shape functions."""
+        """Return the forces (m, 3), N, of the rigid body on the surface nodes, distributed by shape functions."""
         g = np.zeros(max(len(x), 3 * (int(self.of.max(initial=0)) + 1)))
         self.spread(self.pushes(x), g)
         found: Floats = g[3 * self.nodes[:, None] + np.arange(3)]
@@ -216,25 +228,31 @@ class RigidContact(Energy):
         return float(self.A @ self.barrier.energy(self.gaps(x)))
 
     def stored(self, x: Floats) -> float:
-        """Return the recoverable energy, J."""
+        """Return the recoverable energy, J: all of the barrier energy."""
         return self.value(x)
 
     def work(self, x: Floats, since: RigidContact) -> float:
-        """Return the work of the rigid body on its way from `since`, J: final forces times the change of gaps."""
+        """Return the work of the rigid body, J, as it moved from its position in the contact `since`.
+
+        It is the final contact forces times the changes of gaps.
+        """
         return float(self.A @ (self.pressures(x) * (since.gaps(x) - self.gaps(x))))
 
     def presses(self, x: Floats, nodes: int) -> Floats:
-        """Return the magnitudes of the normal forces at all nodes (nodes,), N, distributed by shape functions."""
+        """Return the magnitudes (nodes,), N, of the normal forces at all mesh nodes, distributed by shape functions."""
         found = np.zeros(nodes)
         np.add.at(found, self.of, self.shares * (self.A * self.pressures(x))[:, None])
         return found
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Add the gradient, minus the forces, N."""
+        """Add `scale` times the negative forces of the rigid body on nodes, N, to g (dofs,)."""
         self.spread(-scale * self.pushes(x), g)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add A (phi'' n n + phi' H); the second part is indefinite, and left out if `projected`."""
+        """Add the tangent A (phi'' n n + phi' H), with normals n and gap Hessians H.
+
+        The second term is indefinite, and is left out if `projected`.
+        """
         g, n, H = self.look(x)
         near = np.flatnonzero(g < self.barrier.distance)
         if not len(near):
@@ -246,12 +264,14 @@ class RigidContact(Energy):
         add_blocks(self.coupled(near, scale * self.A[near, None, None] * blocks), slots[near], data)
 
     def bending(self, g: Floats) -> Floats:
-        """Return the pressures (p,), Pa, at gaps g (p,), m, that multiply the curvature in the tangent."""
+        """Return the pressures (p,), Pa, that multiply the gap Hessian in the tangent, at gaps g (p,), m."""
         return self.barrier.pressure(g)
 
     def coupled(self, points: Ints, blocks: Floats) -> Floats:
-        """Return stiffness blocks (k, 3, 3), N/m, of `points` (k,) as N_a N_b times them between their nodes (k, 3 a, 3
-        a).
+        """Return stiffness blocks (k, 3 a, 3 a), N/m, of nodes from blocks (k, 3, 3) of the contact points `points`
+        (k,).
+
+        They are N_a N_b times the block of the point, with its shape functions N.
         """
         N = self.shares[points]
         k = 3 * N.shape[1]
@@ -261,28 +281,31 @@ class RigidContact(Energy):
         return found
 
     def rounding(self, x: Floats) -> float:
-        """Return the error of the forces due to rounding of positions, N."""
+        """Return the error of the contact forces due to rounding of positions, N."""
         size = float(np.abs(self.places(x)).max(initial=0.0))
         stiff = self.A * self.barrier.slope(self.gaps(x))
         return float(np.finfo(np.float64).eps * size * np.linalg.norm(stiff))
 
     @cached_property
     def _seen(self) -> list[tuple[Floats, Look]]:
-        """Cache of the last positions and their gaps: energy, gradient and Hessian use the same ones."""
+        """Cache of the last positions and the results of `look` there, shared by energy, gradient and Hessian."""
         return []
 
     def look(self, x: Floats) -> Look:
-        """Return gaps (p,), m; within the barrier distance also normals (p, 3) and gap Hessians (p, 3, 3), 1/m."""
+        """Return gaps (p,), m, normals (p, 3) and gap Hessians (p, 3, 3), 1/m, of the contact points in a state x.
+
+        Normals and Hessians are zero for points beyond the barrier distance.
+        """
         where = self.places(x)
         for known, found in self._seen:
             if np.array_equal(known, where):
                 return found
-        found = self._looked(where)
+        found = self._compute_gaps(where)
         self._seen[:] = [(where, found)]
         return found
 
-    def _looked(self, where: Floats) -> Look:
-        """Compute gaps, normals and Hessians at positions of the points (p, 3), m."""
+    def _compute_gaps(self, where: Floats) -> Look:
+        """Return gaps (p,), m, normals (p, 3) and gap Hessians (p, 3, 3), 1/m, for points at `where` (p, 3), m."""
         g = self._gaps(self.body, where)
         n, H = np.zeros((len(g), 3)), np.zeros((len(g), 3, 3))
         near = g < self.barrier.distance
@@ -296,7 +319,10 @@ class RigidContact(Energy):
         return g, n, H
 
     def _gaps(self, body: Gap, where: Floats) -> Floats:
-        """Return the gaps of the points (p, 3), m, to a body (p,), m; for added points those to their planes."""
+        """Return the gaps (p,), m, between points at `where` (p, 3), m, and a rigid body.
+
+        The gaps of added points are distances to their planes.
+        """
         g = body.gap(where) + self.sunk
         if self.extra is not None:
             c, n = self.planes(body)
@@ -307,7 +333,10 @@ class RigidContact(Energy):
         return g
 
     def planes(self, body: Gap) -> tuple[Floats, Floats]:
-        """Return points (p, 3), m, and normals (p, 3) of the planes of added points, moved with a body."""
+        """Return points (p, 3), m, and normals (p, 3) of the planes of added points.
+
+        They move with the rigid body `body`.
+        """
         assert self.extra is not None
         pose = getattr(body, "pose", None)
         if pose is None:
@@ -317,7 +346,10 @@ class RigidContact(Energy):
 
 
 def _keep_first_values(values: Any, lasting: int, new: int) -> Any:
-    """Return the values of the first points (p, ...), and zeros for new ones; a number for all points stays."""
+    """Return the first `lasting` of the values (p, ...) of contact points, followed by zeros for `new` points.
+
+    None, or one number for all points, is returned unchanged.
+    """
     if values is None or np.ndim(values) == 0:
         return values
     return np.concatenate([values[:lasting], np.zeros((new, *values.shape[1:]))])
@@ -326,10 +358,11 @@ def _keep_first_values(values: Any, lasting: int, new: int) -> Any:
 def node_areas(
     points: Floats, facets: Ints, triangles: tuple[tuple[int, int, int], ...], depth: float = 0.0
 ) -> tuple[Ints, Floats]:
-    """Return the nodes of facets (f, k), and their areas (m,), m^2: a third of each flat triangle at a corner.
+    """Return the numbers (m,) of the nodes of facets (f, k), and the surface area (m,), m^2, of each node.
 
-    `triangles` split a facet over its nodes. With the `depth`, m, of a slice through a body of revolution, areas are
-    integrals of linear shape functions over whole rings.
+    `points` (n, 3), m, are all nodes, and `triangles` split a facet over its nodes. Each corner of a flat triangle gets
+    a third of its area. For an axisymmetric model `depth` is the thickness of the slice, m, and areas are integrals of
+    linear shape functions over whole rings.
     """
     split = facets[:, np.array(triangles)].reshape(-1, 3)
     third = corner_areas(points, split, depth).ravel()
@@ -339,7 +372,11 @@ def node_areas(
 
 
 def corner_areas(points: Floats, split: Ints, depth: float = 0.0) -> Floats:
-    """Return integrals of linear shape functions over flat triangles, or over whole rings of them (t, 3), m^2."""
+    """Return integrals (t, 3), m^2, of the linear shape functions over flat triangles `split` (t, 3).
+
+    `points` (n, 3), m, are the nodes. With a `depth`, m, of the slice of an axisymmetric model, the integrals are over
+    whole rings.
+    """
     a, b, c = (points[split[:, i]] for i in range(3))
     found: Floats = np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0, 3).reshape(-1, 3)
     if depth:

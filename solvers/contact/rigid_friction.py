@@ -20,15 +20,15 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.surface_points import AddedContactPoints
 
 Bools = NDArray[np.bool_]
-PRESSED = 1e-6  # of the largest pressure: what is less is no contact
-TINY = 1e-300  # m: a slip of which the direction is not asked
+PRESSED = 1e-6  # of the largest pressure: smaller values are no contact
+TINY = 1e-300  # m: avoids a division by zero for points without slip
 
 
 @dataclass(frozen=True)
 class LaggedFriction:
-    """Friction limits and normals of an earlier iterate, with which friction has an energy.
+    """Friction limits and normals of an earlier iterate: with constant limits friction has an energy.
 
-    `most` (m,) is friction times pressure, Pa; `n` (m, 3) are normals.
+    `most` (m,), Pa, is the friction coefficient times the pressure, and `n` (m, 3) are the normals.
     """
 
     most: Floats
@@ -36,18 +36,24 @@ class LaggedFriction:
 
 
 class DualTractions:
-    """Dual variable of the friction tangent: tractions t (m, 3), Pa, predicted by the iterate before.
+    """Dual variable of the friction tangent: tractions t (m, 3), Pa, predicted from the last iterate.
 
-    The law times its denominator, w t = most s with w = max(|s|, most / k), is smooth enough to be linearised: a node
-    that has just begun to slide keeps some stiffness along its slip (Chan, Golub and Mulet 1999, SIAM J. Sci. Comput.
-    20:1964, eq. 4.6). Near the solution t is the traction, and the tangent is exact.
+    The friction law is linearised in the form w t = most s, with slip s, friction limit `most`, stick stiffness k and w
+    = max(|s|, most / k). This form is smooth enough that a node that has just begun to slide keeps some stiffness along
+    its slip. Near the solution t is the traction, and the tangent is exact.
+
+    Source: Chan, Golub and Mulet 1999, SIAM J. Sci. Comput. 20:1964, eq. 4.6.
     """
 
     def __init__(self) -> None:
         self.known: tuple[Floats, Floats, Floats, Floats] | None = None  # s, t, u, w of the iterate before
 
     def at(self, s: Floats, size: Floats, most: Floats, spring: float | Floats) -> Floats:
-        """Return the tractions (m, 3) for a tangent at slips s (m, 3), m, and store them for the next."""
+        """Return the tractions (m, 3), Pa, for the tangent at slips s (m, 3), m, and store them for the next iterate.
+
+        `size` (m,), m, are the lengths of the slips, `most` (m,), Pa, the friction limits and `spring` is the stick
+        stiffness, Pa/m.
+        """
         w = np.maximum(np.maximum(size, most / spring), TINY)
         u = np.where((spring * size > most)[:, None], s / np.maximum(size, TINY)[:, None], 0.0)
         if self.known is None:
@@ -62,10 +68,10 @@ class DualTractions:
 
 @dataclass(frozen=True)
 class Slip:
-    """Slip of points relative to their anchors.
+    """Slip of contact points relative to their anchors, with the friction that opposes it.
 
-    `s` (m, 3) is the slip along the surface, m, `size` (m,) its length, `t` (m,) the opposing traction, Pa, `slides`
-    (m,) whether that is the friction limit, and `spring` the stick stiffness, Pa/m.
+    `s` (m, 3), m, is the slip along the surface, and `size` (m,), m, its length. `t` (m,), Pa, is the magnitude of the
+    opposing traction, `slides` (m,) is true where it is the friction limit, and `spring` is the stick stiffness, Pa/m.
     """
 
     s: Floats
@@ -76,58 +82,60 @@ class Slip:
 
     @classmethod
     def of(cls, s: Floats, most: Floats, spring: Floats | float) -> Slip:
-        """Return the slip state of slips s (m, 3), m, with friction limits `most` (m,), Pa."""
+        """Return the slip and friction of points with slips s (m, 3), m, and friction limits `most` (m,), Pa."""
         size = np.linalg.norm(s, axis=1)
         elastic = spring * size
         return cls(s, size, np.minimum(elastic, most), elastic > most, spring)
 
     def along(self, f: Floats) -> Floats:
-        """Return vectors with magnitudes f (m,) along the slips (m, 3)."""
+        """Return vectors (m, 3) along the slips, with the magnitudes f (m,)."""
         found: Floats = (f / np.maximum(self.size, TINY))[:, None] * self.s
         return found
 
     @property
     def stretched(self) -> Floats:
-        """Elastic part of the slip (m,), m."""
+        """Elastic part (m,), m, of the slip."""
         return self.t / self.spring
 
     @property
     def slid(self) -> Floats:
-        """Sliding distance of points since they last stuck (m,), m."""
+        """Sliding distance (m,), m, of points since they last stuck."""
         return np.where(self.t > 0.0, np.maximum(self.size - self.stretched, 0.0), 0.0)
 
     @property
     def energy(self) -> Floats:
-        """Energy with lagged limits (m,), J/m^2: elastic energy, and work of sliding."""
+        """Energy (m,), J/m^2, for constant friction limits: elastic energy plus work of sliding."""
         return self.t * (self.size - 0.5 * self.stretched)
 
 
 @dataclass(frozen=True)
 class RigidFriction(RigidContact):
-    """Rigid contact with friction: traction -k s at points, s their slip from anchors along the surface, or -mu p
-    s/|s|.
+    """Rigid contact with Coulomb friction: each point has a stick spring, limited by mu times pressure.
 
-    It is elastic and perfectly plastic, by return mapping (Simo and Laursen 1992; Wriggers 2006, ch. 5). `anchors` (p,
-    3) are points of the rigid body: they move with it, and are constant within a state; a state ends with those of
-    `settled`. The `spring` k, Pa/m, lets a sticking point move by mu p / k at most, less than the barrier distance.
-    With the present p there is a force and an unsymmetric tangent, but no energy; with a `lag`, from an earlier
-    iterate, there are both.
+    A point with the slip s from its anchor along the surface has the traction -k s, or -mu p s/|s| once it slides. This
+    is elastic-perfectly plastic friction with return mapping (Simo and Laursen 1992; Wriggers 2006, ch. 5). `anchors`
+    (p, 3), m, are points of the rigid body. They move with it and are constant while a state is solved; `settled`
+    returns the anchors at the end of the state. A sticking point moves by at most mu p / k, which is less than the
+    barrier distance; `spring` is k, Pa/m. With the present pressures p friction has no energy, and the tangent is not
+    symmetric. With a `lag`, pressures of an earlier iterate, it has an energy and a symmetric tangent.
     """
 
     friction: float = 0.0
     spring: float = 0.0
     carries: Callable[[float], RigidMotion] = lambda share: RigidMotion()
-    anchors: Floats | None = None  # (p, 3) m, in the body as it is declared; None: where the points are at rest
+    anchors: Floats | None = None  # (p, 3) m, on the body in its declared position; None: the points at rest
     lag: LaggedFriction | None = None
     dual: DualTractions | None = None
     conservative: bool = False
-    gone: Floats | float = 0.0  # (p,) m: how far points had slid before
+    gone: Floats | float = 0.0  # (p,) m: sliding distance before this state
 
     each: ClassVar[tuple[str, ...]] = ("sunk", "anchors", "gone")
 
     def joining(self, extra: AddedContactPoints | None, x: Floats) -> Self:
-        """Return the contact with other added points: new ones are anchored where they were, known ones keep their
-        slip.
+        """Return the same contact with the added points replaced by `extra`.
+
+        New points are anchored where they are in the state x that the solution starts from. Points that were added
+        before keep their slip.
         """
         found = super().joining(extra, x)
         if self.anchors is None or found.anchors is None or extra is None:
@@ -144,7 +152,7 @@ class RigidFriction(RigidContact):
 
     @property
     def rubs(self) -> bool:
-        """True if friction follows the present pressure (without a lag), so that there is no energy."""
+        """True if friction depends on the present pressure, so that it has no energy (there is no lag)."""
         return self.lag is None
 
     @cached_property
@@ -154,34 +162,37 @@ class RigidFriction(RigidContact):
 
     @cached_property
     def held(self) -> Floats:
-        """Present positions of the anchors (p, 3), m."""
+        """Present positions (p, 3), m, of the anchors."""
         return self.pose.moved(self.at_rest if self.anchors is None else self.anchors)
 
     def softened(self, soft: float) -> RigidFriction:
-        """Return the same contact `soft` times as stiff, also along the surface, with a new dual variable."""
+        """Return the same contact with `soft` times the stiffness of barrier and stick spring.
+
+        It has a new dual variable.
+        """
         softer: Any = super().softened(soft)
         found: RigidFriction = replace(softer, spring=soft * self.spring, dual=DualTractions())
         return found
 
     def lagged(self, x: Floats, before: RigidFriction | None = None, grips: bool = False) -> RigidFriction:
-        """Return the same contact with an energy, with pressures and normals of the state x under the law `before`.
+        """Return the same contact with an energy: friction limits and normals are constant.
 
-        With `grips` all points within the barrier distance stick, whatever the pressure.
+        They are computed from the pressures and normals of the contact `before` (or of this contact) in the state x.
+        With `grips` all points within the barrier distance stick, whatever their pressure.
         """
         g, n, _ = (before or self).look(x)
         p = np.where(g < self.barrier.distance, np.inf, 0.0) if grips else (before or self).barrier.pressure(g)
         return replace(self, lag=LaggedFriction(self.friction * p, n), conservative=True)
 
     def known(self, x: Floats, before: RigidFriction) -> RigidFriction:
-        """Return the same contact with an energy and a primal-dual tangent, for one minimisation."""
+        """Return the same contact with an energy and a primal-dual tangent, for one minimisation from x."""
         return replace(self.lagged(x, before), dual=DualTractions())
 
-    def towing(self, x: Floats, way: Floats) -> RigidFriction:
-        """Return the contact with the rigid body where the solution starts from, and all points within the barrier
-        sticking.
+    def with_sticking_points(self, x: Floats, way: Floats) -> RigidFriction:
+        """Return the contact at the start of the solution, with all points within the barrier distance sticking.
 
-        Sets the rows of `way` (dofs,), m, of the surface nodes to their motion with the body since then, if that is
-        known.
+        The function also writes to the rows of `way` (dofs,), m, how far each surface node would move with the rigid
+        body, from its initial to its present position. The rows are left unchanged if the initial position is unknown.
         """
         was: Any = self.before()
         if self.earlier is not None:
@@ -192,15 +203,15 @@ class RigidFriction(RigidContact):
         return found
 
     def stiffer(self, factor: float) -> RigidFriction:
-        """Return the same contact with the stiffnesses of barrier and spring multiplied by a factor."""
+        """Return the same contact with the stiffness of barrier and stick spring multiplied by a factor."""
         return replace(self, barrier=self.barrier.stiffer(factor), spring=factor * self.spring)
 
     def holds(self, x: Floats) -> bool:
-        """Return whether a point in contact sticks."""
+        """Return whether at least one point in contact sticks."""
         return bool(np.any((self.pressures(x) > 0.0) & ~self.slip(x).slides))
 
     def way(self, x: Floats, n: Floats) -> tuple[Floats, Floats]:
-        """Return vectors from anchors to points (p, 3), m: in full, and projected across normals n (p, 3)."""
+        """Return vectors (p, 3), m, from anchors to points, and their components perpendicular to normals n (p, 3)."""
         d = self.places(x) - self.held
         if self.flat:
             d[:, 2] = 0.0
@@ -208,16 +219,15 @@ class RigidFriction(RigidContact):
         return d, s
 
     def slip(self, x: Floats) -> Slip:
-        """Return the slip of the points relative to their anchors in a state."""
+        """Return the slip of the contact points from their anchors in a state x."""
         g, n, _ = self.look(x)
         return Slip.of(self.way(x, n)[1], self.friction * self.barrier.pressure(g), self.spring)
 
     def sticking(self, x: Floats) -> tuple[Bools, Bools, float]:
-        """Return masks of points in contact (p,) and of sticking points (p,), and the fraction of the contact area that
-        sticks.
+        """Return masks (p,) of points in contact and of sticking points, and the sticking fraction of the contact area.
 
-        It is a fraction because points at the border also represent some area outside. Added points have no area of
-        their own.
+        The result is a fraction, not an area, because points at the border of contact also represent some area outside.
+        Added points have no area of their own.
         """
         p = self.pressures(x)
         on = p > PRESSED * p.max(initial=0.0)
@@ -226,59 +236,71 @@ class RigidFriction(RigidContact):
         return on, sticks, float(own[sticks].sum()) / whole if whole else 0.0
 
     def settled(self, x: Floats) -> Floats:
-        """Return the anchors at the end of a state (p, 3), m: dragged by sliding points, reset by separated ones."""
+        """Return the anchors (p, 3), m, at the end of a state x.
+
+        Sliding points drag their anchors along, and separated points get new ones.
+        """
         slip = self.slip(x)
         return self.pose.back(self.places(x) - slip.along(slip.stretched))
 
     def holding(self, anchors: Floats, gone: Floats | float = 0.0) -> RigidFriction:
-        """Return the same contact with other anchors (p, 3), m, and sliding distances so far (p,), m."""
+        """Return the same contact with new anchors (p, 3), m, and the sliding distances `gone` (p,), m, up to now."""
         return replace(self, anchors=anchors, gone=gone)
 
     def stored(self, x: Floats) -> float:
-        """Return the recoverable energy, including that of the stick springs, J."""
+        """Return the recoverable energy of the barrier and of the stick springs, J."""
         return super().value(x) + float(self.A @ self.slip(x).t ** 2) / (2.0 * self.spring)
 
     def work(self, x: Floats, since: RigidContact) -> float:
-        """Return the work of the rigid body, including that of friction on anchors that move with it, J."""
+        """Return the work of the rigid body, J, as it moved from its position in the contact `since`.
+
+        It includes the work of friction, at anchors that move with the body.
+        """
         was: Any = since
         _, n, _ = self.look(x)
         t = self._traction(x, n, self.friction * self.pressures(x))
         return super().work(x, since) - float(self.A @ np.einsum("ij,ij->i", t, self.held - was.held))
 
     def slid(self, x: Floats) -> Floats:
-        """Return the sliding distance of each point since the anchors were set (p,), m."""
+        """Return the sliding distance (p,), m, of each point since the anchors were set."""
         return self.slip(x).slid
 
     def lost(self, x: Floats) -> float:
-        """Return the heat dissipated by friction since the anchors were set, J: never negative."""
+        """Return the heat dissipated by friction since the anchors were set, J; it is never negative."""
         slip = self.slip(x)
         return float(self.A @ (slip.t * slip.slid))
 
     def pushes(self, x: Floats) -> Floats:
-        """Return the forces of the rigid body on the points (p, 3), N."""
+        """Return the forces (p, 3), N, of the rigid body on the contact points, with friction."""
         g, n, _ = self.look(x)
         p = self.barrier.pressure(g)
         return self.A[:, None] * (p[:, None] * n - self._traction(x, n, self.friction * p))
 
     def value(self, x: Floats) -> float:
-        """Return the energy of the barrier, with a lag also of friction, J."""
+        """Return the energy of the barrier and, with a lag, of friction, J."""
         found = super().value(x)
         if self.lag is None:
             return found
         return found + float(self.A @ Slip.of(self.way(x, self.lag.n)[1], self.lag.most, self.spring).energy)
 
     def bending(self, g: Floats) -> Floats:
-        """Return pressures limited to that at touch: far behind the surface the tangent would turn away from it."""
+        """Return the pressures (p,), Pa, that multiply the gap Hessian in the tangent, at gaps g (p,), m.
+
+        They are limited to the pressure at zero gap: far behind the surface Newton steps would otherwise lead away from
+        it.
+        """
         return np.minimum(super().bending(g), self.barrier.touch_pressure)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the tangent with friction; if `projected`, only its symmetric part, for a flat surface."""
+        """Add the tangent of contact and friction; if `projected`, only its symmetric part for a flat rigid surface."""
         super().add_hessian(x, data, slots, scale, projected)
         on, blocks = self.stiffness(x, projected)
         add_blocks(self.coupled(on, scale * self.A[on, None, None] * blocks), slots[on], data)
 
     def stiffness(self, x: Floats, projected: bool) -> tuple[Ints, Floats]:
-        """Return points with friction (k,), and derivatives of tractions by displacements (k, 3, 3), Pa/m."""
+        """Return the points with friction (k,), and the derivatives (k, 3, 3), Pa/m, of their tractions by
+        displacements.
+        """
         g, n, H = self.look(x)
         p = self.barrier.pressure(g)
         most = self.friction * p
@@ -305,13 +327,16 @@ class RigidFriction(RigidContact):
         return on, blocks[on]
 
     def rounding(self, x: Floats) -> float:
-        """Return the error of the forces due to rounding of positions, with friction, N."""
+        """Return the error of contact and friction forces due to rounding of positions, N."""
         size = float(np.abs(self.places(x)).max(initial=0.0))
         stiff = self.A[self.gaps(x) < self.barrier.distance] * self.spring
         return super().rounding(x) + float(np.finfo(np.float64).eps * size * np.linalg.norm(stiff))
 
     def _traction(self, x: Floats, n: Floats, most: Floats) -> Floats:
-        """Return the tractions that oppose the slip (p, 3), Pa."""
+        """Return the friction tractions (p, 3), Pa, along the slip; they act on the points with the opposite sign.
+
+        n (p, 3) are normals and `most` (p,), Pa, the friction limits; a lag replaces both.
+        """
         if self.lag is not None:
             n, most = self.lag.n, self.lag.most
         slip = Slip.of(self.way(x, n)[1], most, self.spring)
@@ -319,7 +344,11 @@ class RigidFriction(RigidContact):
 
 
 def add_friction(touching: RigidContact, friction: float, carries: Callable[[float], RigidMotion]) -> RigidFriction:
-    """Return a contact with friction, as stiff as the barrier: sticking points move less than its distance."""
+    """Return a contact with friction added; `carries` maps a load fraction to the motion of the rigid body.
+
+    The stick stiffness is the barrier stiffness divided by the barrier distance, so that sticking points move by less
+    than this distance.
+    """
     known = {f.name: getattr(touching, f.name) for f in fields(touching) if f.name != "conservative"}
     spring = touching.barrier.stiffness / touching.barrier.distance
     return RigidFriction(**known, friction=friction, spring=spring, carries=carries)

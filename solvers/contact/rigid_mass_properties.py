@@ -1,6 +1,6 @@
-"""Mass properties of rigid bodies, exact: volume, centroid and second moments of the shapes of signed distances.
+"""Exact mass properties of rigid bodies: volume, centroid and second moments of their shapes.
 
-To add a shape: a function here, a line in VOLUMES.
+To add a shape: a function here, and a line in VOLUMES.
 """
 
 from __future__ import annotations
@@ -24,7 +24,10 @@ from softmark.solvers.mesh.shape import transverse
 
 @dataclass(frozen=True)
 class MassProperties:
-    """Volume V, m^3, its centroid `middle` (3,), m, and C = int (X - middle) (X - middle)^T dV (3, 3), m^5."""
+    """Mass properties of a shape of density one.
+
+    V is the volume, m^3, `middle` (3,) the centroid, m, and C = int (X - middle) (X - middle)^T dV (3, 3), m^5.
+    """
 
     V: float
     middle: Floats
@@ -39,26 +42,26 @@ class MassProperties:
 
 
 def mass_properties_of(gap: Gap) -> MassProperties | None:
-    """Return the volume properties of a rigid shape; None if unknown or infinite."""
+    """Return the mass properties of a rigid shape with a signed distance; None if they are unknown or infinite."""
     make = VOLUMES.get(type(gap))
     return None if make is None else make(gap)
 
 
 def integrate_ball(gap: BallGap) -> MassProperties:
-    """Return the volume of a ball without its hollow: C = 4 pi / 15 (R^5 - r^5)."""
+    """Return the mass properties of a ball with a concentric hollow: C = 4 pi / 15 (R^5 - r^5)."""
     V, C = (4.0 * np.pi * (gap.radius**k - gap.inner**k) / (3.0 * k) * (1.0 if k == 5 else 3.0) for k in (3, 5))
     return MassProperties(V, np.array(gap.centroid), C * np.eye(3))
 
 
 def integrate_box(gap: BoxGap) -> MassProperties:
-    """Return the volume of a box: C = V / 3 times the squares of its half extents."""
+    """Return the mass properties of a box: C is V / 3 times the squares of its half edge lengths."""
     half = np.array(gap.half)
     V = 8.0 * float(half.prod())
     return MassProperties(V, np.array(gap.centroid), V / 3.0 * np.diag(half**2))
 
 
 def integrate_body_of_revolution(gap: RevolvedGap) -> MassProperties:
-    """Return the volume of a body of revolution, by Green's theorem along the edges of its half-section."""
+    """Return the mass properties of a body of revolution, by Green's theorem along the edges of its half-section."""
     V, Vz, Vzz, Vrr = (2.0 * np.pi * _section_moment(gap, a, b) for a, b in ((1, 0), (1, 1), (1, 2), (3, 0)))
     axis, (e, f) = np.array(gap.axis), (np.array(t) for t in transverse(gap.axis))
     middle = np.array(gap.origin) + Vz / V * axis
@@ -67,8 +70,9 @@ def integrate_body_of_revolution(gap: RevolvedGap) -> MassProperties:
 
 
 def _section_moment(gap: RevolvedGap, a: int, b: int) -> float:
-    """Return int r^a z^b dA over a counter-clockwise half-section (r, z): three Gauss points per edge, exact to degree
-    5.
+    """Return the moment int r^a z^b dA over a counter-clockwise half-section with coordinates (r, z).
+
+    It uses three Gauss points per edge, which is exact to degree 5.
     """
     t, w = np.polynomial.legendre.leggauss(3)
     t, w, total = 0.5 * (t + 1.0), 0.5 * w, 0.0
@@ -79,7 +83,11 @@ def _section_moment(gap: RevolvedGap, a: int, b: int) -> float:
 
 
 def integrate_triangle_surface(gap: TriangleSurface) -> MassProperties:
-    """Return the volume in a surface, by tetrahedra: int x x^T = V / 20 (sum of v v^T, and the square of sum v)."""
+    """Return the mass properties of the volume in a closed triangle surface.
+
+    The volume is split into tetrahedra with corners v: int x x^T dV = V / 20 (sum of v v^T, plus s s^T), with s the sum
+    of the corners.
+    """
     own = gap.corners - (middle := np.array(gap.centroid))
     V = np.einsum("ti,ti->t", own[:, 0], np.cross(own[:, 1], own[:, 2])) / 6.0
     whole = own.sum(axis=1)

@@ -1,4 +1,4 @@
-"""Rigid transformation of a body from where it was declared, and the signed distance of the moved body."""
+"""Rigid motion of a body from its declared position, and the signed distance to the moved body."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ def rotation_from_vector(w: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class RigidMotion:
-    """Rigid motion x = c + Q (X - c) + shift: `rotation` vector of Q, rad, `about` the point c, m, `shift`, m."""
+    """Rigid motion x = c + Q (X - c) + shift of body points X.
+
+    `rotation` (3,), rad, is the rotation vector of Q, `about` the point c, m, and `shift` a translation, m.
+    """
 
     shift: Vector3 = ZERO
     rotation: Vector3 = ZERO
@@ -33,23 +36,23 @@ class RigidMotion:
 
     @cached_property
     def turn(self) -> Floats | None:
-        """Rotation matrix Q (3, 3); None without rotation."""
+        """Rotation matrix Q (3, 3); None for a motion without rotation."""
         return rotation_from_vector(np.array(self.rotation)) if any(self.rotation) else None
 
     def at(self, share: float) -> RigidMotion:
-        """Return the motion at a fraction of its path, about the same axis."""
+        """Return the motion at a fraction `share` of its path, with the same axis of rotation."""
         a, b, c = (share * s for s in self.shift)
         p, q, r = (share * w for w in self.rotation)
         return RigidMotion((a, b, c), (p, q, r), self.about)
 
     def moved(self, X: Floats) -> Floats:
-        """Return the positions, m, of body points X (n, 3)."""
+        """Return the positions (n, 3), m, of body points declared at X (n, 3), m."""
         c, s = np.array(self.about), np.array(self.shift)
         found: Floats = X + s if self.turn is None else (X - c) @ self.turn.T + (c + s)
         return found
 
     def back(self, x: Floats) -> Floats:
-        """Return the body points, m, that are now at x (n, 3)."""
+        """Return the declared positions (n, 3), m, of body points that are now at x (n, 3), m."""
         c, s = np.array(self.about), np.array(self.shift)
         found: Floats = x - s if self.turn is None else (x - (c + s)) @ self.turn + c
         return found
@@ -57,35 +60,38 @@ class RigidMotion:
 
 @dataclass(frozen=True)
 class MovedGap:
-    """Signed distance of a body that has moved."""
+    """Signed distance to a body that has moved rigidly."""
 
     own: Gap
     pose: RigidMotion
 
     @property
     def sharpest(self) -> float:
-        """Least radius of curvature of its convex edges, m."""
+        """Smallest radius of curvature of convex edges of the body, m."""
         return self.own.sharpest
 
     @property
     def centroid(self) -> Vector3 | None:
-        """Centroid of its volume in its present position, m."""
+        """Centroid of the body in its present position, m; None for an infinite body."""
         if self.own.centroid is None:
             return None
         x, y, z = self.pose.moved(np.array([self.own.centroid]))[0].tolist()
         return x, y, z
 
     def gap(self, X: Floats) -> Floats:
-        """Return g(X) = g0(back(X)) (n,), m."""
+        """Return the gaps (n,), m, at points X (n, 3), m: those of the unmoved body at `back(X)`."""
         return self.own.gap(self.pose.back(X))
 
     def look(self, X: Floats) -> Look:
-        """Return g, n = Q n0 and H = Q H0 Q^T at points X (n, 3), m."""
+        """Return gaps (n,), m, normals n (n, 3) and Hessians H (n, 3, 3), 1/m, at points X (n, 3), m.
+
+        From the values n0, H0 of the unmoved body, n = Q n0 and H = Q H0 Q^T.
+        """
         g, n, H = self.own.look(self.pose.back(X))
         Q = self.pose.turn
         return (g, n, H) if Q is None else (g, n @ Q.T, Q @ H @ Q.T)
 
 
 def gap_as_declared(body: Gap) -> Gap:
-    """Return the signed distance of a rigid body as declared, before any motion."""
+    """Return the signed distance to a rigid body in its declared position."""
     return body.own if isinstance(body, MovedGap) else body

@@ -1,8 +1,9 @@
 """Overlap of the facets of two surfaces whose meshes do not match, by exact clipping of polygons.
 
-Straight facets are triangles. The intersection of two triangles is clipped in their plane (Sutherland and Hodgman
-1974), and every piece has Gauss points, with local coordinates on both facets. Curved facets are clipped as the
-triangles over their nodes, and the points are projected to the facets along their normals.
+Facets with straight sides are split into triangles. Two triangles are intersected in the plane of the first (Sutherland
+and Hodgman 1974). Each piece of the intersection gets Gauss points, with local coordinates on both facets. Curved
+facets are clipped as triangles between their nodes, and the Gauss points are then projected along the normals onto the
+curved facets.
 """
 
 from __future__ import annotations
@@ -16,16 +17,17 @@ from softmark.records import dataclass
 from softmark.solvers.elements.boundary_facets import FACETS, Tri6
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
-FACING = -0.5  # of two unit normals: facets that look at each other
-NOTHING = 1e-10  # of a triangle: what is less of it in common is nothing
+FACING = -0.5  # largest scalar product of the unit normals of facets that face each other
+NOTHING = 1e-10  # of a triangle's area: smaller overlaps are ignored
 ROUNDS = 8  # of Newton's method for a point on a curved facet
 
 
 @dataclass(frozen=True)
 class FacetOverlaps:
-    """Integration points (p,) of overlaps of facets `first` and `second` (p,), with local coordinates on both.
+    """Integration points (p,) of the overlap of two surfaces, on the facets `first` and `second` (p,).
 
-    `A` (p,) are their areas, m^2, and `X` (p, 3) their positions on the first facet at rest, m.
+    `xi` and `eta` (p, 2) are the local coordinates on both facets. `A` (p,), m^2, are the areas of the points, and `X`
+    (p, 3), m, their positions on the first facet at rest.
     """
 
     first: Ints
@@ -34,7 +36,7 @@ class FacetOverlaps:
     eta: Floats  # (p, 2)
     A: Floats
     X: Floats
-    gaps: Floats  # (p,) how far the two facets are apart there, m
+    gaps: Floats  # (p,) distance between the two facets at the points, m
 
 
 def find_overlaps(mesh: Mesh, one: Ints, other: Ints, reach: float) -> FacetOverlaps:
@@ -56,14 +58,17 @@ def find_overlaps(mesh: Mesh, one: Ints, other: Ints, reach: float) -> FacetOver
 
 
 def _split_into_triangles(mesh: Mesh, which: Ints) -> tuple[Floats, Ints]:
-    """Return the flat triangles of facets (t, 3, 3), m, and the facet of each (t,)."""
+    """Return flat triangles (t, 3, 3), m, that cover the facets `which` of a mesh, and the facet of each (t,)."""
     split = np.array(mesh.element.facet.triangles)
     triangles = mesh.points[mesh.facets[which][:, split]].reshape(-1, 3, 3)
     return triangles, np.repeat(which, len(split))
 
 
 def _candidate_pairs(a: Floats, b: Floats, reach: float) -> tuple[Ints, Ints]:
-    """Return pairs of triangles that may overlap: near, and facing each other."""
+    """Return pairs of triangles of a (t, 3, 3) and b (u, 3, 3) that may overlap, as two arrays of indices (p,).
+
+    The triangles of such a pair face each other and are within a distance `reach`, m.
+    """
     middles = [t.mean(axis=1) for t in (a, b)]
     sizes = [np.linalg.norm(t - m[:, None], axis=2).max(axis=1) for t, m in zip((a, b), middles, strict=True)]
     most = float(sizes[0].max() + sizes[1].max()) + reach
@@ -79,21 +84,24 @@ def _candidate_pairs(a: Floats, b: Floats, reach: float) -> tuple[Ints, Ints]:
 
 
 def _triangle_normals(t: Floats) -> Floats:
-    """Return unit normals of triangles (t, 3)."""
+    """Return the unit normals (t, 3) of triangles t (t, 3, 3)."""
     n = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
     found: Floats = n / np.linalg.norm(n, axis=1, keepdims=True)
     return found
 
 
 def _intersect_triangles(a: Floats, b: Floats) -> tuple[Floats, Ints]:
-    """Return intersections of triangle pairs (p, 3, 3) in the plane of the first: triangles (t, 3, 3), their pairs."""
+    """Return the intersections of pairs of triangles a and b (p, 3, 3), m, in the plane of a.
+
+    They are split into triangles (t, 3, 3), m, returned with the number of the pair of each (t,).
+    """
     n = _triangle_normals(a)
     u = a[:, 1] - a[:, 0]
     u /= np.linalg.norm(u, axis=1, keepdims=True)
     v = np.cross(n, u)
     axes = np.stack([u, v], axis=1)  # (p, 2, 3)
     flat_a, flat_b = (np.einsum("pij,pkj->pki", axes, t - a[:, :1]) for t in (a, b))
-    flat_b = flat_b[:, ::-1]  # they look at each other
+    flat_b = flat_b[:, ::-1]  # the triangles face each other
     found, of = [], []
     for number, (one, other) in enumerate(zip(flat_a, flat_b, strict=True)):
         polygon = _clip_polygon(other, one)
@@ -108,7 +116,7 @@ def _intersect_triangles(a: Floats, b: Floats) -> tuple[Floats, Ints]:
 
 
 def _clip_polygon(polygon: Any, window: Any) -> list[Any]:
-    """Return a polygon clipped to a triangle, both counter-clockwise in the plane."""
+    """Return a polygon clipped to the triangle `window`, both counter-clockwise in the plane."""
     left = list(polygon)
     for i in range(3):
         p, q = window[i], window[(i + 1) % 3]
@@ -125,18 +133,21 @@ def _clip_polygon(polygon: Any, window: Any) -> list[Any]:
 
 
 def _doubled_area(p: Any, q: Any, c: Any) -> float:
-    """Return twice the signed area of a triangle in the plane."""
+    """Return twice the signed area of the triangle p, q, c in the plane."""
     return float((q[0] - p[0]) * (c[1] - p[1]) - (q[1] - p[1]) * (c[0] - p[0]))
 
 
 def _positions(mesh: Mesh, facets: Ints, xi: Floats) -> Floats:
-    """Return the positions of local points xi of facets, m."""
+    """Return the positions (p, 3), m, of points with local coordinates xi (p, 2) on facets (p,) at rest."""
     found: Floats = np.einsum("pa,pai->pi", FACETS[mesh.facets.shape[1]].shape(xi), mesh.points[mesh.facets[facets]])
     return found
 
 
 def _project_to_facets(mesh: Mesh, facets: Ints, X: Floats) -> Floats:
-    """Return local coordinates (p, 2) of the points of facets (p,) closest to X (p, 3), by the Gauss-Newton method."""
+    """Return the local coordinates (p, 2) of the points on facets (p,) that are closest to X (p, 3), m.
+
+    They are found by the Gauss-Newton method.
+    """
     facet = FACETS[mesh.facets.shape[1]]
     nodes = mesh.points[mesh.facets[facets]]
     xi = np.tile(np.array(facet.centre), (len(X), 1))

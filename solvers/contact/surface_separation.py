@@ -1,4 +1,4 @@
-"""Least distance between parts of a surface that face each other, such as the walls of a fold before it closes."""
+"""Least distance between parts of a surface that face each other, such as the walls of a closing fold."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from softmark.solvers.energies.energy import Floats, Ints
 FACING = (
     0.86  # cosine of 30 degrees: so close an outward normal on each side is to the way across, less than in a corner
 )
-PAIRS = 200_000_000  # of corners and faces: a few seconds; where a surface has more, the distance is not looked for
+PAIRS = 200_000_000  # of corners and faces: a few seconds; surfaces with more pairs are not searched
 CHUNK = 2_000_000  # pairs that are compared at a time, 50 MB
 
 
 def least_facing_distance(V: Floats, faces: Ints, normals: Floats) -> float | None:
-    """Return the least distance, m, from a corner of V (n, d) to a face (f, d) of the same surface that faces it.
+    """Return the least distance, m, from a corner of V (n, d), m, to a face (f, d) that faces it on the same surface.
 
-    `normals` (f, d) are outward unit normals. Faces at the corner itself are left out. The result is infinite if no
+    `normals` (f, d) are outward unit normals. Faces that contain the corner are left out. The result is infinite if no
     parts face each other, and None if the surface has too many faces for this search.
     """
     corners = np.unique(faces)
@@ -42,18 +42,24 @@ def least_facing_distance(V: Floats, faces: Ints, normals: Floats) -> float | No
         for cut in np.array_split(np.arange(len(p)), range(CHUNK // 20, len(p), CHUNK // 20)):
             best = min(best, _least_distance_of_pairs(V, faces, (normals, own, around), some[p[cut]], f[cut]))
             if not len(cut) or best <= float((far[p[cut], f[cut]] - radii[f[cut]]).max()):
-                break  # those that follow are farther
+                break  # all later pairs are farther
     return best
 
 
 def _sort_by_distance(some: Ints, p: Ints, f: Ints, far: Floats, radii: Floats) -> tuple[Ints, Ints]:
-    """Sort pairs of corners and faces by a lower bound of their distance."""
+    """Return pairs of corners p and faces f, sorted by a lower bound of their distance.
+
+    `far` (corners, faces), m, are distances to the centres of the faces, and `radii` (f,), m, the sizes of the faces.
+    """
     order = np.argsort(far[p, f] - radii[f], kind="stable")
     return p[order], f[order]
 
 
 def _faces_at_corners(faces: Ints, count: int) -> tuple[Ints, Ints]:
-    """Return the faces of all corners (f k,), one corner after the other, and the start of each corner (n + 1,)."""
+    """Return the faces at all of `count` corners, as one array, and the index where each corner starts.
+
+    The shapes are (f k,) and (count + 1,), for `faces` (f, k).
+    """
     order = np.argsort(faces.ravel(), kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(faces.ravel(), minlength=count))])
     return order // faces.shape[1], starts.astype(np.int64)
@@ -62,10 +68,12 @@ def _faces_at_corners(faces: Ints, count: int) -> tuple[Ints, Ints]:
 def _least_distance_of_pairs(
     V: Floats, faces: Ints, directions: tuple[Floats, Floats, tuple[Ints, Ints]], corner: Ints, face: Ints
 ) -> float:
-    """Return the least distance, m, from a corner to a face over pairs (c,) that face each other; infinite if none do.
+    """Return the least distance, m, over pairs (c,) of a corner and a face that face each other.
 
-    The normal of the face then points to the corner, and at the corner the normal of one of its own faces, or their
-    mean, points to the face.
+    It is infinite if no pair does.
+
+    They face each other if the normal of the face points to the corner, and the normal of a face at the corner, or the
+    mean of these normals, points to the face.
     """
     normals, own, (at, starts) = directions
     apart = ~(faces[face] == corner[:, None]).any(axis=1)

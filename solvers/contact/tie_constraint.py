@@ -1,4 +1,4 @@
-"""Tie constraint: springs between two overlapping surfaces that act as if glued, for meshes that do not match."""
+"""Tie constraint: springs between two overlapping surfaces glued together, for meshes that do not match."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ from softmark.solvers.mesh.mesh import Mesh
 
 @dataclass(frozen=True)
 class TieConstraint(Energy):
-    """Tie energy E = 1/2 int k |u - v|^2 dA over the overlap of two surfaces at rest, u and v their displacements.
+    """Tie energy E = 1/2 int k |u - v|^2 dA over the overlap of two surfaces with displacements u and v.
 
-    A stress sigma opens it by sigma / k: `stiffness` k (Pa/m) is large compared with E / h of the cells. Uniform stress
-    stays uniform on any meshes, since overlaps of facets are exact (a patch test).
+    A stress sigma opens the joint by sigma / k. The `stiffness` k (Pa/m) is large compared with E / h of the cells,
+    with Young's modulus E and cell size h. A uniform stress stays uniform on any two meshes, because the overlaps of
+    facets are exact (a patch test).
     """
 
     nodes: Ints  # (p, a + b) of both facets of each pair
@@ -32,7 +33,7 @@ class TieConstraint(Energy):
 
     @cached_property
     def stencils(self) -> Ints:
-        """Degrees of freedom of the nodes of each facet pair (p, 3 (a + b))."""
+        """Degrees of freedom (p, 3 (a + b)) of the nodes of each pair of facets."""
         return (3 * self.nodes[:, :, None] + np.arange(3)).reshape(len(self.nodes), -1)
 
     def value(self, x: Floats) -> float:
@@ -41,15 +42,15 @@ class TieConstraint(Energy):
         return 0.5 * float(np.einsum("pi,pij,pj->", u, self.K, u, optimize=True))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Add the gradient: minus the forces of the springs on nodes, N."""
+        """Add `scale` times the negative forces of the springs on nodes, N, to g (dofs,)."""
         np.add.at(g, self.stencils, scale * np.einsum("pij,pj->pi", self.K, x[self.stencils]))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the stiffness, which is constant and positive semidefinite."""
+        """Add the stiffness of the springs, which is constant and positive semidefinite."""
         add_blocks(scale * self.K, slots, data)
 
     def rounding(self, x: Floats) -> float:
-        """Return the error of the forces due to rounding of displacements, N."""
+        """Return the error of the spring forces due to rounding of displacements, N."""
         u = np.abs(np.asarray(x)[self.stencils])
         return float(np.finfo(np.asarray(x).dtype).eps * np.linalg.norm(np.einsum("pij,pj->pi", np.abs(self.K), u)))
 
@@ -59,7 +60,8 @@ def tie_surfaces(
 ) -> TieConstraint:
     """Return springs between facets `one` and `other` (k,) of a mesh that overlap within a distance `reach`, m.
 
-    With the `depth`, m, of a slice through a body of revolution, whole rings are tied.
+    The stiffness is in Pa/m. For an axisymmetric model `depth` is the thickness of the slice, m, and whole rings are
+    tied.
     """
     common = find_overlaps(mesh, one, other, reach)
     A = common.A
@@ -75,7 +77,11 @@ def tie_surfaces(
 
 
 def _integrate_springs(mesh: Mesh, common: FacetOverlaps, weights: Floats, which: Ints, pairs: int) -> Floats:
-    """Return integrals of k N_a N_b over the overlap of every pair, the second with the opposite sign."""
+    """Return stiffness matrices (pairs, 3 (a + b), 3 (a + b)), N/m, of the springs of all facet pairs.
+
+    They are the integrals of k N_a N_b over the overlap of each pair, with the shape functions of the second facet
+    negated. `weights` (p,), N/m, are k times the areas of the integration points, and `which` (p,) are their pairs.
+    """
     shape = FACETS[mesh.facets.shape[1]].shape
     N = np.concatenate([shape(common.xi), -shape(common.eta)], axis=1)
     M = np.zeros((pairs, N.shape[1], N.shape[1]))

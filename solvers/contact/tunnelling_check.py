@@ -1,8 +1,9 @@
 """Tunnelling check: finds whether a rigid body passed through a surface between two states.
 
-Every state is solved separately: a body that passed through in one step touches nothing, and one that passed half-way
-pushes nodes out behind it. Motion between states is taken to be straight. The check uses the depth of contact points
-in the rigid body, and the facets that its centroid passed through: between contact points nothing stops it.
+Every state is solved separately. A body that passed completely through the surface in one step touches nothing, and one
+that passed half-way pushes nodes out on its rear side. Motion between states is taken to be straight. The check uses
+the depth of contact points in the rigid body. It also uses the facets that passed over the centroid of the body,
+because nothing keeps the body out between contact points.
 """
 
 from __future__ import annotations
@@ -16,37 +17,46 @@ from softmark.solvers.contact.signed_distance.distance_function import Gap, dept
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.energies.energy import Floats, Ints
 
-STEPS, MOST = 32, 1024  # from one state to the next, or two to a depth; no more
-APART = 0.25  # of the way of a rigid body, and of how deep its middle is, where nothing is pressed in the end
-DEEP, WIDE = 0.75, 0.4  # of that depth, and of the way, where something is: what slides around an edge goes on a curve
-ACROSS = 0.5  # of that depth, of what is pressed on the other side of it than the one that it was on
-BESIDE = 1e-3  # of a triangle: what is as near to a side of it goes through it too
+STEPS, MOST = (
+    32,
+    1024,
+)  # least number of positions between two states (else two per depth of the centroid), and the largest
+APART = 0.25  # allowed depth without contact at the end, of the travel and of the depth of the centroid
+DEEP, WIDE = 0.75, 0.4  # the same with contact: sliding around an edge follows a curve
+ACROSS = 0.5  # the same, of the depth, for points that end on another side of the body
+BESIDE = 1e-3  # of a triangle: tolerance for motion through one of its sides
 
 
 @dataclass(frozen=True)
 class SurfaceTriangles:
-    """Whole surface of a body, or border of a slice: triangles of nodes `of` (t, 3), at rest X (t, 3, 3), m."""
+    """Triangles of the whole surface of a body, or of the border of a slice.
+
+    Their nodes are `of` (t, 3), at rest at X (t, 3, 3), m.
+    """
 
     of: Ints
     X: Floats
 
     def at(self, x: Floats, pose: RigidMotion) -> Floats:
-        """Return the triangles in a state (dofs,), in the frame of a rigid body that has moved (t, 3, 3), m."""
+        """Return the corners (t, 3, 3), m, of the triangles in a state x (dofs,), in the frame of a rigid body.
+
+        `pose` is the motion of the rigid body.
+        """
         now = self.X + np.asarray(x, dtype=np.float64)[3 * self.of[..., None] + np.arange(3)]
         return pose.back(now.reshape(-1, 3)).reshape(now.shape)
 
 
 def surface_triangles(points: Floats, facets: Ints) -> SurfaceTriangles:
-    """Return the triangles of facets (f, a) of a mesh, at rest at points (n, 3), m."""
+    """Return the triangles of mesh facets (f, a) with nodes at rest at points (n, 3), m."""
     triangles = facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)
     return SurfaceTriangles(triangles, points[triangles])
 
 
 def tunnelling_depth(contact: RigidContact, before: Floats, x: Floats) -> float:
-    """Return the greatest depth, m, of points in a rigid body on the way from state `before` (dofs,) to x; 0 if
-    allowed.
+    """Return the greatest depth, m, of points in a rigid body between the states `before` and x (dofs,).
 
-    It considers the points in contact at the end, or all points if there are none.
+    It is 0 if no depth exceeds the allowed one. The points are those in contact at the end, or all contact points if
+    there are none.
     """
     now = contact.at(1.0)
     start, end = (body.pose if isinstance(body, MovedGap) else RigidMotion() for body in (contact.earlier, now.body))
@@ -75,7 +85,11 @@ def tunnelling_depth(contact: RigidContact, before: Floats, x: Floats) -> float:
 def _greatest_depths(
     own: Gap, poses: tuple[RigidMotion, RigidMotion], ends: tuple[Floats, Floats], inner: float
 ) -> Floats:
-    """Return the greatest depths of points that move between two `ends` (n, 3), m, as the rigid body moves."""
+    """Return the greatest depth (n,), m, of each point on its straight way between two positions.
+
+    `ends` are both positions (n, 3), m, of the points, and `poses` the motions of the rigid body with the signed
+    distance `own`. `inner`, m, is the depth of its centroid.
+    """
     (start, end), (first, last) = poses, ends
     far = float(np.linalg.norm(end.back(last) - start.back(first), axis=1).max(initial=0.0))
     steps = int(np.clip(2.0 * far / inner, STEPS, MOST)) if inner > 0.0 else STEPS
@@ -89,10 +103,10 @@ def _greatest_depths(
 
 
 def sweeps_centroid(contact: RigidContact, before: Floats, x: Floats) -> bool:
-    """Return whether facets of the surface swept over the centroid of a rigid body between two states (dofs,), m.
+    """Return whether surface facets swept over the centroid of a rigid body between two states.
 
-    They then penetrate the body by at least half of its thickness. Use it only for steps that are short relative to
-    that thickness.
+    The states are `before` and x (dofs,). Facets that sweep over it penetrate the body by at least half of its
+    thickness. Use this check only for steps that are short compared with that thickness.
     """
     now = contact.at(1.0)
     start, end = (body.pose if isinstance(body, MovedGap) else RigidMotion() for body in (contact.earlier, now.body))
@@ -104,16 +118,17 @@ def sweeps_centroid(contact: RigidContact, before: Floats, x: Floats) -> bool:
 
 
 def _passes_centroid(A: Floats, B: Floats) -> bool:
-    """Return whether triangles that move straight from A to B (t, 3, 3), m, have passed the centroid of a body at 0.
+    """Return whether triangles that move straight from A to B (t, 3, 3), m, have passed through a centroid at 0.
 
-    It enters through some and leaves through others that face the other way; motion around a corner does not count.
+    The centroid then enters the body through some triangles and leaves it through others that face the other way.
+    Motion around a corner does not count.
     """
     n = _swept_triangle_normals(A, B)
     return bool((n @ n.T < 0.0).any())
 
 
 def _swept_triangle_normals(A: Floats, B: Floats) -> Floats:
-    """Return normals (k, 3), m^2, of triangles that sweep over the origin, straight from A to B (t, 3, 3), m."""
+    """Return normals (k, 3), m^2, of the triangles that sweep over the origin on their way from A to B (t, 3, 3), m."""
     both = np.concatenate([A, B], axis=1)
     near = ((both.min(axis=1) <= 0.0) & (both.max(axis=1) >= 0.0)).all(axis=1)
     A, B = A[near], B[near]

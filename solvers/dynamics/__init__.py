@@ -1,8 +1,8 @@
-"""Dynamics: time integrators, and the time integration that runs them.
+"""Dynamics: time integrators, and the time integration that uses them.
 
-M a + C v + dE/dx (x, t) = 0 (see dynamic_problem.py) is integrated from time 0 to a duration (time_integration.py) by
-one of INTEGRATORS. To add an integrator: one file with a class that has the members of `integrator.Integrator`, and one
-line here.
+The equations of motion M a + C v + dE/dx (x, t) = 0 (see dynamic_problem.py) are integrated from time 0 to a duration
+(time_integration.py) by one of INTEGRATORS. To add an integrator: one file with a class that has the members of
+`integrator.Integrator`, and one line here.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The second backward difference formula."""
+"""Second backward difference formula (BDF2), an implicit integrator."""
 
 from __future__ import annotations
 
@@ -17,13 +17,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BDF2:
-    """The second backward difference formula: second order, damps fast vibrations strongly and slow ones little.
+    """Second backward difference formula: second order, damps fast vibrations strongly and slow ones little.
 
-    With D x = (c0 x1 + c1 x0 + c2 x_before): v1 = D x, a1 = D v, balance at the end of the step. Steps may change: the
-    coefficients are those of the parabola through three unequal times, stable while a step is below 1 + sqrt(2)
-    times the one before. The first step is trapezoidal: its error of O(h^3), made once, keeps the second order,
-    and what it leaves of fast vibrations the next steps kill. Conserves linear momentum. Source: Hairer, Norsett
-    and Wanner (1993), sections III.1 and III.5 (equation 5.12 for unequal steps).
+    With D x = (c0 x1 + c1 x0 + c2 x_before), v1 = D x and a1 = D v; forces balance at the end of the step. Steps may
+    have different lengths: the coefficients are those of the parabola through three unequal times, and the formula is
+    stable while a step is below 1 + sqrt(2) times the one before. The first step is trapezoidal. Its error of O(h^3)
+    occurs only once, so the order remains two, and the following steps damp the fast vibrations that it leaves. Linear
+    momentum is conserved.
+
+    Source: Hairer, Norsett and Wanner (1993), sections III.1 and III.5 (equation 5.12 for unequal steps).
     """
 
     explicit: ClassVar[bool] = False
@@ -32,7 +34,7 @@ class BDF2:
         """Do nothing: every problem is accepted."""
 
     def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
-        """Make one step: by the trapezoidal rule at the start, by the two-step formula afterwards."""
+        """Return the motion after one step: trapezoidal at the start, by the two-step formula afterwards."""
         now, before = past.now, past.before
         impact = system.forces.impact
         if before is None:

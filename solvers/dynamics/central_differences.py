@@ -13,16 +13,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CentralDifferences:
-    """Central differences (leapfrog, velocity Verlet): explicit, second order, stable below a critical step only.
+    """Central differences (leapfrog, velocity Verlet): explicit, second order, stable below a critical step.
 
-    v = v0 + h/2 a0, x1 = x0 + h v, a1 = -M^-1 f(x1), v1 = v + h/2 a1, with a lumped mass. Stable while h < 2/w, w the
-    largest angular frequency of the mesh: far below what implicit integrators need, in return a step solves no
-    equations. A step longer than `safety` times the critical one is refused before the start, by Lanczos iteration at
-    rest; where the body stiffens on its way the critical step is found anew and steps are halved. Damping
-    proportional to the mass is treated exactly as the trapezoidal rule does; the one proportional to the
-    stiffness acts on the velocity of the half step, which shortens the critical step to
-    2/w (sqrt(1 + z^2) - z), z = beta w / 2. Conserves linear and angular momentum to rounding. Source: Belytschko,
-    Liu, Moran and Elkhodary (2014), sections 6.2 and 6.3.
+    v = v0 + h/2 a0, x1 = x0 + h v, a1 = -M^-1 f(x1), v1 = v + h/2 a1, with a lumped mass. The method is stable for h <
+    2/w, with w the largest angular frequency of the mesh. This is far below the steps of implicit integrators, but a
+    step solves no equations. A step longer than `safety` times the critical one is refused before the start; the
+    critical step at rest is found by Lanczos iteration. If the body stiffens during the motion, the critical step is
+    computed again, and steps are halved. Mass-proportional damping is treated exactly as in the trapezoidal rule.
+    Stiffness-proportional damping acts on the velocity of the half step, which shortens the critical step to 2/w
+    (sqrt(1 + z^2) - z), z = beta w / 2. Linear and angular momentum are conserved to rounding.
+
+    Source: Belytschko, Liu, Moran and Elkhodary (2014), sections 6.2 and 6.3.
     """
 
     safety: Annotated[float, "1 in (0, 1]", "fraction of the critical step that is used"] = 0.96
@@ -38,7 +39,7 @@ class CentralDifferences:
         system.swing = _energy_oscillation(step, critical)
 
     def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
-        """Make one kick-drift-kick step. Raises StepFailed if the body has become too stiff for the step."""
+        """Return the motion after one kick-drift-kick step. Raises StepFailed if the body is too stiff for the step."""
         if step > system.longest:
             raise StepFailed(_too_stiff(system.longest))
         end = past.now.time + step
@@ -65,4 +66,5 @@ def _energy_oscillation(step: float, critical: float) -> float:
 
 
 def _too_stiff(critical: float) -> str:
+    """Return the reason of a failed step that exceeds the critical step, s, as text."""
     return f"the critical step is now {critical:.4g} s"

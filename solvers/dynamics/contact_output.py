@@ -1,10 +1,10 @@
 """Contact forces over the steps of a dynamic analysis, and snapshots of the contact surfaces.
 
-Contact forces act as they are at the end of a step, with their whole impulse (dynamic_contact.py): they are means over
-the step. A node that stays in contact does not move in a step, x1 = x0. Integrators with x1 - x0 = h (v0 + v1) / 2 then
-reverse its velocity, and its force alternates by 2 m v / h about the true contact force. So the contact force at a time
-is the mean over the two adjacent steps, weighted by their lengths, in which this cancels. At the end it is the mean of
-the last two steps.
+Contact forces act at the end of a step with their whole impulse (dynamic_contact.py), so they are means over the step.
+A node that stays in contact does not move in a step: x1 = x0. Integrators with x1 - x0 = h (v0 + v1) / 2 then reverse
+its velocity, and its contact force alternates by 2 m v / h about the true value. So the contact force at a given time
+is the mean over the two adjacent steps, weighted by their lengths, in which this oscillation cancels. At the end of the
+analysis it is the mean of the last two steps.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ MOST = 800  # largest number of recorded states; beyond it every second one is d
 
 @dataclass(frozen=True)
 class ContactResultant:
-    """Resultant of one contact on the deformable body over a `step`, s.
+    """Resultant of the forces of one contact on the deformable body over a `step`, s.
 
-    `force` (3,), N; `moments` (2, 3), N m about the origin, with current and with undeformed arms; `size`, N, the sum
-    of the magnitudes of the nodal forces; `arms` (2, 3), N m, the sums of magnitudes times arms, likewise. At the end
-    of the step: `gap`, the smallest, and `left`, the mean weighted by contact force, m.
+    `force` (3,), N, and `moments` (2, 3), N m, about the origin, with current and with undeformed arms. `size`, N, is
+    the sum of the magnitudes of the nodal forces, and `arms` (2, 3), N m, the sums of magnitudes times both kinds of
+    arms. `gap` is the smallest gap at the end of the step, m, and `left` the mean gap weighted by contact force, m.
     """
 
     force: Floats
@@ -39,7 +39,10 @@ class ContactResultant:
     step: float = 0.0
 
     def after(self, before: ContactResultant, step: float, given: tuple[float, float]) -> ContactResultant:
-        """Return the resultant over the step after `before`, with the integrator's impulse (`Motion.given`)."""
+        """Return the resultant over the step that follows `before`, with the impulse of the integrator.
+
+        `given` is that of `Motion.given`.
+        """
         old, new = given[0] * before.step / step, given[1]
         if not old:
             return replace(self, step=step)
@@ -49,7 +52,7 @@ class ContactResultant:
 
 
 def rigid_contact_resultant(contact: Any, x: Floats) -> ContactResultant:
-    """Return the resultant of a contact with a rigid body in state x, the end of a step."""
+    """Return the resultant of a contact with a rigid body in a state x at the end of a step."""
     gaps = contact.gaps(x)
     press = contact.A * contact.pressures(x)
     left = float(press @ gaps / whole) if (whole := float(press.sum())) > 0.0 else 0.0
@@ -58,7 +61,7 @@ def rigid_contact_resultant(contact: Any, x: Floats) -> ContactResultant:
 
 
 def pair_contact_resultant(contact: Any, x: Floats) -> ContactResultant:
-    """Return the resultant of contact between two deformable surfaces, on all parts but the first.
+    """Return the resultant of contact between two deformable surfaces, on all mesh pieces except the first.
 
     `left` is not computed.
     """
@@ -72,16 +75,16 @@ def pair_contact_resultant(contact: Any, x: Floats) -> ContactResultant:
 
 
 def _force_resultant(push: Floats, arms: tuple[Floats, ...]) -> tuple[Floats, Floats, float, Floats]:
-    """Return the resultant of forces (p, 3), N: force, moments for each set of arms, total magnitude, weighted arms."""
+    """Return force, moments for each set of arms, total magnitude, and weighted arms of forces (p, 3), N."""
     sizes = np.linalg.norm(push, axis=1)
     moments = np.array([np.cross(arm, push).sum(axis=0) for arm in arms])
     return push.sum(axis=0), moments, float(sizes.sum()), np.array([sizes @ arm for arm in arms])
 
 
 def average_over_steps(steps: Floats, values: Floats) -> Floats:
-    """Return means over the two steps that meet at each time, from step means `values` (n + 1, ...).
+    """Return means over the two steps that meet at each time, from the means `values` (n + 1, ...) over each step.
 
-    `steps` (n,) are the step lengths, s; the first value belongs to no step.
+    `steps` (n,) are the step lengths, s; the first value, at time 0, belongs to no step.
     """
     if not len(steps):
         return values
@@ -94,10 +97,10 @@ def average_over_steps(steps: Floats, values: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class ContactSurface:
-    """Contact surface at one time, at its nodes (s,): displacements u (s, 3), m, contact forces f (s,), N, gaps g (s,),
-    m.
+    """Contact surface at one time, with its s nodes.
 
-    For contact between deformable surfaces f is (s, 3), on both surfaces, and gaps are empty.
+    u (s, 3), m, are displacements, f (s,), N, contact forces and g (s,), m, gaps. For contact between deformable
+    surfaces f is (s, 3), on both surfaces, and there are no gaps.
     """
 
     u: Floats
@@ -106,9 +109,9 @@ class ContactSurface:
 
 
 class SurfaceRecord:
-    """Record of the contact surfaces at selected times: `kept` holds pairs of time index and surfaces.
+    """Record of the contact surfaces at selected times and at the last one.
 
-    The last is included.
+    `kept` holds pairs of a time index and the surfaces then.
     """
 
     def __init__(self, contacts: Sequence[Any], meets: Sequence[Any] = ()) -> None:
@@ -136,6 +139,7 @@ class SurfaceRecord:
         self._last = step, now
 
     def _keep(self, states: tuple[ContactSurface, ...]) -> None:
+        """Store the surfaces of a time, and thin out the record if it is full."""
         if self.count % self.every == 0:
             made = tuple(ContactSurface(s.u, f, s.g) for s, f in zip(states, self._mean, strict=True))
             self.kept.append((self.count, made))
@@ -154,6 +158,7 @@ class SurfaceRecord:
 
 
 def _rigid_contact_surface(contact: Any, x: Floats, nodes: Ints) -> ContactSurface:
+    """Return the contact surface of a rigid contact in a state x."""
     u = x[3 * nodes[:, None] + np.arange(3)]
     g = np.full(len(nodes), np.inf)
     g[np.searchsorted(nodes, contact.nodes)] = contact.nodal_gaps(x)
@@ -161,6 +166,7 @@ def _rigid_contact_surface(contact: Any, x: Floats, nodes: Ints) -> ContactSurfa
 
 
 def _pair_contact_surface(contact: Any, x: Floats, nodes: Ints) -> ContactSurface:
+    """Return the contact surfaces of a contact between deformable bodies in a state x."""
     g = np.zeros(len(x))
     getattr(contact, "pressing", contact).add_gradient(x, g)
     where = 3 * nodes[:, None] + np.arange(3)

@@ -1,4 +1,4 @@
-"""Largest angular frequency of a body, which limits explicit time steps, tracked while the body moves."""
+"""Largest angular frequency of a body, which limits explicit time steps, updated while the body moves."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ WARM = 24  # Lanczos vectors from a start that is nearly right
 
 
 def largest_mode(K: sparse.csr_matrix, mass: Floats, start: Floats | None = None) -> tuple[float, Floats]:
-    """Return the largest frequency, rad/s, and its vector sqrt(M) u; `start` is such a vector from a nearby state.
+    """Return the largest angular frequency, rad/s, and its vector sqrt(M) u.
 
-    It is the square root of the largest eigenvalue of M^-1 K, M = diag(mass), by Lanczos iteration (Lanczos 1950). The
-    estimate is from below, with a relative error of about ACCURACY / 2 at most. Infinite if K or 1/M is not finite.
+    It is the square root of the largest eigenvalue of M^-1 K, M = diag(mass), by Lanczos iteration (Lanczos 1950), from
+    the vector `start` of a nearby state if given. The estimate is from below, with a relative error of about ACCURACY /
+    2 at most. It is infinite if K or 1/M is not finite.
     """
     if not len(mass):
         return 0.0, np.zeros(0)
@@ -41,9 +42,9 @@ def largest_mode(K: sparse.csr_matrix, mass: Floats, start: Floats | None = None
 
 
 def _arpack(A: sparse.csr_matrix, start: Floats | None) -> tuple[float, Floats]:
-    """Return the largest eigenvalue and its vector.
+    """Return the largest eigenvalue of A and its vector.
 
-    If the iteration does not converge, the matrix norm, an upper bound.
+    If the iteration does not converge, the matrix norm, an upper bound, replaces the eigenvalue.
     """
     first = np.random.default_rng(0).standard_normal(A.shape[0]) if start is None else start
     try:
@@ -54,9 +55,10 @@ def _arpack(A: sparse.csr_matrix, start: Floats | None) -> tuple[float, Floats]:
 
 
 def _lanczos(A: sparse.csr_matrix, start: Floats) -> tuple[float, Floats] | None:
-    """Return the largest eigenpair from a nearly correct start vector; None if WARM vectors are not enough.
+    """Return the largest eigenvalue of A and its vector, from a nearly correct start vector.
 
-    Ten per cent of noise is mixed into the start, because another mode may have become the fastest.
+    Ten per cent of noise is mixed into the start, because another mode may have become the fastest. Returns None if
+    WARM vectors are not enough.
     """
     noise = np.random.default_rng(1).standard_normal(len(start))
     q = start / np.linalg.norm(start) + 0.1 * noise / np.linalg.norm(noise)
@@ -80,7 +82,7 @@ def _lanczos(A: sparse.csr_matrix, start: Floats) -> tuple[float, Floats] | None
 
 
 class CriticalStepTracker:
-    """Tracks the critical time step while the body moves."""
+    """Critical time step of central differences, updated while the body moves."""
 
     def __init__(self, forces: DynamicForces, damping: Rayleigh) -> None:
         self.forces, self.damping = forces, damping
@@ -91,11 +93,11 @@ class CriticalStepTracker:
         self._age, self._interval = 0, SOONEST
 
     def critical_step(self, x: Floats, time: float) -> float:
-        """Return the stable step of central differences in state x, including earlier states, s.
+        """Return the critical step, s, in a state x, or the smallest of earlier states.
 
-        Infinite without stiffness. 2/w (sqrt(1 + z^2) - z), z = b w / 2 with damping b K (Belytschko et al. 2014,
-        section 6.2). If the tangent K and the definite tangent K', from which damping is made, differ: the h with h^2
-        w^2 + 2 b h w'^2 = 4.
+        It is 2/w (sqrt(1 + z^2) - z), z = b w / 2 with stiffness-proportional damping b K (Belytschko et al. 2014,
+        section 6.2), and infinite without stiffness. If the tangent K differs from the definite tangent K' used for
+        damping, it is the h with h^2 w^2 + 2 b h w'^2 = 4.
         """
         before, spent = self.omega, self._age
         K = self.forces.tangent(x, self.forces.factors(time))
@@ -107,11 +109,16 @@ class CriticalStepTracker:
         return self.critical
 
     def _largest(self, name: str, K: sparse.csr_matrix) -> float:
+        """Return the largest angular frequency of the stiffness K, rad/s; its vector is stored under `name`."""
         omega, self._modes[name] = largest_mode(K, self.mass, self._modes.get(name))
         return omega
 
     def _next(self, before: float, spent: int) -> int:
-        """Return after how many steps to update the estimate: as many as change it by CHANGE at the recent rate."""
+        """Return the number of steps until the next update of the estimate.
+
+        In so many steps it changes by CHANGE at its recent rate, `before` being its last value and `spent` the steps
+        since.
+        """
         if not (before and spent):
             return SOONEST
         change = abs(self.omega / before - 1.0)
@@ -127,10 +134,10 @@ class CriticalStepTracker:
         return 4.0 / (np.hypot(b, 2.0 * w) + b) if w or b else np.inf
 
     def after(self, now: Motion, x: Floats, a: Floats, time: float) -> float:
-        """Return the critical step after a step from `now` to x, s.
+        """Return the critical step, s, after a step from the motion `now` to the state x with accelerations a.
 
-        It is re-estimated every EVERY steps, sooner if it changes, and at once if the change of accelerations exceeds
-        what the largest frequency explains: |da| > w^2 |dx| in the mass norm.
+        It is estimated again every EVERY steps, sooner if it changes. It is estimated at once if accelerations change
+        by more than the largest frequency explains: |da| > w^2 |dx| in the mass norm.
         """
         self._age += 1
         free, weight = self.forces.free, np.sqrt(self.mass)

@@ -11,11 +11,12 @@ from softmark.solvers.energies.energy import DampedEnergy, Floats
 
 
 class Damping:
-    """Damping C = alpha M + beta K plus the matrix of dashpots.
+    """Damping matrix C = alpha M + beta K plus the matrix of dashpots.
 
-    M excludes free rigid bodies, which only contact brakes. K is the definite stiffness of the internal forces in the
-    state to which the velocity belongs. In any other state, a volume-preserving velocity seems to change the volume by
-    O(h), and the bulk modulus of a nearly incompressible body would turn that into a spurious brake.
+    M excludes free rigid bodies, which lose speed only by contact. K is the positive definite stiffness of the internal
+    forces in the state to which the velocity belongs. In any other state a volume-preserving velocity would seem to
+    change the volume by O(h), and the bulk modulus of a nearly incompressible body would turn this into spurious
+    damping.
     """
 
     def __init__(self, forces: DynamicForces, rayleigh: Rayleigh, target: Floats) -> None:
@@ -38,7 +39,7 @@ class Damping:
         return bool(self.rayleigh.alpha or self.rayleigh.beta or self._dashpots)
 
     def begin(self, x: Floats) -> None:
-        """Set C to that of state x."""
+        """Compute C for the state x."""
         if not self.active:
             return
         alpha, beta = self.rayleigh.alpha, self.rayleigh.beta
@@ -54,9 +55,9 @@ class Damping:
             self._towing = self._stiffness_times(self.direction)
 
     def predict(self, stage: Stage) -> None:
-        """Set C for a step from a prediction of its end state.
+        """Compute C for a step, from a prediction of its end state.
 
-        Without stiffness-proportional damping, from its start.
+        Without stiffness-proportional damping C is that of the start of the step.
         """
         start = stage.start
         self.begin(stage.acting(start.x + stage.step * start.v))
@@ -64,7 +65,7 @@ class Damping:
             self.begin(start.x)
 
     def update(self, stage: Stage, motion: Motion) -> float:
-        """Update C at the end of a step and return the resulting change of the damping force, N."""
+        """Compute C at the end of a step, and return the norm of the change of the damping force, N."""
         v = stage.damping_velocity(motion.x, motion.v)
         before = self.force(v)
         self.begin(stage.acting(motion.x))
@@ -76,7 +77,7 @@ class Damping:
         return float(np.finfo(np.float64).eps * np.linalg.norm(abs(self._C) @ np.abs(v[free]))) if self.active else 0.0
 
     def force(self, v: Floats) -> Floats:
-        """Return C v on the free degrees of freedom, zero on the others (dofs,), N."""
+        """Return the damping force C v (dofs,), N; zero on fixed degrees of freedom."""
         if not self.active:
             return self._none
         f = np.zeros_like(v)
@@ -93,9 +94,9 @@ class Damping:
         return f
 
     def reaction(self, v: Floats) -> Floats:
-        """Return C v on the supports, zero elsewhere (dofs,), N, by a difference of forces.
+        """Return the damping force C v (dofs,), N, on supports; zero elsewhere.
 
-        Relative accuracy about 1e-7.
+        It is computed by a difference of forces, with a relative accuracy of about 1e-7.
         """
         f = np.zeros_like(v)
         if self.active and self.length:
@@ -113,7 +114,7 @@ class Damping:
         return f
 
     def _stiffness_times(self, d: Floats) -> Floats:
-        """Return K d by a central difference of the internal forces."""
+        """Return K d (dofs,) by a central difference of the internal forces."""
         largest = float(np.abs(d).max())
         if largest == 0.0:
             return np.zeros_like(d)

@@ -1,21 +1,21 @@
-"""Contact in dynamics: rigid bodies with prescribed motion, and contact forces that act at the end of every step.
+"""Contact in dynamics: moving rigid bodies, and contact forces that act at the end of every step.
 
-Whatever weights an integrator gives to other forces, contact forces enter with their whole impulse at the end of the
+Whatever weights an integrator gives to other forces, contact forces c act with their whole impulse at the end of the
 step (Kane, Repetto, Ortiz and Marsden 1999, Comput. Methods Appl. Mech. Eng. 180:1). With
 
     x1 - x0 = h (v0 + v1) / 2  and  v1 - v0 = h M^-1 c(x1) + ...,
 
 contact changes the kinetic energy by c(x1) . (x1 - x0). If the gap is convex in x along the surface, this is at most
-the decrease of its potential, so an impact dissipates energy or conserves it. Weighted between the ends of the step,
-contact would act where there is none any more, and add energy.
+the decrease of the contact potential, so an impact dissipates or conserves energy. If contact forces were weighted
+between the ends of the step, they would act after contact has ended, and add energy.
 
 Friction is part of c, evaluated with the pressures at the end of the step, and dissipates energy for the same reason.
-With t the traction and e = t / k the elastic slip of sticking nodes, t1 . (x1 - x0) is at least the change of the
-stored energy k (e1^2 - e0^2) / 2, and exceeds it by t1 times the slip. The next step starts from the anchors that the
-last one left (contact/rigid_friction.py).
+With the traction t and the elastic slip e = t / k of sticking nodes, t1 . (x1 - x0) exceeds the change of the stored
+energy k (e1^2 - e0^2) / 2 by at least t1 times the slip. The next step starts from the anchors at the end of the last
+one (contact/rigid_friction.py).
 
-Contact between deformable surfaces is treated alike (contact/deformable_contact.py, contact/deformable_friction.py):
-action and reaction at the end of a step are equal and act at the same place.
+Contact between deformable surfaces is treated in the same way (contact/deformable_contact.py,
+contact/deformable_friction.py): action and reaction at the end of a step are equal and act at the same place.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ STIFFEST = 1e9  # largest total stiffening factor in double precision
 class DynamicContacts:
     """All contacts of a dynamic analysis, with the amplitudes of their rigid bodies.
 
-    Barriers are stiffened as needed.
+    Barriers are stiffened where points end inside a rigid body.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class DynamicContacts:
         return ContactsAtTime(posed, self.slots, self.meets)
 
     def contact_changed(self, start: Motion, end: Motion) -> bool:
-        """Return whether contact has begun or ended over a step; velocities jump there."""
+        """Return whether contact has begun or ended in a step, where velocities jump."""
         before, after = self.at(start.time), self.at(end.time)
         return any(
             bool(np.any((b.gaps(start.x) < b.barrier.distance) != (a.gaps(end.x) < a.barrier.distance)))
@@ -112,13 +112,13 @@ class DynamicContacts:
         for i, own in enumerate(self.contacts):  # drop added points without contact force
             if own.extra is not None:
                 contact = own.at(self.amplitudes[i].at(motion.time))
-                left = replace(contact, earlier=contact.body).shed(motion.x)
+                left = replace(contact, earlier=contact.body).without_unloaded_points(motion.x)
                 if left.extra is not contact.extra:
                     self._take(i, left)
         self.log.append(ContactRecord(motion.time, touches, momentum / mass, driven, rubbed, acts))
 
     def _settled(self, i: int, here: Any, x: Floats) -> FrictionResult:
-        """Update the friction anchors of a rigid contact after a step, and return its friction result."""
+        """Update the friction anchors of rigid contact number i after a step, and return its friction result."""
         p, (_, held, area) = here.A * here.pressures(x), here.sticking(x)
         sticks = float(p[held].sum() / p.sum()) if p.any() else None
         gone, lost = here.gone + here.slid(x), here.lost(x)
@@ -127,7 +127,7 @@ class DynamicContacts:
         return FrictionResult(slip, sticks, area, lost)
 
     def _left(self, i: int, here: Any, x: Floats) -> FrictionResult:
-        """Update the friction anchors of a contact between deformable surfaces, and return its friction result."""
+        """Update the friction history of deformable contact number i after a step, and return its friction result."""
         hold = here.hold(x)
         since, slid, heat = here.settled(x)
         N, A, held = hold.N, here.skin.A[hold.which], ~hold.slip(x, here.friction).slides
@@ -138,9 +138,9 @@ class DynamicContacts:
         return FrictionResult(float(np.max(whole[hold.which], initial=0.0)), sticks, area, heat)
 
     def accept(self, start: Motion, end: Motion, time: float) -> None:
-        """Check the end of a step.
+        """Check the contacts at the end of a step.
 
-        Raises BarrierTooSoft if a point ends inside a rigid body, StepFailed if one passed through it.
+        Raises BarrierTooSoft if a point ends inside a rigid body, and StepFailed if a point has passed through one.
         """
         here = self.at(time)
         if here.passed(end.x, self.at(start.time).places(start.x)):
@@ -153,7 +153,7 @@ class DynamicContacts:
     def _add_contact_points(self, start: Motion, end: Motion, here: ContactsAtTime) -> None:
         """Add contact points to facets that penetrate a rigid body between points.
 
-        Raises FacetPenetration, to repeat the step.
+        Raises FacetPenetration, so that the step is repeated.
         """
         if self.couple is None or self._rounds > ROUNDS or all(c.facing is None for c in here.posed):
             return
@@ -173,14 +173,14 @@ class DynamicContacts:
             raise FacetPenetration("facets of the surface end inside a rigid body")
 
     def _take(self, i: int, contact: Any) -> None:
-        """Replace a contact by one with other points."""
+        """Replace contact number i by the same contact with other points."""
         assert self.couple is not None
         self.contacts[i], self.slots[i] = contact, self.couple(contact.stencils)
 
     def _stiffen(self, i: int) -> None:
-        """Stiffen a barrier.
+        """Stiffen the barrier of contact number i.
 
-        Raises BarrierTooSoft to repeat the step, or StepFailed if the barrier has its largest stiffness.
+        Raises BarrierTooSoft, so that the step is repeated, or StepFailed if the barrier has its largest stiffness.
         """
         barrier = self.contacts[i].barrier
         if barrier.stiffness * STIFFER > STIFFEST * self._first[i]:
@@ -194,9 +194,9 @@ class DynamicContacts:
 class FrictionResult:
     """Friction result of one contact at one time.
 
-    `slip`, m, is the largest accumulated slip of a node in contact; `sticks` the fraction of the contact force at
-    sticking points, None without contact force; `area` the sticking fraction of the contact area; `heat` the energy
-    dissipated by friction in the step, J.
+    `slip`, m, is the largest accumulated slip of a node in contact. `sticks` is the fraction of the contact force at
+    sticking points, or None without contact force. `area` is the sticking fraction of the contact area, and `heat` the
+    energy dissipated by friction in the step, J.
     """
 
     slip: float
@@ -219,7 +219,7 @@ class ContactRecord:
 
 @dataclass(frozen=True)
 class ImpactEvent:
-    """One impact: begin and end, s, and the velocities (3,), m/s, of the centre of mass before and after."""
+    """Impact: its begin and end, s, and the velocities (3,), m/s, of the centre of mass before and after."""
 
     begin: float
     end: float
@@ -229,16 +229,20 @@ class ImpactEvent:
 
     @property
     def restitution(self) -> float | None:
-        """Coefficient of restitution along the impulse; None if the rigid body moved, or the body did not approach."""
+        """Coefficient of restitution along the impulse.
+
+        It is None if the rigid body moved, or the body did not approach it.
+        """
         n = self.after - self.before
         brought = -float(n @ self.before)
         return None if self.driven or brought <= 0.0 else float(n @ self.after) / brought
 
 
 def find_impacts(log: Sequence[ContactRecord]) -> list[ImpactEvent]:
-    """Return the impacts between two free flights, each at least as long as the shorter of the contacts around it.
+    """Return the impacts between free flights.
 
-    Shorter flights are chatter: nodes leave a wall and return while the body still presses.
+    A free flight is at least as long as the shorter of the contacts before and after it. Shorter ones are chatter:
+    nodes leave a wall and return while the body still presses on it.
     """
     times, runs = [seen.time for seen in log], list[list[int]]()
     for i, seen in enumerate(log):
@@ -269,7 +273,7 @@ def _step_length(times: Sequence[float], i: int) -> float:
 
 
 class ContactsAtTime:
-    """All contacts at one time: with rigid bodies (`posed`), and between deformable surfaces (`meets`)."""
+    """All contacts at one time: with rigid bodies in position (`posed`), and between deformable surfaces (`meets`)."""
 
     def __init__(
         self, posed: Sequence[RigidContact], slots: Sequence[Ints], meets: Sequence[DynamicPatternEnergy] = ()
@@ -280,12 +284,12 @@ class ContactsAtTime:
 
     @property
     def every(self) -> tuple[Any, ...]:
-        """Contacts of both kinds."""
+        """All contacts: with rigid bodies, then between deformable surfaces."""
         return (*self.posed, *self.meets)
 
     @property
     def rubs(self) -> bool:
-        """True if some contacts have friction whose pressures are unknown."""
+        """True if some contact has friction that depends on the present pressures."""
         return any(c.rubs for c in self.every)
 
     def value(self, x: Floats) -> float:
@@ -301,9 +305,9 @@ class ContactsAtTime:
         return sum(float(c.lost(x)) for c in self.every if c.rubs)
 
     def lagged(self, x: Floats, before: ContactsAtTime | None = None) -> ContactsAtTime:
-        """Return the contacts with friction lagged at the pressures of state x, so that it has an energy.
+        """Return the contacts with friction lagged at the pressures of a state x, so that friction has an energy.
 
-        `before` are the contacts whose friction law determined these pressures.
+        `before` are the contacts whose friction law determines these pressures.
         """
         was = self if before is None else before
         both: Any = zip(self.every, was.every, strict=True)
@@ -312,19 +316,19 @@ class ContactsAtTime:
         return ContactsAtTime(each[:count], self.slots, each[count:])
 
     def gradient(self, x: Floats) -> Floats:
-        """Return minus the contact forces on all degrees of freedom (dofs,), N."""
+        """Return the negative contact forces (dofs,), N."""
         g = np.zeros(len(x))
         for contact in self.every:
             contact.add_gradient(x, g)
         return g
 
     def add_hessian(self, x: Floats, data: Floats, scale: float, projected: bool) -> None:
-        """Add the stiffness of rigid contacts: data (nnz,) += scale times it."""
+        """Add `scale` times the stiffness of rigid contacts to the entries data (nnz,)."""
         for contact, slots in zip(self.posed, self.slots, strict=True):
             contact.add_hessian(x, data, slots, scale, projected)
 
     def coupled(self, x: Floats, J: sparse.csr_matrix, free: Ints, scale: float, projected: bool) -> sparse.csr_matrix:
-        """Return J (free, free) plus scale times the stiffness of deformable contacts, with new entries."""
+        """Return J (free, free) plus `scale` times the stiffness of deformable contacts, which adds entries."""
         for energy in self.meets:
             J = (J + scale * energy.matrix(x, projected)[free][:, free]).tocsr()
         return J
@@ -338,14 +342,17 @@ class ContactsAtTime:
         return sum(float(c.rounding(x)) for c in self.every)
 
     def places(self, x: Floats) -> list[PointsInBodyFrame]:
-        """Return the positions of the contact points relative to each rigid body."""
+        """Return the positions of the contact points in the frame of each rigid body."""
         return [locate_contact_points(c, x) for c in self.posed]
 
     def passed(self, x: Floats, start: Sequence[PointsInBodyFrame]) -> bool:
-        """Return whether a point has passed through a rigid body since the relative positions `start`."""
+        """Return whether a point has passed through a rigid body since its positions `start` in the body frame."""
         return any(has_passed_through(a, b) for a, b in zip(start, self.places(x), strict=True))
 
     def work(self, x: Floats, since: ContactsAtTime) -> float:
-        """Return the work of moving rigid bodies, J: forces at the end times the displacement of their surfaces."""
+        """Return the work of the rigid bodies since the contacts `since`, J.
+
+        It is the forces at the end times the displacement of the rigid surfaces.
+        """
         both = zip(self.posed, since.posed, strict=True)
         return sum(float(c.work(x, s)) for c, s in both if c.share != s.share)

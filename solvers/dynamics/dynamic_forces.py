@@ -1,4 +1,4 @@
-"""Forces and matrices of a dynamic problem at a time: an `Assembly` with load factors, and a mass matrix."""
+"""Forces and matrices of a dynamic problem at one time: an `Assembly` with load factors, and a mass matrix."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class EnergyGradients:
-    """Energy gradients, i.e. minus the forces, on every degree of freedom (dofs,), N, by origin."""
+    """Energy gradients (dofs,), N, which are negative forces, separately for internal forces and loads."""
 
     internal: Floats
     external: Floats
 
     @property
     def total(self) -> Floats:
-        """Sum of all parts, which balances inertia and damping."""
+        """Sum of all gradients (dofs,), N, which inertia and damping balance."""
         return self.internal + self.external
 
 
 class DynamicForces:
-    """Internal energies, and loads whose factors depend on time, on one sparse pattern with the mass matrix."""
+    """Internal energies, and loads with time-dependent factors, on one sparsity pattern with the mass matrix."""
 
     def __init__(self, problem: Dynamics) -> None:
         assembly = problem.assembly
@@ -57,7 +57,7 @@ class DynamicForces:
         self._blocks = _block_places(self.pattern, self.free, problem.turning.where) if problem.turning else None
 
     def _impact(self, amplitudes: Sequence[Amplitude], meets: Sequence[DynamicPatternEnergy]) -> DynamicContacts:
-        """Return the contacts with rigid bodies, moved by `amplitudes`, and between deformable surfaces."""
+        """Return the contacts with rigid bodies, which move by `amplitudes`, and between deformable surfaces."""
         from softmark.solvers.dynamics.dynamic_contact import DynamicContacts
 
         known: list[Any] = list(self.contacts)
@@ -83,11 +83,11 @@ class DynamicForces:
         return product
 
     def factors(self, time: float) -> Floats:
-        """Return the factor of each load at a time (l,)."""
+        """Return the factors (l,) of all loads at a time, s."""
         return np.array([amplitude.at(time) for amplitude in self.amplitudes])
 
     def graded(self, begin: float, end: float, weight: float = 0.5, ahead: float = 0.0) -> StepLoad:
-        """Return the loads of a step (see load_amplitudes.py)."""
+        """Return the load factors of a step (see load_amplitudes.py)."""
         return linear_step_load(self.amplitudes, begin, end, weight, ahead)
 
     def mean(self, begin: float, end: float) -> Floats:
@@ -95,7 +95,7 @@ class DynamicForces:
         return mean_factors(self.amplitudes, begin, end)
 
     def scaled(self, factors: Floats) -> list[tuple[Energy, float]]:
-        """Return every energy with its factor, in the order of the pattern's slots."""
+        """Return every energy with its factor, in the order of the sparsity pattern."""
         return [(e, 1.0) for e in self.internal] + list(zip(self.loads, factors.tolist(), strict=True))
 
     def value(self, x: Floats, factors: Floats) -> float:
@@ -111,16 +111,13 @@ class DynamicForces:
         return EnergyGradients(self.within(x), self.load_gradient(x, factors))
 
     def begun(self, x: Floats, factors: Floats) -> EnergyGradients:
-        """Return the energy gradients at the start of a step, before any viscoelastic relaxation over it."""
+        """Return the energy gradients at the start of a step, before viscoelastic relaxation in the step."""
         return EnergyGradients(
             self._gradient(self.internal if self.now is None else self.now, x), self.load_gradient(x, factors)
         )
 
     def within(self, x: Floats) -> Floats:
-        """Return the gradient of the internal energies (dofs,), N.
-
-        The last state is cached, as steps need it several times.
-        """
+        """Return the gradient (dofs,), N, of the internal energies in a state x; cached for the last state."""
         if not self._repeats:
             return self._gradient(self.internal, x)
         if (key := x.tobytes()) != self._last[0]:
@@ -128,6 +125,7 @@ class DynamicForces:
         return self._last[1]
 
     def _gradient(self, energies: Sequence[Energy], x: Floats) -> Floats:
+        """Return the sum (dofs,), N, of the gradients of some energies in a state x."""
         internal = np.zeros(self.dofs)
         for energy in energies:
             energy.add_gradient(x, internal)
@@ -146,7 +144,7 @@ class DynamicForces:
         return sum(e.rounding(x) for e in (*self.internal, *self.loads))
 
     def drag(self, x: Floats) -> Floats:
-        """Return the entries (nnz,) of the stiffness used for stiffness-proportional damping, in the shared pattern."""
+        """Return the entries (nnz,) of the stiffness that stiffness-proportional damping uses."""
         data = np.zeros(len(self.pattern.indices))
         for energy, slots in zip(self.internal, self.pattern.slots, strict=False):
             if energy.stencils.size:
@@ -154,7 +152,7 @@ class DynamicForces:
         return data
 
     def tangent(self, x: Floats, factors: Floats, projected: bool = False) -> sparse.csr_matrix:
-        """Return K over the free degrees of freedom under loads with `factors` (l,), in the shared pattern."""
+        """Return the tangent stiffness of the free degrees of freedom under loads with `factors` (l,)."""
         data = np.zeros(len(self.pattern.indices))
         for (energy, scale), slots in zip(self.scaled(factors), self.pattern.slots, strict=False):
             if energy.stencils.size and scale != 0.0:
@@ -162,24 +160,30 @@ class DynamicForces:
         return self.pattern.matrix(data)
 
     def add_mass(self, data: Floats, scale: float) -> None:
-        """Add the mass matrix: data (nnz,) += scale M."""
+        """Add `scale` times the mass matrix to the entries data (nnz,)."""
         data[self._mass_slots] += scale * self.M_free.data
 
     def add_damped_mass(self, data: Floats, scale: float) -> None:
-        """Add the mass matrix of the deformable body only; its damping does not brake free rigid bodies in flight."""
+        """Add `scale` times the mass matrix of the deformable body to the entries data (nnz,).
+
+        Free rigid bodies are left out: mass-proportional damping does not slow them down.
+        """
         end = None if self.impact is None or self.impact.free is None else np.searchsorted(self.free, self.impact.free)
         own = slice(None, None if end is None else self.M_free.indptr[end])
         data[self._mass_slots[own]] += scale * self.M_free.data[own]
 
     def add_blocks(self, data: Floats, blocks: Floats) -> None:
-        """Add blocks (n, 3, 3) to data (nnz,) at the rotational unknowns."""
+        """Add blocks (n, 3, 3) of the rotational unknowns to the entries data (nnz,)."""
         assert self._blocks is not None
         which, places = self._blocks
         data[places] += blocks.ravel()[which]
 
 
 def _block_places(pattern: Pattern, free: Ints, where: Ints) -> tuple[Ints, Ints]:
-    """Return the free entries of blocks (n, 3, 3) over unknowns `where` (n, 3), and their positions in the pattern."""
+    """Return the entries of blocks (n, 3, 3) on free unknowns, and their positions in the sparsity pattern.
+
+    `where` (n, 3) are the unknowns of the blocks.
+    """
     number = np.full(max(int(where.max(initial=0)), int(free.max(initial=0))) + 1, -1)
     number[free] = np.arange(len(free))
     rows, columns = np.broadcast_arrays(number[where][:, :, None], number[where][:, None, :])
@@ -214,9 +218,9 @@ def _entry_positions(pattern: Pattern, M: sparse.csr_matrix) -> Ints | None:
 
 
 def _entry_numbers(size: int, M: Pattern | sparse.csr_matrix) -> Ints:
-    """Return row times size plus column of each entry (nnz,), size that of the matrix.
+    """Return, for each entry (nnz,) of a matrix, the number row * size + column.
 
-    Ascending, because both are sorted.
+    The numbers are ascending, because rows and columns are sorted.
     """
     numbers: Ints = np.repeat(np.arange(size), np.diff(M.indptr)) * size + M.indices
     return numbers

@@ -26,14 +26,14 @@ BEGUN = 1e-6  # share of a way over which its direction is measured
 
 
 class SupportPath(Protocol):
-    """Path of prescribed displacements to their full size, if not proportional, such as a rotation about an axis."""
+    """Path of prescribed displacements that is not proportional to their final values, such as a rotation."""
 
     def at(self, share: float) -> Floats:
         """Return the prescribed increments from rest (c,), m, at a fraction `share` of the full motion."""
 
 
 class StepLinearSolver(Protocol):
-    """Interface of a linear solver for a sequence of systems; it may cache what it knows of the sparsity pattern."""
+    """Interface of a linear solver for a sequence of systems; it may cache data of the sparsity pattern."""
 
     def solve(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats:
         """Return x with |K x - b| <= tolerance |b|. Raises linear.Singular if this fails."""
@@ -41,7 +41,7 @@ class StepLinearSolver(Protocol):
 
 @dataclass(frozen=True)
 class DirectStepSolver:
-    """Direct solver that factorises every matrix anew."""
+    """Direct solver that factorises every matrix."""
 
     symmetric: bool = True
 
@@ -54,12 +54,12 @@ class DirectStepSolver:
 class Rayleigh:
     """Rayleigh damping C = alpha M + beta K, `alpha` in 1/s, `beta` in s (Clough and Penzien 1993, 12-5).
 
-    A mode of angular frequency w gets the damping ratio alpha/(2 w) + beta w/2. K is the tangent, made positive
-    semi-definite so that damping never adds energy, in the state to which the velocity in the equations belongs: the
-    end of the step, or its middle if that velocity is the mean. This state is predicted, and the step is repeated if
-    the prediction was wrong, so that its equations remain those of a minimum. Capped steps keep the K of their start,
-    as programs with so few iterations do. alpha M also brakes rigid motion; beta K does not affect translations, and
-    slightly brakes the rotation of a stressed body.
+    A mode of angular frequency w gets the damping ratio alpha/(2 w) + beta w/2. K is the tangent stiffness, made
+    positive semidefinite so that damping never adds energy. It is evaluated in the state to which the velocity in the
+    equations belongs: the end of the step, or its middle if this velocity is the mean. The state is predicted, and the
+    step is repeated if the prediction was wrong, so that the equations remain those of a minimum. Steps with a cap on
+    iterations keep the K of their start, as programs with so few iterations do. alpha M also damps rigid motion. beta K
+    does not affect translations, and slightly damps the rotation of a stressed body.
     """
 
     alpha: float = 0.0
@@ -128,11 +128,11 @@ class Dynamics:
 
     @property
     def direction(self) -> Floats:
-        """Initial direction of the support motion (c,), per unit of their amplitude."""
+        """Initial direction (c,) of the support motion, per unit of the support amplitude."""
         return self.target if self.way is None else (self.way.at(BEGUN) - self.way.at(-BEGUN)) / (2.0 * BEGUN)
 
     def imposed(self, share: float) -> Floats:
-        """Return the prescribed increments from rest (c,) at a fraction of the full support motion."""
+        """Return the prescribed increments (c,) from rest at a fraction `share` of the full support motion."""
         return share * self.target if self.way is None else self.way.at(share)
 
     def __post_init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Mechanical system as the integrators use it: support motion, accelerations, and the solution of an implicit step."""
+"""Mechanical system as integrators use it: support motion, accelerations, and solution of implicit steps."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SAME = 1e-8  # relative: loads that differ by less are one
 
 
 def _make_linear_solver(forces: DynamicForces) -> StepLinearSolver:
-    """Return Cholesky with conjugate gradients for large problems with a potential, else a general solver."""
+    """Return a linear solver: Cholesky with conjugate gradients for large conservative problems, else a general one."""
     meets = forces.impact is not None and bool(forces.impact.meets)  # in patterns that change
     if meets or not forces.conservative or len(forces.free) < SMALL:
         return DirectStepSolver(forces.conservative)
@@ -36,7 +36,7 @@ def _make_linear_solver(forces: DynamicForces) -> StepLinearSolver:
 
 
 class DynamicSystem:
-    """A dynamic problem prepared for time integration in steps of at most `step` seconds."""
+    """Dynamic problem prepared for time integration with steps of at most `step`, s."""
 
     def __init__(self, problem: Dynamics, step: float) -> None:
         self.problem, self.step = problem, step
@@ -50,7 +50,7 @@ class DynamicSystem:
         self.swing = 0.0  # of an explicit integrator: by how much the energy of the fastest mode comes and goes
 
     def _lagged(self) -> LaggedTangentSolver | None:
-        """Solver with lagged tangents, if the forces allow it."""
+        """Solver with lagged tangents; None if the forces do not allow it."""
         try:
             return LaggedTangentSolver(self) if allows_lagged_tangent(self.forces) else None
         except ValueError:  # a degree of freedom without stiffness or mass
@@ -82,10 +82,11 @@ class DynamicSystem:
 
     @cached_property
     def _moving(self) -> bool:
+        """True if supports move."""
         return self.problem.moves
 
     def supported(self, x: Floats, time: float) -> Floats:
-        """Return x with the supports at their positions at a time, s."""
+        """Return the state x with the supports at their positions at a time, s."""
         if self._moving:
             fixed = self.forces.fixed
             x = x.copy()
@@ -96,12 +97,12 @@ class DynamicSystem:
 
     @property
     def _since(self) -> float | None:
-        """Reference time of rotations, s, or None; rotations about a fixed axis can be added as numbers."""
+        """Reference time of rotation unknowns, s, or None if rotations simply add, as about a fixed axis."""
         return None if self.problem.turning is None else self.problem.turning.since
 
     @cached_property
     def _turned(self) -> Ints:
-        """Indices of the fixed degrees of freedom that are rotations (k,), if supports rotate any."""
+        """Indices (k,) of the fixed degrees of freedom that are rotations, if supports rotate."""
         turning, moved = self.problem.turning, np.flatnonzero(self.problem.target)
         found: Ints = np.flatnonzero(np.isin(self.forces.fixed, [] if turning is None else turning.where))
         return found[np.isin(found, moved)]
@@ -132,7 +133,10 @@ class DynamicSystem:
     # ------------------------------------------------------------------ accelerations
 
     def acceleration(self, g: Floats, time: float) -> Floats:
-        """Return a (dofs,) with M a = -g on free degrees of freedom, and that of the supports. Raises StepFailed."""
+        """Return the accelerations a (dofs,) with M a = -g on free degrees of freedom, and those of the supports.
+
+        Raises StepFailed.
+        """
         forces, a = self.forces, np.zeros_like(g)
         a[forces.fixed] = self.support_acceleration(time)
         if forces.lumped is not None:
@@ -152,13 +156,13 @@ class DynamicSystem:
             raise ValueError("the mass matrix is singular") from error
 
     def spread(self, f: Floats) -> Floats:
-        """Return the acceleration (dofs,), m/s^2, that forces f, N, cause on free degrees of freedom."""
+        """Return the accelerations (dofs,), m/s^2, of free degrees of freedom under forces f (dofs,), N."""
         free, a = self.forces.free, np.zeros_like(f)
         a[free] = f[free] / self.forces.lumped[free] if self.forces.lumped is not None else self._mass.solve(f[free])
         return a
 
     def under(self, motion: Motion, factors: Floats) -> Motion:
-        """Return the motion with the loads changed to `factors` (l,): only the acceleration changes."""
+        """Return the motion with the accelerations under loads with `factors` (l,)."""
         change = factors - motion.factors
         if not np.any(np.abs(change) > SAME * np.maximum(np.abs(factors), np.abs(motion.factors))):
             return motion
@@ -187,9 +191,9 @@ class DynamicSystem:
     # ------------------------------------------------------------------ implicit steps
 
     def solve(self, stage: Stage) -> Motion:
-        """Return the end of an implicit step; damping uses the stiffness of the state in which it acts.
+        """Return the motion at the end of an implicit step. Raises StepFailed.
 
-        Raises StepFailed.
+        Damping uses the stiffness of the state in which it acts.
         """
         if not self.problem.damping.beta or self.problem.cap is not None:
             return self._solved(stage)
@@ -201,7 +205,7 @@ class DynamicSystem:
         return motion
 
     def _settled(self, stage: Stage) -> Motion:
-        """Return the end of a step whose damping belongs to its own end state. Raises StepFailed."""
+        """Return the end of a step with the damping matrix of its own end state. Raises StepFailed."""
         self.damping.predict(stage)
         enough = DRAG * self.problem.tolerance
         for _ in range(REPEATS):

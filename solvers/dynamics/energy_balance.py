@@ -1,8 +1,8 @@
 """Energy balance of a motion: the energy that an integrator has added or removed.
 
-With E = kinetic + strain energy, W the work of loads and of moving supports and D the energy dissipated by damping, all
-since the start, the balance is B(t) = E(t) - E(0) - W(t) + D(t) (Belytschko, Liu, Moran and Elkhodary 2014, section
-6.2). Numerical damping makes it negative by design; this counts as a loss. Nothing physical makes it grow, so a gain is
+Let E be kinetic plus strain energy, W the work of loads and of moving supports, and D the energy dissipated by damping,
+all since the start. The balance is B(t) = E(t) - E(0) - W(t) + D(t) (Belytschko, Liu, Moran and Elkhodary 2014, section
+6.2). Numerical damping makes B negative by design; this counts as a loss. Nothing physical makes B grow, so a gain is
 an error of the integrator: its step is too long.
 """
 
@@ -20,7 +20,7 @@ LOSS = 0.25  # same fraction: larger losses are reported; a suddenly applied loa
 
 @dataclass(frozen=True)
 class EnergyBalance:
-    """Energy balance of a motion, relative to its scale, and the scale itself, J."""
+    """Energy balance of a motion relative to an energy scale, and this scale, J."""
 
     drift: float  # max |B| / scale
     gain: float  # the largest rise of B above its lowest value before / scale
@@ -30,7 +30,7 @@ class EnergyBalance:
 
     @property
     def gained(self) -> bool:
-        """True if the spurious energy gain exceeds the bound SAID."""
+        """True if the spurious energy gain exceeds the bound SAID and must be reported."""
         return self.gain > SAID
 
     @property
@@ -53,9 +53,10 @@ class EnergyAccount:
         self.started = self.record = False
 
     def add(self, time: float, energies: dict[str, float], noise: float = 0.0, swing: float = 0.0) -> None:
-        """Add the energies (J) at a time (s).
+        """Add the energies, J, at a time, s.
 
-        `noise` is their rounding error; `swing` the relative amplitude by which energy oscillates in stable steps.
+        `noise` is their rounding error, J. `swing` is the relative amplitude by which energy oscillates in stable
+        steps.
         """
         if not self.started:
             self.first, self.started = abs(energies["kinetic"]) + abs(energies["strain"]), True
@@ -82,9 +83,9 @@ class EnergyAccount:
     def settles(self) -> bool:
         """Return whether the gain levels off: each half of the last PATIENCE steps adds less than the half before.
 
-        With strong damping and a load jump, generalized_alpha oscillates about the solution for some steps, and the
-        work of damping in these oscillations counts as spurious energy, though the body never had it. The present
-        energy is below the energy supplied, and the oscillations decay: a warning (`gained`), not divergence.
+        With strong damping and a load jump, generalized_alpha oscillates about the solution for some steps. The work of
+        damping in these oscillations counts as spurious energy, although the body never had it. The oscillations decay,
+        and the present energy is below the energy supplied. So this is a case for a warning (`gained`), not divergence.
         """
         if self.excess > GAIN * self.scale or len(self.recent) <= PATIENCE:
             return False

@@ -1,4 +1,4 @@
-"""Energies at each time of a motion, accumulated step by step."""
+"""Ledger of the energies at each time of a motion, accumulated step by step."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class EnergyEntry:
         return tuple(float(getattr(self, name)) for name in self.names)
 
     def stiffened(self, system: DynamicSystem) -> EnergyEntry:
-        """Return the entry after barriers were stiffened; their additional energy is spurious."""
+        """Return the entry after barriers were stiffened, whose additional energy is counted as spurious."""
         stored = _barrier_energy(system, self.motion)
         more = (stored or 0.0) - (self.contact or 0.0)
         return replace(self, contact=stored, drift=self.drift + more)
@@ -72,7 +72,10 @@ def _barrier_energy(system: DynamicSystem, motion: Motion) -> float | None:
 
 
 def next_entry(system: DynamicSystem, last: EnergyEntry, motion: Motion) -> EnergyEntry:
-    """Return the entry after a step: trapezoidal work, loads by their mean, damping by the mean velocity."""
+    """Return the entry after a step.
+
+    Work is trapezoidal, loads act with their mean over the step, and damping with the mean velocity.
+    """
     here = open_entry(system, motion)
     h, way = motion.time - last.motion.time, motion.x - last.motion.x
     drag = system.damping.force(way / h) + system.damping.reaction(way / h)
@@ -127,7 +130,7 @@ def _resultants(system: DynamicSystem, loads: Floats, reaction: Floats, drag: Fl
 def _muscle_work(
     system: DynamicSystem, last: EnergyEntry, way: Floats, motion: Motion, factors: Floats
 ) -> float | None:
-    """Return the work of muscle since the start, J; None without muscle. The last of the loads are muscle."""
+    """Return the work of muscle since the start, J; None without muscle."""
     if last.muscle_work is None:
         return None
     own = factors.copy()
@@ -137,7 +140,7 @@ def _muscle_work(
 
 
 def is_finite(entry: EnergyEntry) -> bool:
-    """Return whether the motion and its energies are finite, so that it may be reported."""
+    """Return whether the motion and its energies are finite, so that they may be reported."""
     motion = entry.motion
     arrays = (motion.x, motion.v, motion.a, np.array(entry.values))
     return all(bool(np.all(np.isfinite(a))) for a in arrays)

@@ -1,4 +1,4 @@
-"""The generalised-alpha method."""
+"""Generalised-alpha method, an implicit integrator."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class GeneralizedAlpha:
-    """Generalised-alpha: second order, damps only vibrations that are too fast for the step.
+    """Generalised-alpha method: second order, damps only vibrations that are too fast for the step.
 
-    With r the `spectral_radius`, the factor per step of infinitely fast vibrations: alpha_m = (2 r - 1)/(r + 1),
-    alpha_f = r/(r + 1), gamma = 1/2 - alpha_m + alpha_f, beta = (1 - alpha_m + alpha_f)^2 / 4;
-    Newmark's formulas, with inertia and forces weighted between the ends of the step (see `Stage`). r = 1 damps
-    nothing, r = 0 kills fast vibrations in one step. Conserves linear momentum. Source: Chung and Hulbert (1993),
-    J. Appl. Mech. 60, section 4.
+    The `spectral_radius` r is the factor per step of infinitely fast vibrations: r = 1 damps nothing, r = 0 removes
+    fast vibrations in one step. The weights are alpha_m = (2 r - 1)/(r + 1), alpha_f = r/(r + 1), gamma = 1/2 - alpha_m
+    + alpha_f, beta = (1 - alpha_m + alpha_f)^2 / 4, in Newmark's formulas with inertia and forces weighted between the
+    ends of the step (see `Stage`). Linear momentum is conserved.
+
+    Source: Chung and Hulbert (1993), J. Appl. Mech. 60, section 4.
     """
 
     spectral_radius: Annotated[float, "1 in [0, 1]", "factor per step of infinitely fast vibrations"] = 0.8
@@ -31,7 +32,7 @@ class GeneralizedAlpha:
         """Do nothing: every problem is accepted."""
 
     def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
-        """Make one step with the optimal weights for the spectral radius."""
+        """Return the motion after one step with the optimal weights for the spectral radius."""
         r = self.spectral_radius
         alpha_m, alpha_f = (2.0 * r - 1.0) / (r + 1.0), r / (r + 1.0)
         beta, gamma = 0.25 * (1.0 - alpha_m + alpha_f) ** 2, 0.5 - alpha_m + alpha_f

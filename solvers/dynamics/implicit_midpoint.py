@@ -1,4 +1,4 @@
-"""The implicit midpoint rule."""
+"""Implicit midpoint rule, a time integrator."""
 
 from __future__ import annotations
 
@@ -14,12 +14,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Midpoint:
-    """The implicit midpoint rule: second order, no numerical damping, conserves linear and angular momentum.
+    """Implicit midpoint rule: second order, no numerical damping, conserves linear and angular momentum.
 
-    x1 = x0 + h (v0 + v1) / 2, M (v1 - v0) / h + C (v0 + v1) / 2 + f((x0 + x1) / 2) = 0. The forces within a
-    free body have no moment, in the middle of a step either: hence the angular momentum. In linear problems it is
-    the trapezoidal rule. Energy under finite rotations oscillates by O(h^2) and need not stay bounded at long
-    steps. Source: Simo, Tarnow and Wong (1992), Comput. Methods Appl. Mech. Eng. 100, section 3.
+    x1 = x0 + h (v0 + v1) / 2, M (v1 - v0) / h + C (v0 + v1) / 2 + f((x0 + x1) / 2) = 0. Angular momentum is conserved
+    because the internal forces of a free body have no moment, also in the state in the middle of a step. In linear
+    problems the rule equals the trapezoidal rule. Under finite rotations the energy oscillates by O(h^2) and need not
+    stay bounded for long steps.
+
+    Source: Simo, Tarnow and Wong (1992), Comput. Methods Appl. Mech. Eng. 100, section 3.
     """
 
     explicit: ClassVar[bool] = False
@@ -28,7 +30,7 @@ class Midpoint:
         """Do nothing: every problem is accepted."""
 
     def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
-        """Make one step, balanced at its middle; `a` of the result is the mean acceleration of the step."""
+        """Return the motion after one step balanced at its middle; its `a` is the mean acceleration of the step."""
         now = past.now
         coast = now.x + step * now.v
         load = constant_step_load(system.forces.mean(now.time, now.time + step))

@@ -1,13 +1,13 @@
 """Newton's method for the end of an implicit time step.
 
-Under conservative forces the equations of a step are those of a minimum, the incremental potential (Ortiz and Stainier
-1999): inertia and damping are a quadratic function of the end of the step, the forces have a potential. Full Newton
-steps that reduce the residual strongly are accepted. Others must reduce the potential, or the residual under follower
-loads. If the tangent gives no descent direction, the positive definite one is used.
+Under conservative forces the equations of a step are those of a minimum of the incremental potential (Ortiz and
+Stainier 1999): inertia and damping are a quadratic function of the end of the step, and forces have a potential. Full
+Newton steps that reduce the residual strongly are accepted. Other steps must reduce the potential, or under follower
+loads the residual. If the tangent gives no descent direction, the positive definite one is used.
 
-Friction has an energy with the pressures and normals of an earlier iterate, so the step is again a minimum (Kaufman et
-al. 2008; Li et al. 2020, section 5.4). Its solution gives new pressures, which change little between iterates, because
-inertia keeps nodes in place. If they do not converge, the step fails and is halved.
+With pressures and normals of an earlier iterate friction has an energy, so the step is again a minimum (Kaufman et al.
+2008; Li et al. 2020, section 5.4). Its solution gives new pressures, which change little between iterates, because
+inertia keeps nodes in place. If the pressures do not converge, the step fails and is halved.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ ROUGH, FINER = 1e-2, 0.05  # how well such a trial is worth solving: at most, an
 
 @dataclass(frozen=True)
 class StepIteration:
-    """Newton iteration of the step that ends at `time`: relative residual after a step of relative `length`."""
+    """Newton iteration of the step that ends at `time`, s: the relative residual after a step of relative `length`."""
 
     time: float
     step: float
@@ -61,7 +61,7 @@ class StepOutcome:
 
 
 class StageNewton:
-    """Newton solver of implicit stages; stores all iterations and the force scale of the last accepted step."""
+    """Newton solver of implicit steps; it stores all iterations and the force scale of the last accepted step."""
 
     def __init__(self, system: DynamicSystem) -> None:
         self.system = system
@@ -77,7 +77,10 @@ class StageNewton:
         return balance.motion(trial), outcome
 
     def _rubbed(self, balance: StageEquations) -> tuple[StageTrial, StepOutcome]:
-        """Solve a step with friction at its own pressures. Raises StepFailed if the pressures do not converge."""
+        """Return the solution of a step with friction at its own pressures.
+
+        Raises StepFailed if the pressures do not converge.
+        """
         touches, impact, start = balance.touches, self.system.forces.impact, balance.stage.start
         assert touches is not None and impact is not None  # noqa: PT018
         known, x, residual, count = touches.lagged(start.x, impact.at(start.time)), None, 1.0, 0
@@ -93,6 +96,7 @@ class StageNewton:
         raise StepFailed(f"the friction iteration does not converge, residual {residual:.1e}")
 
     def _descend(self, balance: StageEquations, x: Floats | None = None) -> tuple[StageTrial, StepOutcome]:
+        """Return the solution of the equations of a step by Newton's method from x. Raises StepFailed."""
         most, cap = self.system.problem.max_iterations, self.system.problem.cap
         trial, before, length = balance.start() if x is None else balance.trial(x), np.inf, 0.0
         for number in range((most if cap is None else cap) + 1):
@@ -117,7 +121,7 @@ class StageNewton:
 
 @dataclass(frozen=True)
 class StageTrial:
-    """A trial end of a step; its residual and energies are computed on demand."""
+    """Trial state at the end of a step, whose residual and energies are computed on request."""
 
     balance: StageEquations
     x: Floats
@@ -128,17 +132,17 @@ class StageTrial:
 
     @property
     def steady(self) -> Floats:
-        """Inertia, damping and the forces of the start of the step: linear in x."""
+        """Inertia, damping and the forces at the start of the step (dofs,), N: they are linear in x."""
         return self.inertia + self.drag + self.balance.past
 
     @cached_property
     def force(self) -> EnergyGradients:
-        """Forces that balance `steady`."""
+        """Energy gradients (dofs,), N, at the end of the step, which balance `steady`."""
         return self.balance.force(self.x)
 
     @cached_property
     def potential(self) -> float:
-        """Potential energy of the forces, J; of internal forces only if the loads have none."""
+        """Potential energy of the forces, J; only that of internal forces if the loads have none."""
         forces, x = self.balance.forces, self.balance.weighted(self.x)
         return forces.value(x, self.balance.factors) if forces.conservative else forces.strain(x)
 
@@ -149,13 +153,13 @@ class StageTrial:
 
     @cached_property
     def contact(self) -> Floats | float:
-        """Minus the contact forces (dofs,), N."""
+        """Negative contact forces (dofs,), N."""
         touches = self.balance.touches
         return 0.0 if touches is None else self.balance.stage.touch * touches.gradient(self.x)
 
     @property
     def possible(self) -> bool:
-        """True if the state is in the domain of the law; always true for rods, whose forces are computed anyway."""
+        """True if the state is in the domain of the law; always true for rods."""
         if not math.isfinite(self.stored):
             return False
         return math.isfinite(self.size if self.balance.forces.turns else self.potential)
@@ -173,7 +177,7 @@ class StageTrial:
 
     @cached_property
     def scale(self) -> float:
-        """Largest of the forces that balance each other, N; internal forces include those on supports."""
+        """Largest of the forces that balance each other, N, with internal forces also those on supports."""
         free = self.balance.forces.free
         forces = (self.inertia[free], self.drag[free], self.force.internal, self.force.external[free])
         most = max(norm(f) for f in forces)
@@ -186,7 +190,7 @@ def norm(f: Floats) -> float:
 
 
 class StageEquations:
-    """Equations of one stage: residual, incremental potential, Newton steps."""
+    """Equations of one implicit step: residual, incremental potential, Newton steps."""
 
     def __init__(self, system: DynamicSystem, stage: Stage) -> None:
         self.system, self.stage, self.forces = system, stage, system.forces
@@ -210,13 +214,13 @@ class StageEquations:
         return self.touches is not None and self.touches.rubs
 
     def rubbing(self, touches: ContactsAtTime, tolerance: float) -> StageEquations:
-        """Return the equations with lagged friction, to be solved to `tolerance`."""
+        """Return the equations with the friction of the contacts `touches`, solved to a relative `tolerance`."""
         other = copy(self)
         other.touches, other.tolerance = touches, tolerance
         return other
 
     def trial(self, x: Floats) -> StageTrial:
-        """Return the trial with end x and the corresponding velocity and acceleration."""
+        """Return the trial with the end state x, and its velocity and acceleration."""
         stage, system, fixed = self.stage, self.system, self.forces.fixed
         way = x - stage.coast
         a, v = stage.A * way, stage.speed + stage.B * way
@@ -254,13 +258,13 @@ class StageEquations:
         return self.share * x + self.stage.alpha_f * self.stage.start.x if self.stage.between else x
 
     def met(self, trial: StageTrial, scale: float, before: float) -> bool:
-        """Return whether the tolerance is met, or only rounding error is left after an iteration without progress."""
+        """Return whether a trial meets the tolerance, or only rounding is left after an iteration without progress."""
         if trial.size <= self.tolerance * scale:
             return True
         return 0.3 * before < trial.size <= 4.0 * (self._rounding(trial.x) + self._inertia_rounding(trial))
 
     def is_rounding_error(self, trial: StageTrial) -> bool:
-        """Return whether the residual is rounding error of the states, as in a body without forces."""
+        """Return whether the residual is only the rounding error of the states, as in a body without forces."""
         free = self.forces.free
         known = np.abs(trial.x) + np.abs(self.stage.coast)
         lost = abs(self._jacobian(trial.x, False)) @ known[free]
@@ -281,8 +285,8 @@ class StageEquations:
     def start(self) -> StageTrial:
         """Return the best of three predictions: unchanged position, constant velocity, constant acceleration.
 
-        If supports move, the prediction follows them. With a cap it is the unchanged position, as in codes that iterate
-        so rarely.
+        The prediction follows moving supports. With a cap on iterations it is the unchanged position, as in codes that
+        iterate so rarely.
         """
         now, h, fixed = self.stage.start, self.stage.step, self.forces.fixed
         stay = self.system.supported(now.x, self.end)
@@ -317,12 +321,12 @@ class StageEquations:
         return best
 
     def _before_collision(self, stay: Floats, x: Floats) -> Floats:
-        """Return a state on the way to x before deformable surfaces collide; x if none do."""
+        """Return a state between `stay` and x before deformable surfaces collide; x if none do."""
         length = self.reach(stay, x - stay)
         return x if length == 1.0 else stay + length * (x - stay)
 
     def _towed(self, moved: Floats) -> StageTrial:
-        """Make one linear step from the start of the step for the motion of the supports over it."""
+        """Return the linear response to the increments `moved` of the supports in the step, as a trial."""
         now = self.stage.start
         here, d = self.trial(now.x), moved - now.x
         eps = 1e-6 / max(1.0, 1e3 * float(np.abs(d).max()))
@@ -382,7 +386,11 @@ class StageEquations:
         return J if self.touches is None else self.touches.coupled(x, J, self.forces.free, stage.touch, projected)
 
     def _along(self, trial: StageTrial, d: Floats) -> tuple[StageTrial, float] | None:
-        """Return the full step, or the fraction that lowers the potential enough (Armijo 1966), or None."""
+        """Return the trial after a step d, and the fraction of d that lowers the potential enough; None if there is
+        none.
+
+        The full step is tried first, then fractions (Armijo 1966).
+        """
         way, slope = np.zeros_like(trial.x), float(trial.r @ d)
         way[self.forces.free] = d
         length = self.reach(trial.x, way)
@@ -396,6 +404,7 @@ class StageEquations:
         return None
 
     def _lower(self, trial: StageTrial, there: StageTrial, slope: float) -> bool:
+        """Return whether the trial `there` is enough lower than `trial`, for a directional derivative `slope`."""
         if self.forces.conservative:
             noise = 1e-13 * (abs(trial.potential) + abs(there.potential) + abs(trial.stored) + abs(there.stored))
             return self.rise(trial, there) <= 1e-4 * slope + noise

@@ -1,4 +1,4 @@
-"""Interface of time integrators, and the data of a time step: motion, stage equations, failures."""
+"""Interface of time integrators, and the data of a time step: motion, equations, failures."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Motion:
-    """A state with its velocity and acceleration (dofs,) at a `time` in s.
+    """State x with its velocity and acceleration (dofs,) at a `time`, s.
 
-    `factors` (l,) are those of the loads that the acceleration balances. `given` = (a, b) weights the contact impulse
-    of the step that ends here: a times the impulse of the step before, plus b times the contact force at the end times
-    h.
+    `factors` (l,) are the load factors that the acceleration balances. `given` = (a, b) are the weights of the contact
+    impulse of the step that ends here: a times the impulse of the step before, plus b h times the contact force at the
+    end.
     """
 
     time: float
@@ -35,7 +35,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class StepStart:
-    """Starting data of a step: the last accepted motion, and the one `before` it, None at the start."""
+    """Start of a step: the last accepted motion, and the motion `before` it (None at time 0)."""
 
     now: Motion
     before: Motion | None = None
@@ -70,7 +70,7 @@ class Stage:
     beyond: tuple[float, float] = (0.0, 0.0)  # what of their acceleration a (1) and v (s) are to have besides
 
     def acting(self, x: Floats) -> Floats:
-        """Return the state in which damping acts if the step ends in x: the one to which its velocity belongs."""
+        """Return the state in which damping acts, if the step ends in x: the state to which its velocity belongs."""
         share = 0.5 if self.secant or self.mean else 1.0 - self.alpha_f
         return self.start.x + share * (x - self.start.x)
 
@@ -82,14 +82,14 @@ class Stage:
 
     @property
     def damped(self) -> float:
-        """Derivative of that velocity by x, 1/s."""
+        """Derivative of `damping_velocity` by x, 1/s."""
         return 1.0 / self.step if self.mean else (1.0 - self.alpha_f) * self.B
 
 
 class Integrator(Protocol):
     """Interface of a time integrator.
 
-    `explicit` ones solve no equations, need a lumped mass and have a critical step.
+    `explicit` integrators solve no equations, need a lumped mass and have a critical step.
     """
 
     explicit: ClassVar[bool]
@@ -102,7 +102,7 @@ class Integrator(Protocol):
 
 
 class StepFailed(Exception):
-    """A time step has failed; a shorter one may succeed."""
+    """Raised if a time step fails; a shorter step may succeed."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)
@@ -110,15 +110,15 @@ class StepFailed(Exception):
 
 
 class BarrierTooSoft(StepFailed):
-    """A step has ended with a point inside a rigid body; a stiffer barrier may prevent it."""
+    """Raised if a step ends with a point inside a rigid body; a stiffer barrier may prevent this."""
 
 
 class FacetPenetration(BarrierTooSoft):
-    """A step has ended with facets penetrating a rigid body; additional contact points may prevent it."""
+    """Raised if a step ends with facets that penetrate a rigid body; more contact points may prevent this."""
 
 
 class StepTooLong(Exception):
-    """The requested step exceeds the `critical` one (s) of an explicit integrator, including its safety factor."""
+    """Raised if a step exceeds the `critical` one, s, of an explicit integrator, including its safety factor."""
 
     def __init__(self, step: float, critical: float) -> None:
         super().__init__(f"the step of {step:.4g} s exceeds the critical step, {critical:.4g} s")

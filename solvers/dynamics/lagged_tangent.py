@@ -1,9 +1,9 @@
 """Implicit steps with one factorisation each: a tangent whose stresses are taken from earlier states.
 
-The end of a step is extrapolated. One tangent is factorised there in single precision, and serves all iterations (the
-chord method, Ortega and Rheinboldt 1970, section 7.1), accelerated by Anderson's method (1965; Walker and Ni 2011).
-Convergence is judged as in Newton's method, so results agree to the tolerance. Steps that do not converge are left to
-Newton's method.
+The end of a step is extrapolated, and one tangent is factorised there in single precision. It serves all iterations
+(the chord method, Ortega and Rheinboldt 1970, section 7.1), accelerated by Anderson's method (1965; Walker and Ni
+2011). The convergence criterion is that of Newton's method, so results agree to the tolerance. Steps that do not
+converge are solved by Newton's method.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def allows_lagged_tangent(forces: DynamicForces) -> bool:
 
 
 class LaggedTangentSolver:
-    """Solver of implicit stages by lagged tangents; it stores the preceding states."""
+    """Solver of implicit steps by lagged tangents; it stores the preceding states."""
 
     def __init__(self, system: DynamicSystem) -> None:
         from softmark.solvers.linear.symbolic_cache import cached_plan
@@ -87,7 +87,7 @@ class LaggedTangentSolver:
         return balance.motion(trial), outcome
 
     def _fail(self) -> None:
-        """Count a step left to Newton's method; after several failures, leave it further steps."""
+        """Count a failure, and leave more and more of the following steps to Newton's method."""
         self.failures += 1
         self._pending = None
         self._rest, self._pause = self._pause, min(PAUSE, 2 * self._pause + 1)
@@ -95,7 +95,7 @@ class LaggedTangentSolver:
     # ------------------------------------------------------------------ preceding states
 
     def _accept(self, stage: Stage) -> None:
-        """Record the start of a stage as the last accepted state."""
+        """Record the start of a step as the last accepted state."""
         start = stage.start
         if self.states.latest is start.x:
             return
@@ -117,11 +117,12 @@ class LaggedTangentSolver:
             begin += energy.kept
 
     def _extrapolated_traces(self) -> Floats:
+        """Return the lagged values extrapolated to the end of the step."""
         last = self._traces[0]
         return 2.0 * last - self._traces[1] if len(self._traces) > 1 else last
 
     def _predicted(self, stage: Stage, end: float) -> Floats:
-        """Return the extrapolated end of the step; constant velocity if too few equal steps are known."""
+        """Return the extrapolated end of the step; with too few equal steps before it, for constant velocity."""
         now = stage.start
         x = self.states.next(stage.step)
         if x is None:
@@ -134,6 +135,7 @@ class LaggedTangentSolver:
     # ------------------------------------------------------------------ iteration
 
     def _iterate(self, balance: LaggedStageEquations, x: Floats) -> tuple[StageTrial, StepOutcome] | None:
+        """Return the solution of a step by accelerated chord iterations from x; None if they do not converge."""
         from softmark.solvers.sparse.sparse_cholesky import Indefinite
 
         problem, free = self.system.problem, self.forces.free
@@ -162,7 +164,7 @@ class LaggedTangentSolver:
 
 
 class LaggedStageEquations(StageEquations):
-    """Equations of a stage whose first force evaluation also computes the lagged tangent."""
+    """Equations of a step whose first force evaluation also computes the lagged tangent."""
 
     def __init__(self, lagged: LaggedTangentSolver, stage: Stage, traces: Floats) -> None:
         super().__init__(lagged.system, stage)
@@ -180,6 +182,7 @@ class LaggedStageEquations(StageEquations):
         return EnergyGradients(internal, self._external)
 
     def _with_tangent(self, y: Floats, internal: Floats) -> None:
+        """Add internal forces in the state y to `internal`, and compute the lagged tangent."""
         self._fresh, data, begin = False, self.lagged.data, 0
         data[:] = 0.0
         for energy, slots in zip(self.lagged.energies, self.forces.pattern.slots, strict=False):
@@ -207,7 +210,7 @@ class BackwardDifferences:
         self.latest: Floats | None = None
 
     def add(self, x: Floats, time: float) -> None:
-        """Add the next accepted state. A step of another length restarts the table with the last state."""
+        """Add the next accepted state; a step of another length restarts the table with the last state."""
         step = time - self.time
         if not _are_equal_steps(step, self.step):
             self.count = min(self.count, 1)

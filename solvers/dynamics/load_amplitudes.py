@@ -1,7 +1,7 @@
-"""Load amplitudes of a time step: they enter as exact means over the step, so that every step has the right impulse.
+"""Load amplitudes of a time step: they act as exact means over the step, so that its impulse is exact.
 
-A free body gets the right velocity at the end of every step from every integrator, whatever happens within the step: a
-kink, a jump, a pulse. If an amplitude is smooth in the step, the loads at its two ends agree with it to O(h^2), so
+So a free body gets the right velocity at the end of every step from every integrator, even if there is a kink, a jump
+or a pulse within the step. If an amplitude is smooth in the step, the loads at its two ends agree with it to O(h^2). So
 modes too stiff for the step follow their load, and integrators keep their order. If a step begins with another load
 than the last one ended with, the acceleration takes up the difference at once.
 """
@@ -66,20 +66,20 @@ def constant_step_load(factors: Floats) -> StepLoad:
 
 
 def mean_factors(amplitudes: Sequence[Amplitude], begin: float, end: float) -> Floats:
-    """Return the means (l,) of amplitudes."""
+    """Return the means (l,) of amplitudes from `begin` to `end`, s."""
     return np.array([amplitude.mean(begin, end) for amplitude in amplitudes])
 
 
 def linear_step_load(
     amplitudes: Sequence[Amplitude], begin: float, end: float, weight: float = 0.5, ahead: float = 0.0
 ) -> StepLoad:
-    """Return load factors that vary linearly over the step, shifted so that the integrator gets the exact impulse.
+    """Return load factors that vary linearly over a step, shifted so that the integrator gets the exact impulse.
 
-    `weight` is the weight of the end of the step in the integrator's velocity update, so that
+    The integrator's velocity update gives the end of the step the weight `weight`, so that
 
         (1 - weight) start + weight end = mean;
 
-    `ahead` (a fraction of the step) is the time by which accelerations refer to a later time than states, as in
+    `ahead`, a fraction of the step, is the time by which accelerations refer to a later time than states, as in
     generalised-alpha.
     """
     inside = INSIDE * (end - begin)

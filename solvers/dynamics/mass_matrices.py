@@ -11,29 +11,29 @@ from softmark.solvers.energies.energy import Floats, Ints
 
 
 class MassShape(Protocol):
-    """Interface of an element as the mass matrix needs it."""
+    """Interface of an element with the members that the mass matrix needs."""
 
     constant: ClassVar[bool]
 
     @staticmethod
     def mass_quadrature() -> tuple[Floats, Floats]:
-        """Return points (q, 3) and weights (q,) that integrate products of shape functions."""
+        """Return points (q, 3) and weights (q,) of a quadrature for products of shape functions."""
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """Return shape functions (q, a)."""
+        """Return the shape functions (q, a) at local points xi (q, 3)."""
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """Return dN/dxi (q, a, 3)."""
+        """Return the derivatives dN/dxi (q, a, 3) at local points xi (q, 3)."""
 
 
 def mass_points(points: Floats, cells: Ints, element: type[MassShape]) -> tuple[Floats, Floats]:
-    """Return shape functions N (q, a) and volumes w (m, q), m^3, at points that integrate products of shape functions.
+    """Return shape functions N (q, a) and volumes w (m, q), m^3, at the quadrature points of the mass matrix.
 
-    Stiffness needs fewer points than mass: one is exact for the linear tetrahedron, but makes its mass singular.
-    Tetrahedra get the conical product rule of degree 5 (Stroud 1971), exact up to quadratic shape functions;
-    other cells use their own rule.
+    They integrate products of shape functions, which needs more points than the stiffness: one point is exact for the
+    stiffness of the linear tetrahedron, but would make its mass singular. Tetrahedra get the conical product rule of
+    degree 5 (Stroud 1971), exact up to quadratic shape functions; other cells use their own rule.
     """
     xi, weights = element.mass_quadrature()
     gradient = element.gradient(xi)

@@ -1,4 +1,4 @@
-"""Newmark's family."""
+"""Newmark's family of implicit integrators."""
 
 from __future__ import annotations
 
@@ -15,13 +15,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Newmark:
-    """Newmark's method; by default the average acceleration, second order and without numerical damping.
+    """Newmark's method; by default average acceleration, second order and without numerical damping.
 
-    x1 = x0 + h v0 + h^2 ((1/2 - beta) a0 + beta a1), v1 = v0 + h ((1 - gamma) a0 + gamma a1), balance at the end of
-    the step. Second order for gamma = 1/2 only; in linear problems never unstable for 2 beta >= gamma >= 1/2.
-    Conserves linear momentum; with the defaults also the energy of linear problems, while under finite rotations
-    energy and angular momentum oscillate by O(h^2). beta = 0 is explicit: use central_differences. Source: Newmark
-    (1959), J. Eng. Mech. 85(3).
+    x1 = x0 + h v0 + h^2 ((1/2 - beta) a0 + beta a1), v1 = v0 + h ((1 - gamma) a0 + gamma a1), with forces balanced at
+    the end of the step. The method is of second order only for gamma = 1/2. In linear problems it is never unstable for
+    2 beta >= gamma >= 1/2. Linear momentum is conserved; with the defaults also the energy of linear problems, while
+    under finite rotations energy and angular momentum oscillate by O(h^2). beta = 0 would be explicit: use
+    central_differences instead.
+
+    Source: Newmark (1959), J. Eng. Mech. 85(3).
     """
 
     beta: Annotated[float, "1 in (0, 1]", "weight of the new acceleration in the displacement"] = 0.25
@@ -33,7 +35,10 @@ class Newmark:
         """Do nothing: every problem is accepted."""
 
     def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
-        """Make one Newmark step; average acceleration uses the trapezoidal rule, whose damping never adds energy."""
+        """Return the motion after one Newmark step.
+
+        Average acceleration uses the trapezoidal rule, whose damping never adds energy.
+        """
         if (self.beta, self.gamma) == (0.25, 0.5):
             return system.solve(mean_stage(system, past.now, step))
         load = system.forces.graded(past.now.time, past.now.time + step, self.gamma)

@@ -30,16 +30,16 @@ ROUNDS = 8  # largest number of iterations for the final velocity of an explicit
 
 
 class RotationChart(Protocol):
-    """Interface of the rotation chart: the reference from which rotation vectors are counted."""
+    """Interface of the reference orientations from which rotation vectors are counted."""
 
     def reset(self) -> None:
         """Set the reference to the undeformed state."""
 
     def state(self, x: Floats) -> Floats:
-        """Return the state of unknowns x, independent of the reference."""
+        """Return the state of unknowns x in a form that does not depend on the reference."""
 
     def rebase(self, x: Floats) -> Floats:
-        """Make x the reference and return the unknowns of the same state, whose rotation vectors are then zero."""
+        """Make the state x the reference, and return its unknowns, whose rotation vectors are then zero."""
 
 
 class RotationalInertia:
@@ -61,7 +61,7 @@ class RotationalInertia:
         return found
 
     def inertia(self, stage: Stage, x: Floats, v: Floats) -> Floats:
-        """Return the inertia terms of a step beyond M a (dofs,), N m, for an end x with velocity v."""
+        """Return the inertia terms (dofs,), N m, of a step in addition to M a, for an end x with velocity v."""
         found = np.zeros(len(x))
         if stage.between:
             moving_rod_kernels.add_angular_momentum_change(
@@ -74,7 +74,7 @@ class RotationalInertia:
         return found
 
     def tangent(self, stage: Stage, x: Floats, v: Floats) -> Floats:
-        """Return the derivative of `inertia` by the end of the step (n, 3, 3)."""
+        """Return the derivative (n, 3, 3) of `inertia` by the unknowns at the end of the step."""
         found = np.empty((len(self.J), 3, 3))
         if stage.between:
             start, left = stage.start.v, np.zeros(len(x))
@@ -86,10 +86,10 @@ class RotationalInertia:
         return found
 
     def settled(self, half: Floats, a: Floats, lumped: Floats, h: float, alpha: float) -> Floats:
-        """Return the acceleration at the end of an explicit step, including w x J w of that end.
+        """Return the acceleration (dofs,) at the end of an explicit step, with the gyroscopic moments w x J w there.
 
-        v = (half + h/2 a) / (1 + h/2 alpha), found by iteration; each round reduces the error by a factor of about |w|
-        h.
+        The velocity v = (half + h/2 a) / (1 + h/2 alpha) depends on it, so it is found by iteration; each round reduces
+        the error by a factor of about |w| h.
         """
         found = a
         for _ in range(ROUNDS):
@@ -100,7 +100,7 @@ class RotationalInertia:
         return found
 
     def accepted(self, past: StepStart) -> StepStart:
-        """Return the same motions with unknowns counted from the last one."""
+        """Return the motions of a step start with rotations counted from the last one."""
         now, before = past.now, past.before
         theta = now.x[self.where]
         if before is not None:

@@ -27,17 +27,18 @@ Observer = Callable[[Motion], Any]
 
 
 def whole_motion(motion: Motion) -> Motion:
-    """Return the whole motion, as an observer that keeps everything."""
+    """Return the motion unchanged: an observer that stores everything."""
     return motion
 
 
 def march(problem: Dynamics, duration: float, step: float, observe: Observer = whole_motion) -> Trajectory:
-    """Return the motion from 0 to `duration` in steps of `step` (s); the last step is shortened to end there.
+    """Return the motion from time 0 to `duration` in steps of `step`, s; the last step is shortened to end there.
 
     `observe` is called at time 0 and after every accepted step, outside the timed part; its return value is stored. A
-    step that fails is halved and later ones grow back. Raises NotConverged, with the trajectory so far, if a step fails
-    at `problem.shortest` of its length; Diverged if the motion has gained spurious energy (energy_balance.py);
-    StepTooLong if an explicit integrator cannot take the step; ValueError for a duration or step that is not positive.
+    step that fails is halved, and later steps grow back. Raises NotConverged, with the trajectory so far, if a step
+    fails at `problem.shortest` of its length; Diverged if the motion has gained spurious energy (energy_balance.py);
+    StepTooLong if the step exceeds the critical one of an explicit integrator; ValueError for a duration or step that
+    is not positive.
     """
     if not (0.0 < step < math.inf and 0.0 < duration < math.inf):
         raise ValueError("duration and step must be positive")
@@ -63,7 +64,7 @@ class _TimeIntegration:
         self.ticks = 2 ** max(0, round(-math.log2(problem.shortest)))  # of the shortest step in a whole one
 
     def run(self) -> Trajectory:
-        """Make all steps. Raises NotConverged."""
+        """Return the trajectory after all steps. Raises NotConverged."""
         try:
             start = self.system.start()
             entry = open_entry(self.system, start)
@@ -84,7 +85,10 @@ class _TimeIntegration:
     def _whole_step(
         self, number: int, past: StepStart, entry: EnergyEntry, ticks: int
     ) -> tuple[StepStart, EnergyEntry, int]:
-        """Make one step of the grid, in parts of `ticks` if needed; also return the size of the next part."""
+        """Make one step of constant length, in parts if needed; return its end and the size of the next part.
+
+        A part has `ticks` units; the shortest part has one.
+        """
         start = number * self.step
         length = min(self.step, self.duration - start)
         done, wall, cpu = 0, time.perf_counter(), time.process_time()
@@ -112,7 +116,7 @@ class _TimeIntegration:
         return past, entry, ticks
 
     def _accepted(self, past: StepStart, entry: EnergyEntry) -> tuple[StepStart, EnergyEntry]:
-        """Accept a step: count rotations from its end, and update viscoelastic histories."""
+        """Return start and energies for the next step: rotations count from it, viscoelastic histories are updated."""
         if self.problem.remembering is not None:
             self.problem.remembering.accepted()
         self._follow(past.now)
@@ -122,16 +126,18 @@ class _TimeIntegration:
         return past, replace(entry, motion=past.now)
 
     def _follow(self, motion: Motion) -> None:
-        """Record the contacts."""
+        """Record the contacts after a step."""
         forces = self.system.forces
         if forces.impact is not None:
             own = slice(None, forces.impact.free)  # without free rigid bodies
             forces.impact.follow(motion, forces.resultant(forces.M @ motion.v), float(forces.M[own].sum()) / 3.0)
 
     def _may_grow(self, length: float, ticks: int) -> bool:
+        """Return whether a part of twice `ticks` units is short enough for the integrator."""
         return bool(length * (2 * ticks / self.ticks) <= self.system.longest)
 
     def _attempt(self, past: StepStart, end: float) -> Motion:
+        """Return the motion at the time `end`, s, after one step. Raises StepFailed."""
         self.system.damping.begin(past.now.x)
         known, h = self.problem.remembering, end - past.now.time
         if known is not None:
@@ -146,12 +152,13 @@ class _TimeIntegration:
         return replace(motion, time=end)
 
     def _sound(self, entry: EnergyEntry) -> EnergyEntry:
+        """Return the entry if its motion is finite. Raises StepFailed otherwise."""
         if not is_finite(entry):
             raise StepFailed("the state is outside the domain of the law")
         return entry
 
     def _halved(self, now: float, length: float, ticks: int, failure: StepFailed) -> int:
-        """Halve the step and record this event. Raises NotConverged at the shortest step."""
+        """Return half of the size of a part, and record this event. Raises NotConverged for the shortest part."""
         if ticks == 1:
             shortest = length / self.ticks
             raise self._stopped(
@@ -162,6 +169,7 @@ class _TimeIntegration:
         return ticks // 2
 
     def _keep(self, entry: EnergyEntry) -> None:
+        """Add the energies of a time to the record, and call the observer."""
         self.times.append(entry.motion.time)
         self.names, self.impulses = entry.names, entry.impulses
         energies = dict(zip(entry.names, entry.values, strict=True))
@@ -175,6 +183,7 @@ class _TimeIntegration:
         return NOISE * self.system.forces.rounding(motion.x) * way
 
     def _diverged(self, now: float) -> Diverged:
+        """Return the error for a motion with too much energy at a time `now`, s."""
         gain = self.account.balance.gain
         return Diverged(
             f"at {now:.6g} s the energy has grown by {_ratio_in_words(gain)} the energy supplied by the "
@@ -184,9 +193,11 @@ class _TimeIntegration:
         )
 
     def _stopped(self, reason: str) -> MotionNotConverged:
+        """Return the error for a motion that does not converge, with the trajectory so far."""
         return MotionNotConverged(reason, self._trajectory(complete=False), tuple(self.system.newton.history))
 
     def _trajectory(self, complete: bool) -> Trajectory:
+        """Return the recorded motion; `complete` is whether it reaches the end."""
         times = np.array(self.times)
         names = self.names
         table = np.array(self.entries).reshape(-1, len(names)).T
@@ -222,7 +233,7 @@ class _TimeIntegration:
         return tuple(find_impacts(impact.log))
 
     def _touched(self) -> ContactHistory | None:
-        """Return the contact history; None without contacts."""
+        """Return the contact history of the motion; None without contacts."""
         impact = self.system.forces.impact
         if impact is None or not impact.log:
             return None

@@ -1,11 +1,13 @@
 """Time-step error of a motion, estimated from the vibration modes that its loads excite.
 
-Small motions about rest are a sum of modes. Load-dependent Ritz vectors (Wilson, Yuan and Dickens 1982) find the modes
-that loads, moving supports and the initial velocity excite, each with its share. For every mode the integrator's
-recurrence is compared with the exact solution under the same amplitudes. Their difference is the time-step error of the
-mode, and the mode shapes give it at any point. For large motions and contact this is an estimate; for linear problems
-it lacks only modes that loads hardly excite. Recurrences: Hughes (1987), section 9.1; Chung and Hulbert (1993); Hairer,
-Norsett and Wanner (1993), section III.1.
+Small motions about rest are a sum of modes. Load-dependent Ritz vectors (Wilson, Yuan and Dickens 1982) approximate the
+modes that loads, moving supports and the initial velocity excite, and how much they excite each. For every mode the
+recurrence of the integrator is compared with the exact solution under the same amplitudes. The difference is the
+time-step error of the mode, and the mode shapes give the error at any point. For large motions and contact this is an
+estimate; for linear problems it lacks only modes that loads hardly excite.
+
+Source: recurrences from Hughes (1987), section 9.1; Chung and Hulbert (1993); Hairer, Norsett and Wanner (1993),
+section III.1.
 """
 
 from __future__ import annotations
@@ -46,8 +48,8 @@ LARGEST = 300_000  # largest number of unknowns for factorising the stiffness
 class StepError:
     """Time-step error as a sum of modes: u_h(t) - u(t) = shapes @ error(t).
 
-    `shapes` (dofs, k), kg^-1/2, are zero at supports; `error` and `motion` (t, k), m kg^1/2, are the error and
-    the exact motion of each mode at `times` (t,), s, and `frequencies` (k,), rad/s, ascending.
+    `shapes` (dofs, k), kg^-1/2, are zero at supports. `error` and `motion` (t, k), m kg^1/2, are the error and the
+    exact motion of each mode at `times` (t,), s. `frequencies` (k,), rad/s, are ascending.
     """
 
     times: Floats
@@ -58,16 +60,16 @@ class StepError:
 
     @property
     def energy_norm_error(self) -> float:
-        """Largest error over time in the strain-energy norm, relative to the largest motion."""
+        """Largest error over time in the strain energy norm, relative to the largest motion in this norm."""
         own = np.linalg.norm(self.motion * self.frequencies, axis=1).max(initial=0.0)
         off = np.linalg.norm(self.error * self.frequencies, axis=1).max(initial=0.0)
         return float(off / own) if own > 0.0 else 0.0
 
 
 def estimate_step_error(problem: Dynamics, points: Floats, duration: float, step: float) -> StepError | None:
-    """Return the error of `step`, s, over `duration`, s; None if nothing vibrates or it cannot be estimated.
+    """Return the time-step error for steps of `step`, s, over `duration`, s.
 
-    `points` (n, 3), m, are the node positions.
+    `points` (n, 3), m, are the node positions. Returns None if nothing vibrates or the error cannot be estimated.
     """
     forces = DynamicForces(problem)
     steps = math.ceil(duration / step - 1e-9)
@@ -185,7 +187,7 @@ class _Modal:
     amplitudes: list[Amplitude]
 
     def loads(self, begin: float, end: float, weight: float = 0.5, ahead: float = 0.0) -> list[Floats]:
-        """Return modal loads (k,) of a step: at start and end, mean, and those of first and last acceleration."""
+        """Return five modal loads (k,) of a step: at start and end, mean, and for the first and last acceleration."""
         load = linear_step_load(self.amplitudes, begin, end, weight, ahead)
         return [self.pushes @ f for f in (load.start, load.end, load.mean, load.first, load.last)]
 
@@ -198,7 +200,7 @@ class _Modal:
 def _exact_modal_motion(
     w: Floats, drag: Floats, pushes: Floats, amplitudes: list[Amplitude], speed: Floats, times: Floats
 ) -> Floats:
-    """Return modal displacements (t, k), exact for loads that are linear in each part of a step."""
+    """Return the modal displacements (t, k), exact for loads that are linear in each part of a step."""
     modal, z = _Modal(w, 0.0, drag, pushes, amplitudes), np.zeros((len(w), 2))
     z[:, 1] = speed
     steady = all(isinstance(c, Constant) for c in amplitudes)
@@ -232,7 +234,7 @@ Recurrence = Callable[[_Modal, Floats, Floats], Floats]
 
 
 def _recurrence(integrator: Integrator) -> Recurrence | None:
-    """Return the recurrence of an integrator for modal equations; None for an unknown integrator."""
+    """Return the function that integrates modal equations like an integrator; None for an unknown one."""
     match integrator:
         case ImplicitEuler():
             return _euler
@@ -251,7 +253,7 @@ def _recurrence(integrator: Integrator) -> Recurrence | None:
 
 
 def _mean_step(modal: _Modal, x: Floats, v: Floats, F: Floats, h: float) -> tuple[Floats, Floats]:
-    """Make one step of the trapezoidal rule under the mean load F (k,)."""
+    """Return modal displacements and velocities (k,) after a trapezoidal step under the mean load F (k,)."""
     w, c = modal.w, modal.drag
     rest = (1.0 / h - 0.5 * c) * v - w**2 * x - 0.25 * h * w**2 * v + F
     end = rest / (1.0 / h + 0.5 * c + 0.25 * h * w**2)
@@ -259,6 +261,7 @@ def _mean_step(modal: _Modal, x: Floats, v: Floats, F: Floats, h: float) -> tupl
 
 
 def _mean(modal: _Modal, speed: Floats, times: Floats) -> Floats:
+    """Return the modal displacements (t, k) by the trapezoidal rule."""
     x, v = np.zeros_like(speed), speed
     found = [x]
     for begin, end in itertools.pairwise(times):
@@ -268,6 +271,7 @@ def _mean(modal: _Modal, speed: Floats, times: Floats) -> Floats:
 
 
 def _euler(modal: _Modal, speed: Floats, times: Floats) -> Floats:
+    """Return the modal displacements (t, k) by the implicit Euler method."""
     x, v = np.zeros_like(speed), speed
     found = [x]
     for begin, end in itertools.pairwise(times):
@@ -279,6 +283,7 @@ def _euler(modal: _Modal, speed: Floats, times: Floats) -> Floats:
 
 
 def _bdf2(modal: _Modal, speed: Floats, times: Floats) -> Floats:
+    """Return the modal displacements (t, k) by the second backward difference formula."""
     x, v, last, length = np.zeros_like(speed), speed, np.zeros_like(speed), 0.0
     before: tuple[Floats, Floats] | None = None
     found = [x]
@@ -303,6 +308,7 @@ def _newmark(
     modal: _Modal, speed: Floats, times: Floats, *, beta: float, gamma: float, weight: float, m: float = 0.0,
     f: float = 0.0,
 ) -> Floats:  # fmt: skip
+    """Return the modal displacements (t, k) by Newmark's formulas with alpha_m = m and alpha_f = f."""
     w, c = modal.w, modal.drag
     x, v, a = np.zeros_like(speed), speed, modal.at_first(speed)
     factors: Floats | None = None
@@ -324,6 +330,7 @@ def _newmark(
 
 
 def _leapfrog(modal: _Modal, speed: Floats, times: Floats) -> Floats:
+    """Return the modal displacements (t, k) by central differences."""
     w, alpha = modal.w, modal.alpha
     x, v, a = np.zeros_like(speed), speed, modal.at_first(speed)
     factors: Floats | None = None

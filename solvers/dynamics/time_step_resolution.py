@@ -1,8 +1,8 @@
-"""Time-step resolution: steps per period of the slowest vibration that loads excite, and the integrator's error in it.
+"""Time-step resolution: steps per period of the slowest vibration that loads excite, and its integration error.
 
-The vibration is the lowest mode with a share in the loads: inverse iteration from their static deflection, which
-continues Rayleigh's quotient (Rayleigh 1877, section 88). The effect of an integrator is known in closed form: in a
-step h a mode of angular frequency w advances by a phase theta instead of w h and is scaled by |z|, the modulus of the
+The vibration is the lowest mode that the loads excite. It is found by inverse iteration from their static deflection,
+which continues Rayleigh's quotient (Rayleigh 1877, section 88). The effect of an integrator is known in closed form: in
+a step h a mode of angular frequency w advances by a phase theta instead of w h and is scaled by |z|, with z the
 principal eigenvalue of its amplification matrix (Hughes 1987, section 9.1; Hairer, Norsett and Wanner 1993).
 """
 
@@ -40,7 +40,7 @@ WRONG = 0.05  # of its swing, at the end
 
 @dataclass(frozen=True)
 class Resolution:
-    """Slowest loaded vibration, and its resolution by the time step."""
+    """Slowest vibration that loads excite, and how well the time step resolves it."""
 
     period: float  # s
     steps: float  # to a period
@@ -52,7 +52,7 @@ class Resolution:
 
     @property
     def doubtful(self) -> bool:
-        """True with fewer than `few` steps per period, or an error of more than WRONG at the end."""
+        """True with fewer than `few` steps per period, or an error above WRONG at the end of the motion."""
         return self.steps < self.few or self.error > WRONG
 
     @property
@@ -65,7 +65,10 @@ class Resolution:
 
 
 def find_resolution(problem: Dynamics, points: Floats, duration: float, step: float) -> Resolution | None:
-    """Return how well steps resolve the motion of a problem; None if only rigid motion is excited, or it is unknown."""
+    """Return how well steps of `step`, s, resolve the motion of a problem over `duration`, s.
+
+    Returns None if loads excite only rigid motion, or the vibration is not found.
+    """
     w = loaded_frequency(DynamicForces(problem), problem, points)
     return None if w is None else resolve_vibration(problem.integrator, problem.damping, w, duration, step)
 
@@ -93,10 +96,10 @@ def resolve_vibration(
 
 
 def _resolve_overdamped(integrator: Integrator, w: float, rate: float, duration: float, step: float) -> Resolution:
-    """Return how well steps resolve the slower of the two decay modes of an overdamped mode.
+    """Return how well steps resolve the slower of the two decays of an overdamped mode.
 
-    There is no vibration but exp(-t / T), T = (rate + sqrt(rate^2 - w^2)) / w^2. Implicit Euler multiplies it by
-    (1 + h / T)^-1 per step; the other integrators are close to Pade's (1 - h / 2T) / (1 + h / 2T).
+    There is no vibration, but a decay exp(-t / T), T = (rate + sqrt(rate^2 - w^2)) / w^2. Implicit Euler multiplies it
+    by (1 + h / T)^-1 per step; the other integrators are close to the Pade approximation (1 - h / 2T) / (1 + h / 2T).
     """
     T = (rate + math.sqrt(rate**2 - w**2)) / w**2
     z = step / T
@@ -110,7 +113,7 @@ def _resolve_overdamped(integrator: Integrator, w: float, rate: float, duration:
 
 
 def amplification(integrator: Integrator, wh: float) -> complex | None:
-    """Return the principal eigenvalue of a step of an undamped vibration, about exp(i w h)."""
+    """Return the principal eigenvalue, near exp(i w h), of one step of an undamped vibration; None if unknown."""
     match integrator:
         case ImplicitEuler():
             return 1.0 / complex(1.0, -wh)
@@ -165,9 +168,9 @@ def loaded_frequency(forces: DynamicForces, problem: Dynamics, points: Floats) -
 def shifted_solver(
     forces: DynamicForces, K: sparse.csr_matrix, M: sparse.csr_matrix
 ) -> tuple[Callable[[Floats], Floats], float] | None:
-    """Return the solver of K + SHIFT top M and `top`, (rad/s)^2, the largest ratio of their diagonals.
+    """Return a function that solves systems with K + SHIFT top M, and `top`, (rad/s)^2; None if it is singular.
 
-    It is None if that matrix is singular.
+    `top` is the largest ratio of diagonal entries of K and M.
     """
     top = float(np.max(K.diagonal() / np.maximum(M.diagonal(), 1e-300)))
     try:
@@ -177,13 +180,16 @@ def shifted_solver(
 
 
 def free_rigid_motions(forces: DynamicForces, points: Floats, M: sparse.csr_matrix) -> Floats | None:
-    """Return the rigid motions of a free body; None if it is held, on a foundation or in reduced coordinates."""
+    """Return the rigid motions (free, 6) of a free body.
+
+    Returns None for a body with supports or on a foundation, and in reduced coordinates.
+    """
     loose = not len(forces.fixed) and points.size == forces.dofs and not any(e.grounded for e in forces.internal)
     return rigid_motions(points, forces.free, M) if loose else None
 
 
 def _excitation(forces: DynamicForces, problem: Dynamics, points: Floats) -> Floats:
-    """Return the excitation of the free degrees of freedom, N, with each cause weighted by its own size."""
+    """Return the forces (free,), N, that excite vibrations; loads, supports and velocity have equal weight."""
     pushes = [forces.inertia(problem.velocity)]
     for load in forces.loads:
         f = np.zeros(forces.dofs)
@@ -204,7 +210,7 @@ def _excitation(forces: DynamicForces, problem: Dynamics, points: Floats) -> Flo
 
 
 def rigid_motions(points: Floats, free: np.ndarray, M: sparse.csr_matrix) -> Floats:
-    """Return the rigid motions (free, 6) of `points` (n, 3), m, orthonormal in the mass."""
+    """Return the rigid motions (free, 6) of nodes at `points` (n, 3), m, orthonormal in the mass matrix M."""
     centre = points - points.mean(axis=0)
     shifts = np.tile(np.eye(3), (len(points), 1))
     turns = np.stack([np.cross(axis, centre).ravel() for axis in np.eye(3)], axis=1)
@@ -223,12 +229,13 @@ def _inverse_iteration(
     rigid: Floats | None,
     least: float,
 ) -> float | None:
-    """Return the frequency by inverse iteration from the static deflection, without rigid motions.
+    """Return the angular frequency, rad/s, by inverse iteration from the static deflection under `push` (free,), N.
 
-    None if none is left.
+    Rigid motions are removed. Returns None if no deflection remains.
     """
 
     def strained(u: Floats) -> Floats:
+        """Return displacements u (free,) without their rigid motion."""
         return u if rigid is None else u - rigid @ (rigid.T @ (M @ u))
 
     b = push if rigid is None else push - M @ (rigid @ (rigid.T @ push))

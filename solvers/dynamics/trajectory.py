@@ -23,7 +23,7 @@ NOTHING = EnergyAccount().balance  # of no motion
 
 @dataclass(frozen=True)
 class Event:
-    """An event during time integration, at a `time` in s."""
+    """Event during time integration, such as a halved step, at a `time`, s."""
 
     time: float
     text: str
@@ -48,10 +48,10 @@ def summarize_timing(seconds: Floats) -> StepTiming:
 
 @dataclass(frozen=True)
 class ContactHistory:
-    """Contact history: resultants `acts` at each of n + 1 times over the step before it, and `surfaces` at some times.
+    """Contact history: resultants `acts` at each of n + 1 times over the step before, and `surfaces` at some times.
 
-    `impulses` (4, 3), N s, are those of contacts, loads, supports and damping up to the end, and `change` (3,) is the
-    change of momentum of the deformable body. `nodes` are those of the surfaces.
+    `impulses` (4, 3), N s, are those of contacts, loads, supports and damping up to the end, and `change` (3,), N s, is
+    the change of momentum of the deformable body. `nodes` are the nodes of the surfaces.
     """
 
     acts: tuple[tuple[ContactResultant, ...], ...]
@@ -63,20 +63,22 @@ class ContactHistory:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Motion over n accepted steps between n + 1 times. `complete` is True if they reach the end.
+    """Motion over n accepted steps between n + 1 times; `complete` is whether they reach the end.
 
-    `observed` holds the observer's results at each time. `energies`, each (n + 1,) in J: `kinetic`, `strain` (internal
-    energies), `load_work` done on the body by loads and `support_work` by moving supports since the start, `damping`
-    lost by it since then, and `drift` = the gain of kinetic and strain energy beyond load_work + support_work -
-    damping, which the integrator adds (or removes, if negative). With active muscle, `muscle_work` is its part of
-    load_work. `wall` and `cpu` are the seconds that each step cost, including failed attempts before it, excluding
-    observation and energies. `iterations` counts the linear systems of each accepted step, `residuals` are the
-    remaining relative residual forces (see Dynamics), `solved` is whether they meet the tolerance: without a cap,
-    always. `lagged` marks steps solved by one lagged tangent; `fallbacks` counts attempts at it left to Newton's
-    method. `balance` is the energy balance of the integrator. With contacts there are also `contact`, the energy of
-    barriers, and `contact_work`, the work of moving rigid bodies; both count in `drift`. With friction there is also
-    `friction`, the energy dissipated by it, which never decreases and counts too, and `rubbed` is the friction result
-    of every contact at each time.
+    `observed` holds the results of the observer at each time. `energies`, each (n + 1,), J, are: `kinetic`; `strain`,
+    the internal energies; `load_work` of loads and `support_work` of moving supports on the body since the start;
+    `damping`, the energy dissipated by damping since the start; and `drift`, the gain of kinetic and strain energy
+    beyond load_work + support_work - damping, which the integrator adds (or removes, if negative). With active muscle,
+    `muscle_work` is its part of load_work. With contacts there are also `contact`, the energy of barriers, and
+    `contact_work`, the work of moving rigid bodies, and with friction `friction`, the energy dissipated by it, which
+    never decreases; all three count in `drift`.
+
+    `wall` and `cpu`, s, are the times that each step took, including failed attempts before it, but not observation and
+    energies. `iterations` counts the linear systems of each accepted step. `residuals` are the remaining relative
+    residual forces (see Dynamics), and `solved` is whether they meet the tolerance, which is always so without a cap.
+    `lagged` marks steps solved by one lagged tangent, and `fallbacks` counts failed attempts at this, which Newton's
+    method solved. `balance` is the energy balance of the integrator. `rubbed` is the friction result of every contact
+    at each time.
     """
 
     times: Floats
@@ -99,9 +101,9 @@ class Trajectory:
 
 
 class MotionNotConverged(static_problem.NotConverged):
-    """A step failed at its shortest length.
+    """Raised if a step fails at its shortest length.
 
-    `trajectory` holds the preceding motion, `iterations` every Newton iteration.
+    `trajectory` holds the motion before it, `iterations` every Newton iteration.
     """
 
     def __init__(self, reason: str, trajectory: Trajectory, iterations: tuple[StepIteration, ...]) -> None:
@@ -111,4 +113,4 @@ class MotionNotConverged(static_problem.NotConverged):
 
 
 class Diverged(MotionNotConverged):
-    """The motion has gained more energy than was supplied; `trajectory` ends where that was found."""
+    """Raised if the motion has gained more energy than was supplied; `trajectory` ends there."""

@@ -1,4 +1,4 @@
-"""The trapezoidal rule."""
+"""Trapezoidal rule, an implicit integrator."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Trapezoidal:
-    """The trapezoidal rule: second order, no numerical damping; Newmark with beta = 1/4 and gamma = 1/2.
+    """Trapezoidal rule: second order, no numerical damping; Newmark with beta = 1/4 and gamma = 1/2.
 
-    x1 = x0 + h (v0 + v1) / 2, v1 = v0 + h (a0 + a1) / 2. Periods lengthen by (w h)^2 / 12. Vibrations too fast for
-    the step (w h >> 2) neither fade nor blow up but flip their sign at each step; where a stiff body is hit, take
-    generalized_alpha or bdf2. Conserves linear momentum, and the energy of linear problems; angular
-    momentum and the energy of finite rotations oscillate by O(h^2) and need not stay bounded at long steps.
+    x1 = x0 + h (v0 + v1) / 2, v1 = v0 + h (a0 + a1) / 2. Periods are lengthened by a fraction (w h)^2 / 12. Vibrations
+    too fast for the step (w h >> 2) neither decay nor grow, but change sign in each step; for impacts on stiff bodies
+    use generalized_alpha or bdf2. Linear momentum and the energy of linear problems are conserved. Angular momentum,
+    and the energy under finite rotations, oscillate by O(h^2) and need not stay bounded for long steps.
+
     Source: Hughes (1987), section 9.1.
     """
 
@@ -28,7 +29,7 @@ class Trapezoidal:
         """Do nothing: every problem is accepted."""
 
     def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
-        """Make one step of average acceleration, as a balance of means."""
+        """Return the motion after one step of average acceleration."""
         return system.solve(mean_stage(system, past.now, step))
 
 

@@ -17,17 +17,18 @@ CLOSE = 1e-6  # relative residual of a mode: its frequency is then right to some
 
 
 class ModesNotFound(Exception):
-    """The modes were not found, or too many were requested; the message gives the reason."""
+    """Raised if modes are not found, or too many were requested; the message gives the reason."""
 
 
 def lowest_modes(
     K: sparse.csr_matrix, M: sparse.csr_matrix, count: int, factorised: Callable[[], Factor]
 ) -> tuple[Floats, Floats]:
-    """Return w^2 (count,), (rad/s)^2, nearest to zero in ascending order, and modes (n, count) with Phi^T M Phi = I.
+    """Return the squared frequencies w^2 (count,), (rad/s)^2, nearest to zero, and the modes (n, count).
 
-    K is symmetric; an unstable one gives negative values. M is positive, or zero for unknowns without mass, such as
-    pressures. Small systems are solved densely; large ones by Lanczos iteration on K^-1 M (Ericsson and Ruhe 1980),
-    with the factor of K from `factorised`. Raises NotSettled, and the errors of the factorisation.
+    Frequencies are ascending, and modes Phi are scaled such that Phi^T M Phi = I. K is symmetric; an unstable one gives
+    negative values. M is positive, or zero for unknowns without mass, such as pressures. Small systems are solved
+    densely, large ones by Lanczos iteration on K^-1 M (Ericsson and Ruhe 1980), with the factorisation of K from
+    `factorised`. Raises NotSettled, and the errors of the factorisation.
     """
     n, massive = K.shape[0], bool(np.all(M.diagonal() > 0.0))
     if massive and (n <= SMALL or count >= n // 2):

@@ -1,4 +1,4 @@
-"""Viscoelastic histories in a time step: energies of the next step, and the history update once it is accepted."""
+"""Viscoelastic histories in a time step: energies of the next step, and update after it is accepted."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from softmark.solvers.energies.viscoelastic_memory import BodyHistory
 
 
 class StepForces(Protocol):
-    """Interface of forces with history: `internal` energies of a step, and those at its start, `now`."""
+    """Interface of forces with history: `internal` energies over a step, and `now` at its start."""
 
     internal: tuple[Energy, ...]
     now: tuple[Energy, ...] | None
@@ -18,8 +18,8 @@ class StepForces(Protocol):
 class ViscoelasticStep:
     """Viscoelastic histories at the start of a step, and provisional ones at the end of a trial step.
 
-    Forces within a step are those of the energies over the step, at its end; with `between`, as for the midpoint
-    rule, over half of it. Forces at its start are those of a step of zero length.
+    Forces at the end of the step are those of the energies over the step. With `between`, as for the midpoint rule,
+    they are those over half of it. Forces at its start are those of a step of zero length.
     """
 
     def __init__(self, memories: BodyHistory, between: bool = False) -> None:
@@ -28,13 +28,13 @@ class ViscoelasticStep:
         self.losses = [0.0]  # dissipated up to the end of every step, J
 
     def reset(self, forces: StepForces, x: Floats) -> None:
-        """Start from a body that has always been at rest and is suddenly in state x."""
+        """Start with a body that has always been at rest and is suddenly in the state x."""
         self._known = self._next = self._first.accepted(x, 0.0)
         self.losses = [0.0]
         forces.now = forces.internal = self._next.over(0.0)
 
     def begin(self, forces: StepForces, h: float) -> None:
-        """Prepare the energies of a trial step of h s."""
+        """Prepare the energies of a trial step of length h, s."""
         self._next = self._known
         forces.now = self._known.over(0.0)
         forces.internal = self._known.over(self.share * h)

@@ -1,7 +1,7 @@
 """Finite elements: shape functions, quadrature and geometry of a cell, independent of any material law.
 
-Elements of plane problems are slices of solid ones (plane/).
-To add an element: one file with its class (element.py lists its members), one line in ELEMENTS.
+Plane elements are slices of solid elements, one cell thick (plane/). To add an element: write one file with its class
+(element.py lists the members) and add one line to ELEMENTS.
 """
 
 from __future__ import annotations
@@ -22,7 +22,17 @@ from softmark.solvers.elements.wedge15 import Wedge15
 if TYPE_CHECKING:
     from softmark.solvers.elements.element import Element
 
-__all__ = ["CELLS", "ELEMENTS", "PLANE", "WORDS", "UnknownElement", "element_of", "named", "sliced", "unknown"]
+__all__ = [
+    "CELLS",
+    "ELEMENTS",
+    "PLANE",
+    "WORDS",
+    "UnknownElement",
+    "element_of",
+    "find_element",
+    "solid_element_name",
+    "unknown_element_error",
+]
 
 ELEMENTS: dict[str, type[Element]] = {
     "tet4": Tet4,
@@ -32,18 +42,25 @@ ELEMENTS: dict[str, type[Element]] = {
     "hex27": Hex27,
 }
 
-SLICES: dict[str, type[Element]] = {"wedge6": Wedge6, "wedge15": Wedge15}  # of which plane triangles are, no others
-CELLS: Mapping[str, type[Element]] = ChainMap(ELEMENTS, SLICES)  # of meshes
-WORDS: Mapping[str, type[Element]] = ChainMap(dict(PLANE), ELEMENTS)  # for scenes
+SLICES: dict[str, type[Element]] = {
+    "wedge6": Wedge6,
+    "wedge15": Wedge15,
+}  # solid elements used only for slices: plane triangles
+CELLS: Mapping[str, type[Element]] = ChainMap(ELEMENTS, SLICES)  # elements of meshes
+WORDS: Mapping[str, type[Element]] = ChainMap(dict(PLANE), ELEMENTS)  # elements by their names in scenes
 
 
 def solid_element_name(name: str) -> str:
-    """Return the solid element of a mesh's cells; for a plane element, the one that it is a slice of."""
+    """Return the name of the solid element for an element name.
+
+    A plane element is a slice of a solid element: the name of that solid element is returned. The name of a solid
+    element is returned unchanged.
+    """
     return PLANE[name].slice_of if name in PLANE else name
 
 
 class UnknownElement(ValueError):
-    """There is no such element; the message gives its name and the available ones."""
+    """Raised for an unknown element name; the message lists the available elements."""
 
 
 def element_of(name: str) -> type[Element]:
@@ -59,5 +76,5 @@ def unknown_element_error(name: str) -> UnknownElement:
 
 
 def find_element(word: str) -> type[Element]:
-    """Return the class of an element by the name used in models, including plane ones. Raises UnknownElement."""
+    """Return the class of a solid or plane element by its name in scenes. Raises UnknownElement."""
     return PLANE[word] if word in PLANE else element_of(word)

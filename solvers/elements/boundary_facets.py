@@ -1,6 +1,6 @@
 """Boundary facets of solid elements: triangles of three and six nodes, quadrilaterals of four, eight and nine.
 
-To add a facet: its class (element.py lists its members), and a line in FACETS.
+To add a facet: write its class (element.py lists the members) and add a line to FACETS.
 """
 
 from __future__ import annotations
@@ -35,17 +35,20 @@ class Triangle:
 
     @staticmethod
     def powers(degree: int) -> Floats:
-        """Return the exponents of the monomials (k, 2) of a total degree."""
+        """Return the exponents (k, 2) of all monomials in xi and eta of a total degree up to `degree`."""
         return np.array([(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)], dtype=float)
 
     @staticmethod
     def lattice(steps: int) -> Floats:
-        """Return local points (k, 2) at `steps` equal steps along each side."""
+        """Return the points (k, 2) of a lattice on the triangle with `steps` equal intervals along each side."""
         return Triangle.powers(steps) / steps
 
     @staticmethod
     def folded(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
-        """Return a rule of the square [-1, 1]^2, mapped to the triangle: points (q, 2) and weights (q,)."""
+        """Map a quadrature rule from the square [-1, 1]^2 to the triangle: return points (q, 2) and weights (q,).
+
+        `a` and `b` (q,) are the coordinates of the rule's points on the square, `w` (q,) the weights.
+        """
         a, b = 0.5 * (a + 1.0), 0.5 * (b + 1.0)
         return np.stack([a, (1.0 - a) * b], axis=1), 0.25 * w * (1.0 - a)
 
@@ -61,18 +64,18 @@ class Quadrilateral:
 
     @staticmethod
     def powers(degree: int) -> Floats:
-        """Return the exponents of the monomials (k, 2) of a degree in each coordinate."""
+        """Return the exponents (k, 2) of all monomials of at most `degree` in xi and at most `degree` in eta."""
         return np.array(list(product(range(degree + 1), repeat=2)), dtype=float)
 
     @staticmethod
     def lattice(steps: int) -> Floats:
-        """Return local points (k, 2) at `steps` equal steps along each side."""
+        """Return the points (k, 2) of a lattice on the square with `steps` equal intervals along each side."""
         found: Floats = 2.0 * Quadrilateral.powers(steps) / steps - 1.0
         return found
 
     @staticmethod
     def folded(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
-        """Return the rule of the square unchanged."""
+        """Return a quadrature rule of the square unchanged, as points (q, 2) and weights (q,)."""
         return np.stack([a, b], axis=1), w
 
 
@@ -88,22 +91,25 @@ class Tri3(Triangle):
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Return the centroid: exact, since the triangle stays flat."""
+        """Return one point, the centroid (1, 2), and its weight (1,): exact, since the triangle stays flat."""
         return np.full((1, 2), 1 / 3), np.full(1, 0.5)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """Return N (m, 3)."""
+        """Return the shape functions N (m, 3) at local points xi (m, 2)."""
         return np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """Return dN/dxi (m, 3, 2)."""
+        """Return dN/dxi (m, 3, 2) at local points xi (m, 2)."""
         return np.broadcast_to(np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]]), (len(xi), 3, 2))
 
 
 class Tri6(Triangle):
-    """Six-node triangle with quadratic sides: corners L (2 L - 1), then mid-sides 4 L L' of 01, 12, 20."""
+    """Six-node triangle with quadratic sides: three corners, then the middles of the sides 01, 12 and 20.
+
+    Shape functions are L (2 L - 1) at corners and 4 L L' at midside nodes, with L the barycentric coordinates.
+    """
 
     nodes: ClassVar[int] = 6
     between: ClassVar[Rows] = ((0, 1), (1, 2), (2, 0))
@@ -114,7 +120,10 @@ class Tri6(Triangle):
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Return six points of degree four (Strang and Fix 1973; Dunavant 1985), for N times the area vector."""
+        """Return six points (6, 2) and weights (6,), exact for polynomials of degree four.
+
+        This degree is that of N times the area vector. Source: Strang and Fix (1973); Dunavant (1985).
+        """
         a, b = 0.445948490915965, 0.091576213509771
         wa, wb = 0.111690794839005, 0.054975871827661
         xi = [(a, a), (1 - 2 * a, a), (a, 1 - 2 * a), (b, b), (1 - 2 * b, b), (b, 1 - 2 * b)]
@@ -122,20 +131,20 @@ class Tri6(Triangle):
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """Return N (m, 6)."""
+        """Return the shape functions N (m, 6) at local points xi (m, 2)."""
         L = Tri3.shape(xi)
         return np.concatenate([L * (2 * L - 1), 4 * L * L[:, [1, 2, 0]]], axis=1)
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """Return dN/dxi (m, 6, 2)."""
+        """Return dN/dxi (m, 6, 2) at local points xi (m, 2)."""
         L, dL = Tri3.shape(xi)[:, :, None], Tri3.gradient(xi)
         after = [1, 2, 0]
         return np.concatenate([(4 * L - 1) * dL, 4 * (L * dL[:, after] + L[:, after] * dL)], axis=1)
 
 
 class Quad4(Quadrilateral):
-    """Four-node quadrilateral on [-1, 1]^2, N = (1 +- xi)(1 +- eta)/4; it need not be flat."""
+    """Four-node quadrilateral on [-1, 1]^2, N = (1 +- xi)(1 +- eta)/4; its four nodes need not lie in one plane."""
 
     nodes: ClassVar[int] = 4
     between: ClassVar[Rows] = ()
@@ -146,20 +155,20 @@ class Quad4(Quadrilateral):
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Return two by two Gauss points: exact for N times the area vector."""
+        """Return two by two Gauss points (4, 2) and weights (4,): exact for N times the area vector."""
         g = 3**-0.5
         return np.array([(-g, -g), (g, -g), (g, g), (-g, g)]), np.ones(4)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """Return N (m, 4)."""
+        """Return the shape functions N (m, 4) at local points xi (m, 2)."""
         a, b = np.array(Quad4.rim).T
         N: Floats = (1 + a * xi[:, :1]) * (1 + b * xi[:, 1:]) / 4
         return N
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """Return dN/dxi (m, 4, 2)."""
+        """Return dN/dxi (m, 4, 2) at local points xi (m, 2)."""
         a, b = np.array(Quad4.rim).T
         return np.stack([a * (1 + b * xi[:, 1:]) / 4, b * (1 + a * xi[:, :1]) / 4], axis=2)
 
@@ -176,22 +185,22 @@ class Quad8(Quadrilateral):
 
     @staticmethod
     def places() -> Floats:
-        """Return the local points of the nodes (8, 2)."""
+        """Return the local points of the nodes, shape (8, 2)."""
         return _with_middles(Quad8.between)
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Return three by three Gauss points: exact for N times the area vector."""
+        """Return three by three Gauss points (9, 2) and weights (9,): exact for N times the area vector."""
         return quadratic_shape_functions.gauss_rule(2)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """Return N (m, 8)."""
+        """Return the shape functions N (m, 8) at local points xi (m, 2)."""
         return quadratic_shape_functions.serendipity(Quad8.places(), xi)
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """Return dN/dxi (m, 8, 2)."""
+        """Return dN/dxi (m, 8, 2) at local points xi (m, 2)."""
         return quadratic_shape_functions.serendipity_gradient(Quad8.places(), xi)
 
 
@@ -209,27 +218,30 @@ class Quad9(Quadrilateral):
 
     @staticmethod
     def places() -> Floats:
-        """Return the local points of the nodes (9, 2)."""
+        """Return the local points of the nodes, shape (9, 2)."""
         return _with_middles(Quad9.between)
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Return three by three Gauss points: exact for N times the area vector."""
+        """Return three by three Gauss points (9, 2) and weights (9,): exact for N times the area vector."""
         return quadratic_shape_functions.gauss_rule(2)
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
-        """Return N (m, 9)."""
+        """Return the shape functions N (m, 9) at local points xi (m, 2)."""
         return quadratic_shape_functions.lagrange(Quad9.places(), xi)
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
-        """Return dN/dxi (m, 9, 2)."""
+        """Return dN/dxi (m, 9, 2) at local points xi (m, 2)."""
         return quadratic_shape_functions.lagrange_gradient(Quad9.places(), xi)
 
 
 def _with_middles(between: Rows) -> Floats:
-    """Return the corners of the square and the points `between` them (k, 2)."""
+    """Return the local points (k, 2) of the square's corners, followed by its midside nodes.
+
+    Each entry of `between` lists the corners whose mean is the position of one midside node.
+    """
     rim = np.array(Quadrilateral.rim)
     return np.array([*rim, *(rim[list(ends)].mean(axis=0) for ends in between)])
 

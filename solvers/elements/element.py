@@ -1,7 +1,8 @@
 """Interfaces of an element and of a boundary facet.
 
-An element's class derives from its reference cell (reference_cells.py), a facet's class from its triangle or square
-(boundary_facets.py), which provide what follows from the shape only.
+The class of an element derives from its reference cell (reference_cells.py). The class of a facet derives from its
+reference triangle or square (boundary_facets.py). These base classes provide everything that depends only on the
+geometry.
 """
 
 from __future__ import annotations
@@ -14,29 +15,29 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-Rows = tuple[tuple[int, ...], ...]  # of numbers of nodes, or of exponents
+Rows = tuple[tuple[int, ...], ...]  # each row lists node numbers, or exponents
 
 
 class Facet(Protocol):
-    """A boundary facet: a surface patch x(xi), xi in a reference triangle or square."""
+    """Interface of a boundary facet: a surface patch x(xi), with xi in a reference triangle or square."""
 
     nodes: ClassVar[int]
-    between: ClassVar[Rows]  # of each node after the corners, the corners that it lies in the middle of
-    triangles: ClassVar[tuple[tuple[int, int, int], ...]]  # over its nodes, turning as the facet does
-    pressed: ClassVar[int]  # degree of shape functions times area vector: in all on triangles, in each on squares
-    bend: ClassVar[int]  # degree of x over any triangle of local coordinates, at least two
-    monomials: ClassVar[Rows]  # exponents of xi, eta that its shape functions are made of
+    between: ClassVar[Rows]  # for each node after the corners: the corners whose mean is its position
+    triangles: ClassVar[tuple[tuple[int, int, int], ...]]  # split into triangles over its nodes, oriented alike
+    pressed: ClassVar[int]  # degree of shape function times area vector: total on triangles, per coordinate on squares
+    bend: ClassVar[int]  # degree of x over any triangle in local coordinates, at least two
+    monomials: ClassVar[Rows]  # exponents of xi, eta of the monomials in its shape functions
 
-    # ---- of its triangle or square
-    corners: ClassVar[int]  # the first nodes
+    # ---- defined by the reference triangle or square
+    corners: ClassVar[int]  # number of corners; they are the first nodes
     square: ClassVar[bool]
     rim: ClassVar[tuple[tuple[float, float], ...]]  # local points of the corners
     centre: ClassVar[tuple[float, float]]
-    halves: ClassVar[tuple[tuple[int, int, int], ...]]  # triangles over its corners
+    halves: ClassVar[tuple[tuple[int, int, int], ...]]  # split into triangles over its corners
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Return points (q, 2) and weights (q,) that integrate a pressure on the facet as it deforms."""
+        """Return points (q, 2) and weights (q,) that are exact for a pressure on the deformed facet."""
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
@@ -48,67 +49,73 @@ class Facet(Protocol):
 
     @staticmethod
     def powers(degree: int) -> Floats:
-        """Return the exponents (k, 2) of the monomials of a degree."""
+        """Return the exponents (k, 2) of the monomials in xi and eta up to a degree.
+
+        Triangles count the total degree, squares the degree in each coordinate.
+        """
 
     @staticmethod
     def lattice(steps: int) -> Floats:
-        """Return local points (k, 2) at `steps` equal steps along each side."""
+        """Return the points (k, 2) of a lattice on the facet with `steps` equal intervals along each side."""
 
     @staticmethod
     def folded(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
-        """Return points (q, 2) and weights (q,) of a rule a, b, w (q,) of the square [-1, 1]^2, mapped to the facet."""
+        """Map a quadrature rule from the square [-1, 1]^2 to the facet: return points (q, 2) and weights (q,).
+
+        `a` and `b` (q,) are the coordinates of the rule's points on the square, `w` (q,) the weights.
+        """
 
 
 class Element(Protocol):
-    """A solid element on a reference cell; its nodes are in the order of VTK and meshio."""
+    """Interface of a solid element on a reference cell; nodes are ordered as in VTK and meshio."""
 
-    name: ClassVar[str]  # the word in scenes
-    described: ClassVar[str]  # in a sentence: `it has four-node tetrahedra`
-    briefly: ClassVar[str]  # at the start of one: `linear tetrahedra lock`
-    meshio: ClassVar[str]  # meshio's word, by which files are read and written
+    name: ClassVar[str]  # name in scenes
+    described: ClassVar[str]  # noun phrase inside a sentence: `it has four-node tetrahedra`
+    briefly: ClassVar[str]  # noun phrase at the start of a sentence: `linear tetrahedra lock`
+    meshio: ClassVar[str]  # meshio's cell name, for reading and writing files
     nodes: ClassVar[int]
-    between: ClassVar[Rows]  # of each node after the corners, the corners that it lies in the middle of
-    turned: ClassVar[tuple[int, ...]]  # nodes of a cell that is inside out in an order that is not
-    facets: ClassVar[Rows]  # nodes of each, counter-clockwise from outside
+    between: ClassVar[Rows]  # for each node after the corners: the corners whose mean is its position
+    turned: ClassVar[tuple[int, ...]]  # node order that turns an inverted cell into a valid one
+    facets: ClassVar[Rows]  # nodes of each facet, counter-clockwise from outside
     facet: ClassVar[type[Facet]]
-    monomials: ClassVar[Rows]  # exponents of xi, eta, zeta that its shape functions are made of
-    order: ClassVar[int]  # of the complete polynomials in its shape functions
-    warp: ClassVar[int]  # degree of det dX/dxi, in all on tetrahedra, in each coordinate on hexahedra
+    monomials: ClassVar[Rows]  # exponents of xi, eta, zeta of the monomials in its shape functions
+    order: ClassVar[int]  # degree of the complete polynomials that its shape functions contain
+    warp: ClassVar[int]  # degree of det dX/dxi: total on tetrahedra, per coordinate on hexahedra
     constant: ClassVar[bool]  # whether strain is uniform in a cell
-    locks: ClassVar[float]  # Poisson's ratio from which it is visibly too stiff; 0.5 where it never is
-    most: ClassVar[float]  # cells that fit in memory
-    pressures: ClassVar[str | None]  # that go with it: linear between `corners`, one in each `cell`
-    formulations: ClassVar[tuple[str, ...]]  # of models/fem that it is known to work in
-    integrations: ClassVar[tuple[str, ...]]  # at all points in `full`, of the volume once per cell in `selective`
-    springs: ClassVar[bool]  # whether its edges and diagonals make a network
-    finer: ClassVar[str]  # the element of its finer space: another on the same cells, or itself on eight for each
-    leaves: ClassVar[float]  # error over the distance of the finer space: as of an order of 0.85 or more
+    locks: ClassVar[float]  # Poisson's ratio from which it is visibly too stiff; 0.5 if it never locks
+    most: ClassVar[float]  # largest number of cells that fits in memory
+    pressures: ClassVar[str | None]  # pressures of mixed formulations: linear between `corners`, or one per `cell`
+    formulations: ClassVar[tuple[str, ...]]  # formulations of models/fem that are known to work with it
+    integrations: ClassVar[tuple[str, ...]]  # `full`; `selective`: volumetric terms once per cell
+    springs: ClassVar[bool]  # whether its edges and diagonals can form a spring network
+    finer: ClassVar[str]  # element of the finer space: another on the same cells, or itself on cells split in eight
+    leaves: ClassVar[float]  # error / distance to the finer solution, for a convergence order of at least 0.85
 
-    # ---- of its reference cell
+    # ---- defined by the reference cell
     family: ClassVar[str]  # tetrahedra | hexahedra
     dimension: ClassVar[int]
-    corners: ClassVar[int]  # the first nodes
-    linear: ClassVar[str]  # element of the corners only
+    corners: ClassVar[int]  # number of corners; they are the first nodes
+    linear: ClassVar[str]  # name of the element with corner nodes only
     centre: ClassVar[tuple[float, float, float]]
-    inner: ClassVar[tuple[float, float, float]]  # a point within, on no face of `tetrahedra`
-    volume: ClassVar[float]  # of the reference cell
+    inner: ClassVar[tuple[float, float, float]]  # an interior point that lies on no face of `tetrahedra`
+    volume: ClassVar[float]  # volume of the reference cell
     edges: ClassVar[Rows]
-    diagonals: ClassVar[tuple[Rows, Rows]]  # of faces, and of the body
-    tetrahedra: ClassVar[Rows]  # that fill it, by its corners
-    split: ClassVar[tuple[Rows, Rows]]  # cells made of a hexahedron in a grid whose corner 0 is even, or odd
-    warps: ClassVar[bool]  # whether it may fold within though no corner does, with straight edges
+    diagonals: ClassVar[tuple[Rows, Rows]]  # face diagonals, and body diagonals
+    tetrahedra: ClassVar[Rows]  # tetrahedra that fill the cell, by its corners
+    split: ClassVar[tuple[Rows, Rows]]  # cells that a grid hexahedron is split into if its corner 0 is even, or odd
+    warps: ClassVar[bool]  # whether a cell with straight edges may be inverted inside although no corner is
 
     @staticmethod
     def places() -> Floats:
-        """Return the local points of the nodes (a, 3)."""
+        """Return the local points of the nodes, shape (a, 3)."""
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Return points (q, 3) and weights (q,) for the stiffness."""
+        """Return points (q, 3) and weights (q,) of the rule for the stiffness."""
 
     @staticmethod
     def mass_quadrature() -> tuple[Floats, Floats]:
-        """Return points (q, 3) and weights (q,) for the mass, which integrate products of shape functions."""
+        """Return points (q, 3) and weights (q,) of the rule for the mass matrix."""
 
     @staticmethod
     def shape(xi: Floats) -> Floats:
@@ -118,11 +125,11 @@ class Element(Protocol):
     def gradient(xi: Floats) -> Floats:
         """Return dN/dxi (m, a, 3) at local points xi (m, 3)."""
 
-    # ---- of its reference cell
+    # ---- defined by the reference cell
 
     @staticmethod
     def clip(xi: Floats) -> Floats:
-        """Return local points (m, 3), moved into the reference cell if they lie outside."""
+        """Return local points (m, 3) with points outside the reference cell moved to its boundary."""
 
     @staticmethod
     def strewn(rng: np.random.Generator, count: int) -> Floats:
@@ -130,15 +137,15 @@ class Element(Protocol):
 
     @staticmethod
     def children() -> Floats:
-        """Return the corners of the eight parts of the cell (8, c, 3)."""
+        """Return the local corners (8, c, 3) of the eight parts into which the reference cell is split."""
 
     @staticmethod
     def ratio(corners: Floats) -> Floats:
-        """Return the mean ratio (m,) of cells with corners (m, c, 3): 1 at best, negative for an inverted cell."""
+        """Return the mean-ratio quality (m,) of cells with corners (m, c, 3): 1 at best, negative if inverted."""
 
     @staticmethod
     def lattice(degree: int) -> Floats:
-        """Return local points (k, 3) that determine a polynomial of a degree."""
+        """Return local points (k, 3) at which the values of a polynomial of this degree determine it."""
 
     @staticmethod
     def bernstein(degree: int, xi: Floats) -> Floats:
@@ -146,4 +153,4 @@ class Element(Protocol):
 
     @staticmethod
     def eighths(degree: int) -> list[Floats]:
-        """Return the lattices (k, 3) of eight parts of the cell."""
+        """Return the lattice points (k, 3) in each of the eight parts of the reference cell."""

@@ -21,15 +21,15 @@ EDGES = Hexahedron.edges  # corners of the nodes 8 to 19
 
 
 class Hex20(QuadraticHexahedron):
-    """Twenty-node serendipity hexahedron, quadratic displacement: accurate in bending with few unknowns, follows
-    curves.
+    """Twenty-node serendipity hexahedron, quadratic displacement: accurate in bending with few unknowns.
 
-    Corners and middles of edges; 27 Gauss points. Displacements converge with h^3 and strains with h^2 in nearly
-    parallelepipedal cells; in strongly distorted cells it is less accurate than `hex27` (Arnold, Boffi and Falk 2002).
-    On a cylinder its mid-edge nodes lie on the true surface. Near incompressibility it locks, later than linear cells
-    and sooner than `tet10`: in a thick sphere of two cells at a Poisson ratio of 0.49 it loses 4 %, at 0.499 a third.
-    `formulation = mixed` adds pressures that are linear between corners, and removes the locking. Source: Zienkiewicz,
-    Taylor and Zhu (2013), section 6.
+    Nodes are the corners and the middles of the edges, which may be curved; 27 Gauss points. Displacements converge
+    with h^3 and strains with h^2 in nearly parallelepipedal cells. In strongly distorted cells it is less accurate than
+    `hex27` (Arnold, Boffi and Falk 2002). The mid-edge nodes on the side of a cylinder lie on the true surface. Near
+    incompressibility this element locks, later than linear cells and sooner than `tet10`: in a thick sphere of two
+    cells, 4 % of the displacement is lost at a Poisson ratio of 0.49 and a third at 0.499. `formulation = mixed` adds
+    pressures that are linear between corners, and removes the locking.
+    Source: Zienkiewicz, Taylor and Zhu (2013), section 6.
     """
 
     name: ClassVar[str] = "hex20"

@@ -28,13 +28,15 @@ BETWEEN = (
 
 
 class Hex27(QuadraticHexahedron):
-    """27-node hexahedron, triquadratic displacement: like `hex20`, and accurate in distorted cells too.
+    """27-node hexahedron, triquadratic displacement: like `hex20`, but accurate in distorted cells too.
 
-    Nodes in the middles of edges and faces and of the cell; 27 Gauss points. Displacements converge with h^3 and
-    strains with h^2, whatever the shape of the cells. On a cylinder the nodes of its curved facets lie on the true
-    surface. Near incompressibility it locks on coarse meshes: in a thick sphere of two cells at a Poisson ratio of
-    0.499 it loses 3 %, at 0.4999 a sixth; `formulation = mixed` adds pressures that are linear between corners, and
-    removes the locking. Twice the unknowns of `hex20` on the same cells. Source: Zienkiewicz, Taylor and Zhu (2013), 6.
+    Nodes are the corners, the middles of edges and faces, and the centre of the cell; 27 Gauss points. Displacements
+    converge with h^3 and strains with h^2, whatever the shape of the cells. The nodes of facets on the side of a
+    cylinder lie on the true surface. Near incompressibility this element locks on coarse meshes: in a thick sphere of
+    two cells, 3 % of the displacement is lost at a Poisson ratio of 0.499 and a sixth at 0.4999. `formulation = mixed`
+    adds pressures that are linear between corners, and removes the locking. There are twice as many unknowns as with
+    `hex20` on the same cells.
+    Source: Zienkiewicz, Taylor and Zhu (2013), section 6.
     """
 
     name: ClassVar[str] = "hex27"

@@ -22,10 +22,11 @@ class Hex8(Hexahedron):
     """Eight-node hexahedron, trilinear displacement: better than linear tetrahedra, but still stiff in bending.
 
     N_a = (1 + xi_a xi)(1 + eta_a eta)(1 + zeta_a zeta)/8 on [-1, 1]^3, eight Gauss points. Displacements converge with
-    h^2 and strains with h. With full integration (`integration = full`) it locks from a Poisson ratio of about 0.45:
-    the beam of 2008 at 0.49 sinks 127 mm instead of 133 mm. With `integration = selective`, the terms of the modulus
-    lambda are evaluated once per cell, from its mean deformation gradient, and it does not lock (Malkus and Hughes
-    1978; cells of any form pass the patch test: Flanagan and Belytschko 1981).
+    h^2 and strains with h. With full integration (`integration = full`) the element locks from a Poisson ratio of about
+    0.45: at 0.49 the tip of a cantilever beam (the beam of 2008) sinks by 127 mm instead of 133 mm. With `integration =
+    selective` the terms of the Lame modulus lambda are evaluated once per cell, from the mean deformation gradient of
+    the cell, and the element does not lock (Malkus and Hughes 1978). Cells of any shape then pass the patch test
+    (Flanagan and Belytschko 1981).
     Source: Zienkiewicz, Taylor and Zhu (2013), sections 6 and 10.
     """
 
@@ -55,7 +56,7 @@ class Hex8(Hexahedron):
 
     @staticmethod
     def places() -> Floats:
-        """Return the local points of the nodes (8, 3)."""
+        """Return the local points of the nodes, shape (8, 3)."""
         return Hexahedron.rim()
 
     @staticmethod
@@ -65,7 +66,7 @@ class Hex8(Hexahedron):
 
     @staticmethod
     def mass_quadrature() -> tuple[Floats, Floats]:
-        """Return the same points as `quadrature`."""
+        """Return the points (8, 3) and weights (8,) of `quadrature`, which are also exact for the mass."""
         return Hex8.quadrature()
 
     @staticmethod

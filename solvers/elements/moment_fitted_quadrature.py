@@ -1,6 +1,7 @@
-"""Moment-fitted quadrature on parts of facets: fixed points, with weights exact for a pressure on the deforming part.
+"""Moment-fitted quadrature on a part of a facet: fixed points, with weights that depend on the part.
 
-The weight of a point is the integral over the part of the polynomial that is one there and zero at the other points.
+The weights are exact for a pressure on the part while the facet deforms. The weight of a point is the integral over the
+part of a basis polynomial, which is one at this point and zero at all other points.
 """
 
 from __future__ import annotations
@@ -21,35 +22,43 @@ else:
 
 @cache
 def _powers(nodes: int) -> Floats:
-    """Return exponents of the monomials (q, 2): of a total degree on triangles, in each coordinate on squares."""
+    """Return the exponents (q, 2) of the monomials that a pressure on a facet with `nodes` nodes leads to.
+
+    The degree is the total degree on triangles and the degree in each coordinate on squares.
+    """
     return FACETS[nodes].powers(FACETS[nodes].pressed)
 
 
 @cache
 def point_positions(nodes: int) -> Floats:
-    """Return the points (q, 2) of a facet with `nodes` nodes, in its local coordinates."""
+    """Return the local coordinates (q, 2) of the quadrature points on a facet with `nodes` nodes."""
     return FACETS[nodes].lattice(FACETS[nodes].pressed)
 
 
 @cache
 def _coefficients(nodes: int) -> Floats:
+    """Return the coefficients (q, q) of the basis polynomials with respect to the monomials."""
     return np.asarray(np.linalg.inv(_monomials(nodes, point_positions(nodes))), dtype=np.float64)
 
 
 def _monomials(nodes: int, xi: Floats) -> Floats:
+    """Return the values (m, q) of the monomials at local points xi (m, 2)."""
     found: Floats = np.prod(xi[:, None, :] ** _powers(nodes), axis=2)
     return found
 
 
 def basis_polynomials(nodes: int, xi: Floats) -> Floats:
-    """Return the polynomials (m, q), each one at its own point, at local points xi (m, 2)."""
+    """Return the values (m, q) of the basis polynomials at local points xi (m, 2) of a facet with `nodes` nodes.
+
+    Each polynomial is one at one quadrature point and zero at all others.
+    """
     found: Floats = _monomials(nodes, xi) @ _coefficients(nodes)
     return found
 
 
 @cache
 def full_facet_weights(nodes: int) -> Floats:
-    """Return the weights (q,) of a whole facet."""
+    """Return the weights (q,) of the quadrature points for the whole facet."""
     xi, w = gauss_rule(nodes)
     found: Floats = w @ basis_polynomials(nodes, xi)
     return found
@@ -57,7 +66,10 @@ def full_facet_weights(nodes: int) -> Floats:
 
 @cache
 def gauss_rule(nodes: int, n: int = 10) -> tuple[Floats, Floats]:
-    """Return n^2 Gauss points (q, 2) and weights (q,) of a facet, for smooth non-polynomial functions (its area)."""
+    """Return n^2 Gauss points (q, 2) and weights (q,) of a facet, for smooth functions that are not polynomials.
+
+    The area of a curved facet is the integral of such a function.
+    """
     x, w = np.polynomial.legendre.leggauss(n)
     a, b = (t.ravel() for t in np.meshgrid(x, x))
     return FACETS[nodes].folded(a, b, np.outer(w, w).ravel())

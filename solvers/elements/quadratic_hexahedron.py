@@ -1,4 +1,4 @@
-"""Common base of quadratic hexahedra, independent of the nodes between their corners."""
+"""Common base class of the quadratic hexahedra with 20 and 27 nodes."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ else:
 
 
 class QuadraticHexahedron(Hexahedron):
-    """Hexahedron with corner nodes and midside nodes between them; 27 Gauss points, linear pressures if
-    `mixed`.
+    """Quadratic hexahedron: nodes at corners and midway between corners, 27 Gauss points.
+
+    In a mixed formulation, pressures are linear between the corners.
     """
 
     order: ClassVar[int] = 2
@@ -35,7 +36,7 @@ class QuadraticHexahedron(Hexahedron):
 
     @classmethod
     def places(cls) -> Floats:
-        """Return the local points of the nodes (a, 3)."""
+        """Return the local points of the nodes, shape (a, 3)."""
         corners = Hexahedron.rim()
         return np.array([*corners, *(corners[list(ends)].mean(axis=0) for ends in cls.between)])
 
@@ -46,5 +47,5 @@ class QuadraticHexahedron(Hexahedron):
 
     @staticmethod
     def mass_quadrature() -> tuple[Floats, Floats]:
-        """Return the same points, exact for products of shape functions in cells that are boxes."""
+        """Return the points (27, 3) and weights (27,) of `quadrature`: exact for the mass in box-shaped cells."""
         return quadratic_shape_functions.gauss_rule(3)

@@ -1,4 +1,4 @@
-"""Reference cells: the common part of all elements on the unit tetrahedron or on the cube [-1, 1]^3."""
+"""Reference tetrahedron and hexahedron: geometry and polynomials shared by all elements on these cells."""
 
 from __future__ import annotations
 
@@ -20,15 +20,21 @@ else:
 
 
 def mirrored_order(corners: tuple[int, ...], between: Rows) -> tuple[int, ...]:
-    """Return the node order that turns an inverted cell around: `corners` in that order, other nodes between them."""
+    """Return the node order that turns an inverted cell into a valid one.
+
+    `corners` is the new order of the corners. `between` lists, for each other node, the corners whose mean is its
+    position; these nodes are reordered accordingly.
+    """
     number = {frozenset(ends): len(corners) + k for k, ends in enumerate(between)}
     return (*corners, *(number[frozenset(corners[c] for c in ends)] for ends in between))
 
 
 def facet_nodes(sides: Rows, corners: int, between: Rows, facet: type[Facet]) -> Rows:
-    """Return the nodes of each facet: its corners from `sides`, then the nodes between these, in the facet's order.
+    """Return the nodes of each facet of a cell, in the order of the facet's class.
 
-    A pair of equal corners gives the corner itself.
+    `sides` lists the corners of each facet, `corners` is the number of corners of the cell, and `between` lists for
+    each further node the corners whose mean is its position. A midside node between two equal corners is the corner
+    itself.
     """
     number = {frozenset((k,)): k for k in range(corners)}
     number |= {frozenset(ends): corners + k for k, ends in enumerate(between)}
@@ -36,7 +42,7 @@ def facet_nodes(sides: Rows, corners: int, between: Rows, facet: type[Facet]) ->
 
 
 class Tetrahedron:
-    """The unit tetrahedron: corners at the origin and at one on each axis."""
+    """The unit tetrahedron, with corners at the origin and at (1, 0, 0), (0, 1, 0), (0, 0, 1)."""
 
     family: ClassVar[str] = "tetrahedra"
     dimension: ClassVar[int] = 3
@@ -50,8 +56,8 @@ class Tetrahedron:
     sides: ClassVar[Rows] = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
     mirror: ClassVar[tuple[int, ...]] = (0, 1, 3, 2)
     tetrahedra: ClassVar[Rows] = ((0, 1, 2, 3),)
-    # The five of a hexahedron whose corner 0 is even: four corners cut off at the odd points 1, 3, 4, 6 and one in the
-    # middle on the even points 0, 2, 5, 7.
+    # The five tetrahedra of a hexahedron whose corner 0 is even: four at the odd corners 1, 3, 4, 6, and one in the
+    # middle between the even corners 0, 2, 5, 7.
     split: ClassVar[tuple[Rows, Rows]] = (
         ((1, 2, 0, 5), (3, 0, 2, 7), (4, 5, 7, 0), (6, 7, 5, 2), (0, 2, 7, 5)),
         ((0, 1, 3, 4), (2, 3, 1, 6), (5, 4, 6, 1), (7, 6, 4, 3), (1, 3, 4, 6)),
@@ -60,12 +66,15 @@ class Tetrahedron:
 
     @staticmethod
     def rim() -> Floats:
-        """Return the local points of the corners (4, 3)."""
+        """Return the local points of the corners, shape (4, 3)."""
         return np.concatenate([np.zeros((1, 3)), np.eye(3)])
 
     @staticmethod
     def clip(xi: Floats) -> Floats:
-        """Return points with negative barycentric coordinates set to zero, and the others in proportion."""
+        """Return local points (m, 3) moved into the tetrahedron.
+
+        Negative barycentric coordinates are set to zero, and the others are scaled so that their sum is one.
+        """
         N = np.maximum(np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1), 0.0)
         inside: Floats = N[:, 1:] / N.sum(axis=1, keepdims=True)
         return inside
@@ -77,10 +86,11 @@ class Tetrahedron:
 
     @staticmethod
     def children() -> Floats:
-        """Return corners of the eight parts of the cell (8, 4, 3): one at each corner, four in the remaining
-        octahedron.
+        """Return the local corners (8, 4, 3) of the eight tetrahedra into which the cell is split.
 
-        These lie around its diagonal between the middles of edges 02 and 13 (Bey 1995).
+        One lies at each corner. The other four fill the remaining octahedron around its diagonal between the middles of
+        the edges 02 and 13.
+        Source: Bey (1995).
         """
         rim = Tetrahedron.rim()
         nodes = np.concatenate([rim, rim[np.array(Tetrahedron.edges)].mean(axis=1)])
@@ -93,9 +103,9 @@ class Tetrahedron:
 
     @staticmethod
     def ratio(corners: Floats) -> Floats:
-        """Return the mean ratio (m,) of cells with corners (m, 4, 3): 12 (3 V)^(2/3) over the sum of squared edges,
-        signed as V.
+        """Return the mean-ratio quality (m,) of tetrahedra with corners (m, 4, 3).
 
+        It is 12 (3 V)^(2/3) over the sum of squared edge lengths, with the sign of the volume V.
         Source: Liu and Joe (1994).
         """
         i, j = np.triu_indices(4, 1)
@@ -108,7 +118,8 @@ class Tetrahedron:
     def mass_quadrature() -> tuple[Floats, Floats]:
         """Return points (q, 3) and weights (q,) that integrate products of quadratic shape functions.
 
-        Stiffness needs fewer: the single point of the linear tetrahedron would make the mass singular.
+        The stiffness needs fewer points. With the single point of the linear tetrahedron the mass matrix would be
+        singular.
         """
         return conical_product_rule(3)
 
@@ -117,18 +128,18 @@ class Tetrahedron:
     @staticmethod
     @cache
     def powers(degree: int) -> Ints:
-        """Return exponents of barycentric coordinates (k, 4), of a total degree."""
+        """Return the exponents (k, 4) of all monomials in the barycentric coordinates of a total degree."""
         return np.array([p for p in product(range(degree + 1), repeat=4) if sum(p) == degree])
 
     @staticmethod
     def lattice(degree: int) -> Floats:
-        """Return local points (k, 3) that determine a polynomial."""
+        """Return local points (k, 3) at which the values of a polynomial of this total degree determine it."""
         found: Floats = Tetrahedron.powers(degree)[:, 1:] / degree
         return found
 
     @staticmethod
     def bernstein(degree: int, xi: Floats) -> Floats:
-        """Return the Bernstein polynomials (m, k) of a total degree at local points (m, 3)."""
+        """Return the Bernstein polynomials (m, k) of a total degree at local points xi (m, 3)."""
         powers = Tetrahedron.powers(degree)
         many = np.array([factorial(degree) / np.prod([factorial(i) for i in p]) for p in powers])
         L = np.column_stack([1.0 - xi.sum(axis=1), xi])
@@ -137,7 +148,10 @@ class Tetrahedron:
 
     @staticmethod
     def eighths(degree: int) -> list[Floats]:
-        """Return the lattices (k, 3) of eight parts, made by corners and middles of edges."""
+        """Return the lattice points (k, 3) in each of eight parts of the tetrahedron.
+
+        The corners of the parts are the corners and the edge middles of the tetrahedron.
+        """
         v = Tetrahedron.rim()
         m = {(a, b): 0.5 * (v[a] + v[b]) for a in range(4) for b in range(a + 1, 4)}
         inner = [(m[0, 1], m[2, 3], m[0, 2], m[1, 2]), (m[0, 1], m[2, 3], m[1, 2], m[1, 3]),
@@ -148,14 +162,14 @@ class Tetrahedron:
 
 
 class Hexahedron:
-    """The cube [-1, 1]^3."""
+    """The reference cube [-1, 1]^3 of hexahedra."""
 
     family: ClassVar[str] = "hexahedra"
     dimension: ClassVar[int] = 3
     corners: ClassVar[int] = 8
     linear: ClassVar[str] = "hex8"
     centre: ClassVar[tuple[float, float, float]] = (0.0, 0.0, 0.0)
-    # the middle is on a diagonal, which is an edge of all six tetrahedra of a twin, however its nodes are numbered
+    # not the centre: it lies on the body diagonal, an edge of all six tetrahedra of a coinciding cell in any numbering
     inner: ClassVar[tuple[float, float, float]] = (0.22, 0.14, 0.06)
     volume: ClassVar[float] = 8.0
     edges: ClassVar[Rows] = (
@@ -181,13 +195,13 @@ class Hexahedron:
 
     @staticmethod
     def rim() -> Floats:
-        """Return the local points of the corners (8, 3)."""
+        """Return the local points of the corners, shape (8, 3)."""
         low = [(-1.0, -1.0, -1.0), (1.0, -1.0, -1.0), (1.0, 1.0, -1.0), (-1.0, 1.0, -1.0)]
         return np.array([*low, *((x, y, 1.0) for x, y, _ in low)])
 
     @staticmethod
     def clip(xi: Floats) -> Floats:
-        """Return points with each coordinate clipped to [-1, 1]."""
+        """Return local points (m, 3) with each coordinate clipped to [-1, 1]."""
         return np.clip(xi, -1.0, 1.0)
 
     @staticmethod
@@ -197,17 +211,18 @@ class Hexahedron:
 
     @staticmethod
     def children() -> Floats:
-        """Return the corners of the eight parts of the cell (8, 8, 3)."""
+        """Return the local corners (8, 8, 3) of the eight cubes into which the cell is split."""
         corners = Hexahedron.rim()
         found: Floats = 0.5 * corners[:, None] + 0.5 * corners
         return found
 
     @staticmethod
     def ratio(corners: Floats) -> Floats:
-        """Return the mean ratio (m,) of cells with corners (m, 8, 3): the least of 3 det(J)^(2/3) / |J|^2 over the
-        corners.
+        """Return the mean-ratio quality (m,) of hexahedra with corners (m, 8, 3).
 
-        J are the three edges of a corner; the sign is that of det(J). Source: Knupp (2001).
+        It is the least of 3 det(J)^(2/3) / |J|^2 over the corners, with the sign of det(J), where the rows of J are the
+        three edges at a corner.
+        Source: Knupp (2001).
         """
         others = np.array([[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]])
         J = corners[:, others] - corners[:, :, None]  # (m, 8, 3, 3), right-handed
@@ -219,12 +234,15 @@ class Hexahedron:
 
     @staticmethod
     def lattice(degree: int) -> Floats:
-        """Return local points (k, 3) that determine a polynomial."""
+        """Return local points (k, 3) at which the values of a polynomial determine it.
+
+        `degree` is the degree in each coordinate.
+        """
         return np.array(list(product(np.linspace(-1.0, 1.0, degree + 1).tolist(), repeat=3)))
 
     @staticmethod
     def bernstein(degree: int, xi: Floats) -> Floats:
-        """Return the Bernstein polynomials (m, k) of a degree in each coordinate at local points (m, 3)."""
+        """Return the Bernstein polynomials (m, k) of a degree in each coordinate at local points xi (m, 3)."""
         t = 0.5 * (1.0 + xi)  # (m, 3)
         n = degree
         one = np.stack([comb(n, i) * t**i * (1.0 - t) ** (n - i) for i in range(n + 1)])  # (n + 1, m, 3)
@@ -233,7 +251,7 @@ class Hexahedron:
 
     @staticmethod
     def eighths(degree: int) -> list[Floats]:
-        """Return the lattices (k, 3) of eight parts."""
+        """Return the lattice points (k, 3) in each of the eight cubes into which the cell is split."""
         at = Hexahedron.lattice(degree)
         return [0.5 * (at + np.array(corner)) for corner in product((-1.0, 1.0), repeat=3)]
 
@@ -241,7 +259,8 @@ class Hexahedron:
 def conical_product_rule(n: int) -> tuple[Floats, Floats]:
     """Return n^3 points (q, 3) on the unit tetrahedron and weights (q,), exact to degree 2n - 1.
 
-    They are Gauss-Jacobi points along three edges of a collapsed cube (Stroud 1971).
+    The points are Gauss-Jacobi points along the three coordinates of a cube that is collapsed to the tetrahedron.
+    Source: Stroud (1971).
     """
     from softmark.solvers.runtime.gauss_jacobi import gauss_jacobi
 
@@ -253,6 +272,9 @@ def conical_product_rule(n: int) -> tuple[Floats, Floats]:
 
 
 def determinants(J: Any) -> Floats:
-    """Return triple products of three rows (..., 3, 3), accurate to the last digit even if small, unlike an LU's."""
+    """Return the determinants (...) of matrices J (..., 3, 3) as triple products of their rows.
+
+    Unlike by an LU factorisation, small determinants are accurate to the last digit.
+    """
     det: Floats = np.einsum("...i,...i->...", np.cross(J[..., 0, :], J[..., 1, :]), J[..., 2, :])
     return det

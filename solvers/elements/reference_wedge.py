@@ -1,7 +1,7 @@
-"""The reference wedge: a triangle with corners (0, 0), (1, 0), (0, 1), for zeta from -1 to 1.
+"""The reference wedge: a triangle with corners (0, 0), (1, 0), (0, 1), extruded for zeta from -1 to 1.
 
-Plane triangles are slices of it (triangles.py). Its triangular ends are stored as facets with four sides whose last two
-corners are the same, which have the same area and the same points.
+Plane triangles are slices of wedges (triangles.py). The two triangular ends are stored as quadrilateral facets whose
+last two corners are equal; such a facet has the area and the points of the triangle.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ else:
 
 
 class Wedge:
-    """A wedge: a triangle times the interval [-1, 1]."""
+    """The reference wedge: the product of a triangle and the interval [-1, 1]."""
 
     family: ClassVar[str] = "wedges"
     dimension: ClassVar[int] = 3
@@ -47,12 +47,16 @@ class Wedge:
 
     @staticmethod
     def rim() -> Floats:
-        """Return the local points of the corners (6, 3)."""
+        """Return the local points of the corners, shape (6, 3)."""
         return np.array([(x, y, z) for z in (-1.0, 1.0) for x, y in Tri3.rim])
 
     @staticmethod
     def clip(xi: Floats) -> Floats:
-        """Return points with negative barycentric coordinates set to zero, others in proportion, and zeta clipped."""
+        """Return local points (m, 3) moved into the wedge.
+
+        Negative barycentric coordinates in the triangle are set to zero and the others are scaled so that their sum is
+        one; zeta is clipped to [-1, 1].
+        """
         L = np.maximum(Tri3.shape(xi[:, :2]), 0.0)
         inside: Floats = L[:, 1:] / L.sum(axis=1, keepdims=True)
         return np.column_stack([inside, np.clip(xi[:, 2], -1.0, 1.0)])
@@ -64,7 +68,10 @@ class Wedge:
 
     @staticmethod
     def children() -> Floats:
-        """Return the corners of the eight parts of the cell (8, 6, 3): four triangles below and above its middle."""
+        """Return the local corners (8, 6, 3) of the eight wedges into which the cell is split.
+
+        The triangle is split into four, below and above zeta = 0.
+        """
         nodes = np.concatenate([np.array(Tri3.rim), 0.5 * (np.array(Tri3.rim) + np.roll(Tri3.rim, -1, axis=0))])
         found = [
             [(*nodes[corner], z) for z in ends for corner in triangle]
@@ -75,11 +82,12 @@ class Wedge:
 
     @staticmethod
     def ratio(corners: Floats) -> Floats:
-        """Return the mean ratio (m,) of cells with corners (m, 6, 3): the least of 3 det(J)^(2/3) / |J|^2 over the
-        corners.
+        """Return the mean-ratio quality (m,) of wedges with corners (m, 6, 3).
 
-        J maps the edges of the best wedge, an equilateral triangle as high as its sides are long, to those of a corner;
-        the sign is that of det(J). Source: Knupp (2001).
+        It is the least of 3 det(J)^(2/3) / |J|^2 over the corners, with the sign of det(J). J maps the edges at a
+        corner of the ideal wedge, an equilateral triangle as high as its sides are long, to the edges at the corner of
+        the cell.
+        Source: Knupp (2001).
         """
         others = np.array([[1, 2, 3], [2, 0, 4], [0, 1, 5], [5, 4, 0], [3, 5, 1], [4, 3, 2]])
         e = corners[:, others] - corners[:, :, None]  # (m, 6, 3, 3), right-handed
@@ -97,14 +105,19 @@ class Wedge:
 
     @staticmethod
     def lattice(degree: int) -> Floats:
-        """Return local points (k, 3) that determine a polynomial of a degree in the triangle and along it."""
+        """Return local points (k, 3) at which the values of a polynomial determine it.
+
+        `degree` is the total degree in the triangle and the degree in zeta.
+        """
         along = np.linspace(-1.0, 1.0, degree + 1).tolist()
         return np.array([(*at, z) for at, z in product((Tri3.powers(degree) / degree).tolist(), along)])
 
     @staticmethod
     def bernstein(degree: int, xi: Floats) -> Floats:
-        """Return Bernstein polynomials (m, k) of a total degree in the triangle, times those along it, at points (m,
-        3).
+        """Return the Bernstein polynomials (m, k) of the wedge at local points xi (m, 3).
+
+        They are products of Bernstein polynomials of total degree `degree` in the triangle and of degree `degree` in
+        zeta.
         """
         n, t, L = degree, 0.5 * (1.0 + xi[:, 2]), Tri3.shape(xi[:, :2])
         powers = [(n - i - j, i, j) for i, j in Tri3.powers(n).astype(int).tolist()]
@@ -114,14 +127,17 @@ class Wedge:
 
     @staticmethod
     def eighths(degree: int) -> list[Floats]:
-        """Return the lattices (k, 3) of eight parts."""
+        """Return the lattice points (k, 3) in each of the eight wedges into which the cell is split."""
         at = Wedge.lattice(degree)
         L, t = Tri3.shape(at[:, :2]), 0.5 * (1.0 + at[:, 2:])
         return [np.concatenate([L * (1.0 - t), L * t], axis=1) @ part for part in Wedge.children()]
 
 
 def wedge_rule(flat: tuple[Floats, Floats], many: int) -> tuple[Floats, Floats]:
-    """Return points (q, 3) and weights (q,) of a triangle rule times `many` Gauss points along the wedge."""
+    """Return points (q, 3) and weights (q,) of the product of a triangle rule and a Gauss rule along zeta.
+
+    `flat` holds the points and weights of the triangle rule; `many` is the number of Gauss points along zeta.
+    """
     z, v = np.polynomial.legendre.leggauss(many)
     xi = np.array([(*at, h) for at, h in product(flat[0].tolist(), z.tolist())])
     return xi, np.outer(flat[1], v).ravel()

@@ -24,11 +24,12 @@ EDGES = Tetrahedron.edges  # corners of the nodes 4 to 9
 class Tet10(Tetrahedron):
     """Ten-node tetrahedron, quadratic displacement: accurate in bending, follows curved surfaces, locks only mildly.
 
-    Corners L_a (2 L_a - 1), mid-edge nodes 4 L_a L_b of the edges 01, 12, 02, 03, 13, 23, with L the barycentric
-    coordinates; four integration points of degree two (Hammer, Marlowe and Stroud 1956). Displacements converge with
-    h^3 and strains with h^2. On a cylinder its mid-edge nodes lie on the true surface. Near incompressibility pressures
-    oscillate, while displacements stay accurate: at a Poisson ratio of 0.499 refine and compare. Costs about eight
-    times a four-node tetrahedron. Source: Zienkiewicz, Taylor and Zhu (2013), section 6.
+    Shape functions are L_a (2 L_a - 1) at corners and 4 L_a L_b at the mid-edge nodes of the edges 01, 12, 02, 03, 13,
+    23, with L the barycentric coordinates. Four integration points of degree two (Hammer, Marlowe and Stroud 1956).
+    Displacements converge with h^3 and strains with h^2. The mid-edge nodes on the side of a cylinder lie on the true
+    surface. Near incompressibility pressures oscillate, while displacements stay accurate: at a Poisson ratio of 0.499
+    refine and compare. The cost is about eight times that of `tet4`.
+    Source: Zienkiewicz, Taylor and Zhu (2013), section 6.
     """
 
     name: ClassVar[str] = "tet10"
@@ -57,7 +58,7 @@ class Tet10(Tetrahedron):
 
     @staticmethod
     def places() -> Floats:
-        """Return the local points of the nodes (10, 3)."""
+        """Return the local points of the nodes, shape (10, 3)."""
         corners = Tet4.places()
         return np.concatenate([corners, corners[np.array(EDGES)].mean(axis=1)])
 

@@ -21,9 +21,10 @@ else:
 class Tet4(Tetrahedron):
     """Four-node tetrahedron, linear displacement: cheap, stiff in bending, locks near incompressibility.
 
-    N_0 = 1 - xi - eta - zeta, N_1 = xi, N_2 = eta, N_3 = zeta, one integration point (exact, since the gradient
-    is constant). Displacements converge with h^2 and strains with h. At Poisson ratios of 0.45 and above it is much too
-    stiff (volumetric locking). Source: Zienkiewicz, Taylor and Zhu (2013), section 5.
+    N_0 = 1 - xi - eta - zeta, N_1 = xi, N_2 = eta, N_3 = zeta, one integration point (exact, since the gradient is
+    constant). Displacements converge with h^2 and strains with h. At Poisson ratios of 0.45 and above it is much too
+    stiff (volumetric locking).
+    Source: Zienkiewicz, Taylor and Zhu (2013), section 5.
     """
 
     name: ClassVar[str] = "tet4"
@@ -50,12 +51,12 @@ class Tet4(Tetrahedron):
 
     @staticmethod
     def places() -> Floats:
-        """Return the local points of the nodes (4, 3)."""
+        """Return the local points of the nodes, shape (4, 3)."""
         return Tetrahedron.rim()
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
-        """Return points (q, 3) and weights (q,) on the unit tetrahedron, whose volume is 1/6."""
+        """Return one point (1, 3) and its weight (1,) on the unit tetrahedron, whose volume is 1/6."""
         return np.full((1, 3), 0.25), np.full(1, 1.0 / 6.0)
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""Fifteen-node serendipity wedge: quadratic. Plane triangles of six nodes are slices of it."""
+"""Fifteen-node serendipity wedge, quadratic. Six-node plane triangles are slices of it."""
 
 from __future__ import annotations
 
@@ -20,10 +20,13 @@ else:
 
 
 class Wedge15(Wedge):
-    """Fifteen-node wedge: corners L (2 L - 1) (1 +- z)/2 - L (1 - z^2)/2, middles 2 L L' (1 +- z) and L (1 - z^2).
+    """Fifteen-node wedge with quadratic displacement; six-node plane triangles are slices of it.
 
-    Three points in the triangle, which is of degree two, and two Gauss points along it. Source: Zienkiewicz, Taylor and
-    Zhu (2013), section 6.
+    With L the barycentric coordinates in the triangle and z the coordinate along the wedge, shape functions are L (2 L
+    - 1) (1 +- z)/2 - L (1 - z^2)/2 at corners, 2 L L' (1 +- z) in the middles of triangle sides, and L (1 - z^2) in the
+    middles of the other edges. Integration uses three points in the triangle, of degree two, times two Gauss points
+    along z.
+    Source: Zienkiewicz, Taylor and Zhu (2013), section 6.
     """
 
     name: ClassVar[str] = "wedge15"
@@ -53,7 +56,7 @@ class Wedge15(Wedge):
 
     @staticmethod
     def places() -> Floats:
-        """Return the local points of the nodes (15, 3)."""
+        """Return the local points of the nodes, shape (15, 3)."""
         corners = Wedge.rim()
         return np.concatenate([corners, corners[np.array(Wedge.edges)].mean(axis=1)])
 

@@ -1,4 +1,4 @@
-"""Six-node wedge: linear in its triangle and along it. Plane triangles of three nodes are slices of it."""
+"""Six-node wedge, linear in the triangle and along zeta. Three-node plane triangles are slices of it."""
 
 from __future__ import annotations
 
@@ -19,8 +19,10 @@ else:
 
 
 class Wedge6(Wedge):
-    """Six-node wedge, N = L_a (1 +- zeta)/2 with the triangle's coordinates L; one point in it, two Gauss points along.
+    """Six-node wedge with linear displacement; three-node plane triangles are slices of it.
 
+    Shape functions are N = L_a (1 +- zeta)/2 with the barycentric coordinates L_a of the triangle. Integration uses one
+    point in the triangle times two Gauss points along zeta.
     Source: Zienkiewicz, Taylor and Zhu (2013), section 6.
     """
 
@@ -48,7 +50,7 @@ class Wedge6(Wedge):
 
     @staticmethod
     def places() -> Floats:
-        """Return the local points of the nodes (6, 3)."""
+        """Return the local points of the nodes, shape (6, 3)."""
         return Wedge.rim()
 
     @staticmethod

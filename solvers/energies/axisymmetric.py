@@ -1,9 +1,9 @@
-"""Energies of axisymmetric bodies: integrals over a slice of the meridian plane become integrals over the whole body.
+"""Energies of axisymmetric bodies, integrated over a slice of the meridian plane.
 
-The slice lies in the plane of x (the distance r from the axis) and y (along the axis) and is `depth` thick. A
-displacement in this plane stretches rings around the axis by 1 + u_x / r. An integral over the slice, weighted by
-2 pi r / depth, is the integral over the whole body. Source: Bonet and Wood (2008), "Nonlinear Continuum Mechanics",
-section 9.
+The slice lies in the plane of x (the distance r from the axis) and y (the coordinate along the axis) and is `depth`
+thick, in m. A displacement in this plane stretches the material rings around the axis by the factor 1 + u_x / r. An
+integral over the slice, weighted by 2 pi r / depth, is the integral over the whole body.
+Source: Bonet and Wood (2008), "Nonlinear Continuum Mechanics", section 9.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ ALONG_Z, HOOP = 2, 8  # index of the z displacement; index of the hoop component
 
 
 def circumference_in_slices(r: Floats, depth: float) -> Floats:
-    """Return 2 pi r / depth: how many slices of thickness `depth` (m) fit around the axis at distances r, m."""
+    """Return the number 2 pi r / depth of slices, `depth` m thick, that fit around the axis at distances r, m."""
     return 2.0 * np.pi / depth * r
 
 
 class SliceEnergy(Protocol):
-    """An energy over cells (m, a) of a meridian slice, with integration volumes w (m, q), m^3."""
+    """Interface of an energy over cells (m, a) of a meridian slice, with integration volumes w (m, q), m^3."""
 
     @property
     def cells(self) -> Ints: ...
@@ -37,9 +37,10 @@ class SliceEnergy(Protocol):
 
 
 def revolve_quadrature(like: SliceEnergy, N: Floats, points: Floats, depth: float) -> tuple[Floats, Floats]:
-    """Return N_a / r (m, q, a), 1/m, and the volumes of whole rings (m, q), m^3, for a slice with nodes (n, 3), m.
+    """Return N_a / r (m, q, a), 1/m, and the volumes of whole rings (m, q), m^3, at the integration points.
 
-    The shape functions N at the integration points are the same for all cells (q, a) or given per cell (m, q, a).
+    `like` is an energy over the cells of the slice, and `points` (n, 3), m, are the nodes. The shape functions N at the
+    integration points are either the same for all cells (q, a) or given for each cell (m, q, a).
     """
     each = N if N.ndim == 3 else N[None]
     r = (each @ points[like.cells, 0][:, :, None])[:, :, 0]
@@ -48,7 +49,7 @@ def revolve_quadrature(like: SliceEnergy, N: Floats, points: Floats, depth: floa
 
 @dataclass(frozen=True)
 class AxisymmetricElastic(Elastic):
-    """Elastic energy of an axisymmetric body: sum over points of w psi(F), where F33 = 1 + u_x / r.
+    """Elastic energy of an axisymmetric body: sum over integration points of w psi(F), with F33 = 1 + u_x / r.
 
     `hoop` (m, q, a) is N_a / r in 1/m. `w` (m, q) are the volumes of the whole body, m^3. Displacements along z are
     taken as zero.
@@ -59,7 +60,7 @@ class AxisymmetricElastic(Elastic):
 
     @classmethod
     def of(cls, like: Elastic, N: Floats, points: Floats, depth: float) -> AxisymmetricElastic:
-        """Return the axisymmetric energy of a slice with nodes (n, 3), m, and shape functions N (q, a)."""
+        """Return the axisymmetric energy of a slice with nodes (n, 3), m (see `revolve_quadrature`)."""
         hoop, w = revolve_quadrature(like, N, points, depth)
         return cls(like.cells, like.dNdX, w, like.law, drag=like.drag, hoop=hoop, depth=depth)
 
@@ -91,11 +92,14 @@ class AxisymmetricElastic(Elastic):
 
     @cached_property
     def _steepest(self) -> float:
-        """Sum of the shape-function gradients and of the hoop terms N_a / r, 1/m: |H| is at most this times max |u|."""
+        """Bound of |H| per largest |u|, 1/m, with H the displacement gradient and u the nodal displacements.
+
+        It is the sum of the shape-function gradients and of the hoop terms N_a / r.
+        """
         return super()._steepest + float(np.abs(self._rings).sum(axis=2).max(initial=0.0))
 
     def add_stresses(self, P: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Add the nodal forces of whole rings, N, caused by stresses P (m q, 3, 3), Pa."""
+        """Add the nodal forces of whole rings, N, caused by stresses P (m q, 3, 3), Pa, to g."""
         wP = P.reshape(*self.w.shape, 3, 3) * (scale * self.w)[:, :, None, None]
         ring = wP[:, :, 2, 2].copy()
         wP[:, :, 2, 2] = 0.0
@@ -115,7 +119,7 @@ class AxisymmetricElastic(Elastic):
         add_blocks(B.reshape(flat).swapaxes(1, 2) @ (each @ B).reshape(flat), slots, data)
 
     def slope(self, G: Floats, some: slice = slice(None)) -> Floats:
-        """Return dg/du (c, q, 3a), 1/m, from G = dg/dF (c, q, 3, 3) at the points of the cells `some`."""
+        """Return dg/du (c, q, 3a), 1/m, from G = dg/dF (c, q, 3, 3), at the points of the cells `some`."""
         found: Floats = (G.reshape(*G.shape[:2], 1, 9) @ self._strains(some))[:, :, 0]
         return found
 
@@ -132,7 +136,7 @@ class AxisymmetricElastic(Elastic):
 
 @dataclass(frozen=True)
 class AxisymmetricPressure(FollowerPressure):
-    """Follower pressure on an axisymmetric surface, along the inward normal of rings of the current radius.
+    """Follower pressure on an axisymmetric surface, along the inward normal and over rings of the current radius.
 
     Force on node a: -p int N_a (2 pi x_r / depth) (dx/dxi x dx/deta) dxi deta.
     """
@@ -140,13 +144,13 @@ class AxisymmetricPressure(FollowerPressure):
     depth: float = 1.0
 
     def _weights_at(self, x: Floats) -> Floats:
-        """Return the quadrature weights of whole rings (f, q) at the current radius."""
+        """Return the quadrature weights (f, q) of whole rings, whose circumference is that of the state x."""
         N, _, _, w = self._rule
         y = (self.points[:, 0] + x.reshape(-1, 3)[:, 0])[self.faces]
         return w * circumference_in_slices(y @ N.T, self.depth)
 
     def _slopes(self, x: Floats) -> Floats:
-        """Return the derivative of the slice forces, including the change of ring circumference."""
+        """Return the derivative of minus the forces under unit pressure, with the change of circumference."""
         block = super()._slopes(x)
         N, _, _, w = self._rule
         areas = w[:, :, None] * np.cross(*self._tangents(x))

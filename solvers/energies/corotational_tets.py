@@ -1,9 +1,9 @@
-"""Corotational four-node tetrahedra in one pass per cell: as `Elastic` with the law `Corotational`, but faster.
+"""Corotational four-node tetrahedra: `Elastic` with the law `Corotational`, but faster, in one pass per cell.
 
-The block of nodes a and b of a cell is w (2 mu g_a.g_b I + lam r_a r_b^T + [r_a] Y [r_b]^T) with g = dN/dX, r = R g,
-[r] the cross-product matrix of r, and Y = c R (tr S I - S)^-1 R^T, c = lam tr(S - I) - 2 mu. These are the terms of
-dP/dF of `Corotational`; a rotation increment e acts on g as R (e x g). The rows and columns of a cell sum to zero, so
-three of its nodes are computed and the fourth follows.
+The stiffness block of nodes a and b of a cell is w (2 mu g_a.g_b I + lam r_a r_b^T + [r_a] Y [r_b]^T). Here g = dN/dX,
+r = R g, [r] is the cross-product matrix of r, Y = c R (tr S I - S)^-1 R^T and c = lam tr(S - I) - 2 mu. These are the
+terms of dP/dF of `Corotational`; a rotation increment e acts on g as R (e x g). The rows and columns of the matrix of a
+cell sum to zero. So the blocks of three nodes are computed, and those of the fourth follow.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ class CorotationalLaw(Protocol):
 
     @property
     def mu(self) -> float:
-        """First Lame constant mu (shear modulus), Pa."""
+        """Shear modulus mu (second Lame constant), Pa."""
 
     @property
     def lam(self) -> float:
-        """Second Lame constant lambda, Pa."""
+        """First Lame constant lambda, Pa."""
 
     def dPdF(self, F: Floats) -> Floats:
         """Return dP_iJ/dF_kL (n, 3, 3, 3, 3), Pa."""
@@ -48,10 +48,10 @@ class CorotationalLaw(Protocol):
 
 @dataclass(frozen=True)
 class CorotationalTets(LaggedTangentEnergy):
-    """Corotational energy: sum over cells of w (mu |S - I|^2 + lam/2 tr(S - I)^2), F = R S = I + sum_a u_a (x) dN_a/dX.
+    """Corotational energy of four-node tetrahedra: sum over cells of w (mu |S - I|^2 + lam/2 tr(S - I)^2).
 
-    `cells` (m, 4), `dNdX` (m, 1, 4, 3) in 1/m and `w` (m, 1) in m^3 are those of `Elastic`; x is the displacement
-    (3 nodes,).
+    F = R S = I + sum_a u_a (x) dN_a/dX is the deformation gradient, with R a rotation and S symmetric. `cells` (m, 4),
+    `dNdX` (m, 1, 4, 3) in 1/m and `w` (m, 1) in m^3 are those of `Elastic`; x is the displacement (3 nodes,).
     """
 
     cellular = True
@@ -70,7 +70,7 @@ class CorotationalTets(LaggedTangentEnergy):
 
     @property
     def kept(self) -> int:
-        """Size of the data that a lagged tangent stores per state: one trace for each cell."""
+        """Number of values that a lagged tangent stores per state: tr(S - I) of each cell."""
         return len(self.cells)
 
     def rounding(self, x: Floats) -> float:
@@ -87,7 +87,7 @@ class CorotationalTets(LaggedTangentEnergy):
 
     @cached_property
     def _steepest(self) -> float:
-        """Sum of the shape-function gradients, 1/m: |H| is at most this times the largest |u|."""
+        """Sum of the shape-function gradients, 1/m: a bound of |H| per largest |u|."""
         return float(np.linalg.norm(self.dNdX, axis=3).sum(axis=2).max(initial=0.0))
 
     @cached_property
@@ -98,7 +98,7 @@ class CorotationalTets(LaggedTangentEnergy):
         return float(np.finfo(np.float64).eps * np.linalg.norm(forces))
 
     def sound(self, x: Floats) -> bool:
-        """Return whether no cell is inverted: det F > 0 in all."""
+        """Return whether no cell is inverted: det F > 0 in every cell."""
         return bool(has_no_inverted_cell(np.ascontiguousarray(x).reshape(-1, 3), self.cells, self._G, np.empty((3, 3))))
 
     def value(self, x: Floats) -> float:
@@ -120,11 +120,11 @@ class CorotationalTets(LaggedTangentEnergy):
         self._pass(FORCE + KEEP, x, g, _NONE, _NO_SLOTS, 1.0, traces)
 
     def add_both_lagged(self, x: Floats, g: Floats, data: Floats, slots: Ints, traces: Floats) -> None:
-        """Add the forces and a tangent that takes tr(S - I) of each cell from `traces` (m,) instead of from x.
+        """Add the forces, and a tangent that takes tr(S - I) of each cell from `traces` (m,) instead of from x.
 
-        An extrapolated state has wrong pressures in nearly incompressible cells. With those of the last state the
-        tangent stays definite and one factor serves the whole step (as in Magisano, Leonetti and Garcea 2017, "How to
-        improve efficiency and robustness of the Newton method in geometrically non-linear structural problems").
+        In an extrapolated state, the pressures of nearly incompressible cells are wrong. With those of the last state
+        the tangent stays definite. Source: Magisano, Leonetti and Garcea (2017), "How to improve efficiency and
+        robustness of the Newton method in geometrically non-linear structural problems".
         """
         self._pass(FORCE + TANGENT + LAGGED, x, g, data, self._rows(slots), 1.0, traces)
 
@@ -147,9 +147,9 @@ class CorotationalTets(LaggedTangentEnergy):
         return np.ascontiguousarray(self.w[:, 0])
 
     def _rows(self, slots: Ints) -> Rows:
-        """Return the positions of each block row (m, 4, 4, 3, 1), or of every entry (m, 4, 4, 3, 3).
+        """Return the positions in the matrix values of each block row (m, 4, 4, 3, 1), or entry (m, 4, 4, 3, 3).
 
-        Prepared once per array of slots; a block's columns are adjacent unless a node is partly fixed.
+        Columns of a block are adjacent unless a node is partly fixed. The result is computed once per array of slots.
         """
         for known, rows in self._placed:
             if known is slots:
@@ -165,7 +165,7 @@ class CorotationalTets(LaggedTangentEnergy):
 def cofactor(
     a00: float, a01: float, a02: float, a10: float, a11: float, a12: float, a20: float, a21: float, a22: float
 ) -> Nine:
-    """Return cof A, row by row."""
+    """Return the nine entries of cof A, row by row, from those of the matrix A."""
     return (
         a11 * a22 - a12 * a21, a12 * a20 - a10 * a22, a10 * a21 - a11 * a20,
         a21 * a02 - a22 * a01, a22 * a00 - a20 * a02, a20 * a01 - a21 * a00,
@@ -177,7 +177,7 @@ def cofactor(
 def invariants(
     f00: float, f01: float, f02: float, f10: float, f11: float, f12: float, f20: float, f21: float, f22: float
 ) -> tuple[float, float, float]:
-    """Return |F| and, for g = F/|F|, det g and 4 |cof g|^2."""
+    """Return three invariants of F, given row by row: |F| and, for g = F/|F|, det g and 4 |cof g|^2."""
     norm = math.sqrt(
         f00 * f00 + f01 * f01 + f02 * f02 + f10 * f10 + f11 * f11 + f12 * f12 + f20 * f20 + f21 * f21 + f22 * f22
     )  # fmt: skip
@@ -192,7 +192,7 @@ def invariants(
 
 @part
 def stretch_sums(count: int, det: Floats, q: Floats, x: Floats, step: Floats) -> None:
-    """Find the largest roots x of (x^2 - 1)^2 = 8 det x + q, and the last step (`polar_decomposition`)."""
+    """Compute the largest roots x of (x^2 - 1)^2 = 8 det x + q, and the last Newton steps (`polar_decomposition`)."""
     for j in range(count):
         x[j] = math.sqrt(1.0 + math.sqrt(q[j] + 8.0 * math.sqrt(3.0) * max(det[j], 0.0)))
     for _ in range(12):
@@ -277,7 +277,10 @@ def rotation(
 def _twist_matrix(
     a00: float, a11: float, a22: float, a01: float, a02: float, a12: float, c: float, lowest: float, memory: Floats
 ) -> Six:  # fmt: skip
-    """Return six entries of Y = c A^-1, A symmetric; eigenvalues of A are >= FLOOR, of Y >= `lowest`."""
+    """Return the six distinct entries of Y = c A^-1, A symmetric.
+
+    Eigenvalues are raised to at least FLOOR in A and `lowest` in Y.
+    """
     k00, k11, k22 = a11 * a22 - a12 * a12, a00 * a22 - a02 * a02, a00 * a11 - a01 * a01
     k01, k02, k12 = a02 * a12 - a01 * a22, a01 * a12 - a02 * a11, a01 * a02 - a00 * a12
     det = a00 * k00 + a01 * k01 + a02 * k02
@@ -305,7 +308,7 @@ def _twist_matrix(
 def _gather(
     u: Floats, cells: Ints, G: Floats, begin: int, count: int, F: Floats, norms: Floats, dets: Floats, q: Floats
 ) -> None:  # fmt: skip
-    """Compute F (count, 9) of the cells from `begin` on, and the invariants that `stretch_sums` needs."""
+    """Compute F (count, 9) of `count` cells from the cell `begin` on, and the invariants that `stretch_sums` needs."""
     for j in range(count):
         e = begin + j
         n0 = cells[e, 0]
@@ -341,7 +344,7 @@ def has_no_inverted_cell(u: Floats, cells: Ints, G: Floats, F: Floats) -> bool:
 
 @part
 def _add_forces(e: int, cells: Ints, G: Floats, P: Nine, forces: Floats) -> None:
-    """Add the nodal forces P dN/dX of one cell; P is already multiplied by the cell volume."""
+    """Add the nodal forces P dN/dX of one cell; the stress P is already multiplied by the cell volume."""
     p00, p01, p02, p10, p11, p12, p20, p21, p22 = P
     x, y, z = 0.0, 0.0, 0.0
     for a in range(3):
@@ -364,7 +367,7 @@ def _add_forces(e: int, cells: Ints, G: Floats, P: Nine, forces: Floats) -> None
 def _fill_blocks(
     e: int, G: Floats, R: Nine, Y: Six, mu: float, lam: float, factor: float, r: Floats, block: Floats
 ) -> None:
-    """Fill blocks of nodes 1 <= a <= b <= 3 of a cell: factor (2 mu r_a.r_b I + lam r_a r_b^T + [r_a] Y [r_b]^T)."""
+    """Fill the blocks 1 <= a <= b <= 3 of a cell: factor (2 mu r_a.r_b I + lam r_a r_b^T + [r_a] Y [r_b]^T)."""
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = R
     k00, k11, k22, k01, k02, k12 = Y
     for a in range(3):
@@ -395,7 +398,7 @@ def _fill_blocks(
 
 @part
 def _complete_blocks(block: Floats) -> None:
-    """Fill the remaining blocks: by symmetry, and those of node 0 because rows and columns sum to zero."""
+    """Fill the remaining blocks of a cell, by symmetry and because its rows and columns sum to zero (node 0)."""
     for i in range(3):
         for k in range(3):
             block[2, 1, i, k] = block[1, 2, k, i]
@@ -441,9 +444,10 @@ def assemble_cells(
     what: int, u: Floats, cells: Ints, G: Floats, w: Floats, mu: float, lam: float, scale: float,
     rows: Rows, forces: Floats, data: Floats, traces: Floats, F: Floats, lists: Floats, block: Floats, memory: Floats,
 ) -> float:  # fmt: skip
-    """Make one pass over the cells: return the energy, and add `scale` times the forces and tangent selected by `what`.
+    """Make one pass over the cells, and return the energy, J.
 
-    F (BATCH, 9), `lists` (5, BATCH), `block` (4, 4, 3, 3) and `memory` (6, 3) are work arrays supplied by the caller.
+    The flags in `what` select whether `scale` times the forces and the tangent are added to `forces` and `data`. F
+    (BATCH, 9), `lists` (5, BATCH), `block` (4, 4, 3, 3) and `memory` (6, 3) are work arrays supplied by the caller.
     """
     energy = 0.0
     lowest = -mu if what & PROJECTED else -np.inf

@@ -1,9 +1,9 @@
 """Magnification of very small displacement gradients H, whose digits would be lost in F = I + H.
 
-With |H| = 1e-12, F keeps four of sixteen digits of H, and below 1e-16 none: stress and energy would be rounding noise.
-If P is linear in H, then P(I + c H) / c is the same stress, and c is chosen so that |H| is about one. Otherwise |H|
-below SMALL is magnified to SMALL, where the error of linearising the law is as small as the rounding error. A law with
-stress in the undeformed state is not magnified.
+With |H| = 1e-12, F keeps four of the sixteen digits of H, and below 1e-16 none. Stress and energy would then be
+rounding noise. If P is linear in H, then P(I + c H) / c is the same stress for every c, and c is chosen so that |c H|
+is about one. If P is not linear, |H| below SMALL is magnified to SMALL, where the error of linearising the law is as
+small as the rounding error. A law with stress in the undeformed state is not magnified.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ AGREEING = 1e-12  # relative rounding error of a law
 def find_scale(reach: float, linear: bool, largest: Callable[[float], float], kind: Any = np.float64) -> float:
     """Return the power of two, 1 or more, by which displacements are magnified.
 
-    `reach` is a bound of |H|. `largest` returns the largest |H| of displacements magnified by its argument.
+    `reach` is an upper bound of |H|. `largest` returns the largest |H| for displacements multiplied by its argument.
+    `linear` says that the stress is linear in H.
     """
     if not 0.0 < reach < (1.0 if linear else SMALL):
         return 1.0
@@ -36,13 +37,19 @@ def find_scale(reach: float, linear: bool, largest: Callable[[float], float], ki
 
 
 def is_relaxed(law: Any, many: int = 1) -> bool:
-    """Return whether the stress of a law is zero without deformation, at `many` points with constants of their own."""
+    """Return whether a law has zero stress in the undeformed state.
+
+    `many` is the number of points if the constants of the law differ from point to point, else 1.
+    """
     rest, strained = _stress(law, many, np.zeros((3, 3))), _stress(law, many, np.diag((0.1, 0.0, -0.1)))
     return bool(np.abs(rest).max() <= AGREEING * np.abs(strained).max())
 
 
 def is_linear(law: Any, many: int = 1) -> bool:
-    """Return whether the stress of a law is a linear function of H, tested with three multiples of one H."""
+    """Return whether the stress of a law is a linear function of H, tested with three multiples of one H.
+
+    `many` is the number of points if the constants of the law differ from point to point, else 1.
+    """
     H = np.random.default_rng(1).uniform(-0.1, 0.1, (3, 3))
     once, more, less = (_stress(law, many, k * H) for k in (1.0, 4.0, -2.0))
     with np.errstate(all="ignore"):
@@ -51,9 +58,9 @@ def is_linear(law: Any, many: int = 1) -> bool:
 
 
 def first_piola_stress(law: Any, H: Floats) -> Floats:
-    """Return the first Piola-Kirchhoff stress (n, 3, 3), Pa, of displacement gradients (n, 3, 3).
+    """Return the first Piola-Kirchhoff stress (n, 3, 3), Pa, for displacement gradients H (n, 3, 3).
 
-    Small ones are magnified.
+    Very small displacement gradients are magnified before the law is evaluated.
     """
     reach = float(np.abs(H).max(initial=0.0))
     up = 1.0
@@ -64,7 +71,7 @@ def first_piola_stress(law: Any, H: Floats) -> Floats:
 
 
 def _stress(law: Any, many: int, H: Floats) -> Floats:
-    """Return the stress P of F = I + H; H is repeated for `many` points."""
+    """Return the stress P (many, 3, 3), Pa, for F = I + H, with the same H (3, 3) at `many` points."""
     with np.errstate(all="ignore"):
         found: Floats = law.P(np.broadcast_to(np.eye(3) + H, (many, 3, 3)).copy())
     return found

@@ -1,4 +1,4 @@
-"""Elastic energy of a solid for any constitutive law and any element, and sums of such energies over the same cells."""
+"""Elastic energy of a solid for any constitutive law and any element, and sums of such energies."""
 
 from __future__ import annotations
 
@@ -33,47 +33,52 @@ class ElasticLaw(Protocol):
 
 @runtime_checkable
 class VaryingLaw(Protocol):
-    """Interface of a law whose constants differ from point to point; it takes F (m q, 3, 3) of all points at once."""
+    """Interface of a law whose constants differ from point to point.
+
+    Its methods take F (m q, 3, 3) at all q points of all m cells at once.
+    """
 
     law: Any  # with its constants as arrays (m, q)
 
     def of(self, which: Any, kind: Any = None) -> Any:
-        """Return the law of some of the cells, with its constants in the floating-point type `kind`."""
+        """Return the law of the cells `which`, with constants of the floating-point type `kind` if given."""
 
     def at_rest(self, measure: Callable[[Floats], Floats]) -> Floats:
-        """Return `measure` of dP/dF in the undeformed state (k, 3, 3, 3, 3), at every point (m, q)."""
+        """Return `measure` of the tensors dP/dF (k, 3, 3, 3, 3) in the undeformed state, at every point (m, q)."""
 
 
 class DampedLaw(Protocol):
     """Interface of a law used for stiffness-proportional damping."""
 
     def dPdF_projected(self, F: Floats) -> Floats:
-        """Return a positive semi-definite stiffness for F (n, 3, 3), Pa (n, 3, 3, 3, 3)."""
+        """Return a positive semi-definite stiffness (n, 3, 3, 3, 3), Pa, for deformation gradients F (n, 3, 3)."""
 
 
 @runtime_checkable
 class InvariantLaw(Protocol):
-    """Interface of a law of I1 = tr F^T F and J = det F, evaluated from I1 - 3 and J - 1 (c, q).
+    """Interface of a law psi(I1, J) with I1 = tr F^T F and J = det F.
 
-    P = a F + s C and dP/dF = a 1 + s dC/dF + c (F (x) C + C (x) F) + d C (x) C, with C = cof F.
+    Its methods take `stretch` = I1 - 3 and `j` = J - 1, both (c, q). With C = cof F, P = a F + s C and dP/dF = a 1 + s
+    dC/dF + c (F (x) C + C (x) F) + d C (x) C.
     """
 
     def energy(self, stretch: Floats, j: Floats) -> Floats:
         """Return the energy per undeformed volume (c, q), J/m^3."""
 
     def slopes(self, stretch: Floats, j: Floats) -> tuple[Floats, Floats]:
-        """Return a and s (c, q), Pa."""
+        """Return the factors a and s (c, q) of the stress P = a F + s C, Pa."""
 
     def curvatures(self, stretch: Floats, j: Floats) -> tuple[Floats | None, Floats]:
-        """Return c, or None if it is zero, and d (c, q), Pa."""
+        """Return the factors c and d (c, q) of dP/dF, Pa; c is None if it is zero."""
 
 
 @dataclass(frozen=True)
 class Elastic(Energy):
-    """Elastic energy: sum over integration points of w psi(F), F = I + sum_a u_a (x) dN_a/dX.
+    """Elastic energy: sum over integration points of w psi(F), with F = I + sum_a u_a (x) dN_a/dX.
 
-    `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m, `w` (m, q) in m^3; the state x is the displacement (3 nodes,). `drag` is
-    the law used for stiffness-proportional damping; None uses the definite tangent of `law`.
+    `cells` (m, a) are the nodes of each cell, `dNdX` (m, q, a, 3) the shape-function gradients in 1/m, and `w` (m, q)
+    the integration volumes in m^3. The state x is the displacement (3 nodes,). `drag` is the law used for
+    stiffness-proportional damping; if it is None, the positive semi-definite tangent of `law` is used.
     """
 
     cellular = True
@@ -98,7 +103,10 @@ class Elastic(Energy):
 
     @cached_property
     def _noise(self) -> float:
-        """Machine epsilon times the force caused by unit strain: F is near one, so its last digit is that strain."""
+        """Machine epsilon times the norm of the nodal forces caused by a unit strain, N.
+
+        The entries of F are near one, so that their rounding error is a strain of machine epsilon.
+        """
         forces = np.zeros(int(self.cells.max()) + 1)
         share = np.einsum("mq,mqa->ma", self.w * self._stiffest, np.linalg.norm(self.dNdX, axis=3))
         np.add.at(forces, self.cells, share)
@@ -106,7 +114,7 @@ class Elastic(Energy):
 
     @property
     def _stiffest(self) -> Any:
-        """Norm of dP/dF at rest, Pa, over 81 entries: an upper bound; per point (m, q) if the constants vary."""
+        """Norm of dP/dF over its 81 entries at rest, Pa; an array (m, q) if the constants vary from point to point."""
         if self.varies:
             return self._varying.at_rest(lambda A: np.linalg.norm(A.reshape(len(A), -1), axis=1))
         return np.linalg.norm(self.law.dPdF(np.eye(3)[None]))
@@ -127,11 +135,11 @@ class Elastic(Energy):
         return isinstance(self._varying.law if self.varies else self.law, InvariantLaw)
 
     def law_of_cells(self, some: slice) -> Any:
-        """Return the law of some cells; this is `law` itself if its constants are uniform."""
+        """Return the law of the cells `some`, which is `law` itself if its constants are uniform."""
         return self._varying.of(some, self.w.dtype) if self.varies else self.law
 
     def _invariant_law(self, some: slice) -> Any:
-        """Return the law of some cells in the form that takes invariants (c, q)."""
+        """Return the law of the cells `some` in the form that takes invariants (c, q), as an `InvariantLaw`."""
         return self.law_of_cells(some).law if self.varies else self.law
 
     def rounding(self, x: Floats) -> float:
@@ -147,7 +155,10 @@ class Elastic(Energy):
         return displacement_gradient_scaling.is_linear(self.law, self.w.size if self.varies else 1)
 
     def magnification(self, x: Floats) -> float:
-        """Return the power of two c >= 1 by which displacements are magnified: psi is divided by c^2 and P by c."""
+        """Return the power of two c >= 1 by which displacements are magnified before the law is evaluated.
+
+        The energy is then divided by c^2 and the stress by c (see displacement_gradient_scaling.py).
+        """
         reach = float(np.abs(x).max(initial=0.0)) * self._steepest
         if (
             not 0.0 < reach < 1.0
@@ -163,7 +174,7 @@ class Elastic(Energy):
 
     @cached_property
     def _steepest(self) -> float:
-        """Sum of the shape-function gradients, 1/m: |H| is at most this times the largest |u|."""
+        """Sum of the shape-function gradients, 1/m: a bound of the displacement gradient |H| per largest |u|."""
         return float(np.linalg.norm(self.dNdX, axis=3).sum(axis=2).max(initial=0.0))
 
     def value(self, x: Floats) -> float:
@@ -200,7 +211,7 @@ class Elastic(Energy):
         element_kernels.add_forces(each, self.cells, self.dNdX, self.w, scale, g.reshape(-1, 3))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the tangent stiffness, N/m; the geometric stiffness is part of dP/dF."""
+        """Add the tangent stiffness, N/m; dP/dF already contains the geometric stiffness."""
         if self._of_invariants and not projected:
             self._add_invariant_hessian(x, data, slots, scale, None)
             return
@@ -215,7 +226,7 @@ class Elastic(Energy):
         self._add_tensors(self.drag, "dPdF_projected", x, data, slots, scale)
 
     def _add_tensors(self, law: Any, tangent: str, x: Floats, data: Floats, slots: Ints, scale: float) -> None:
-        """Add the stiffness of the tensors dP/dF that the method named `tangent` of `law` returns."""
+        """Add the stiffness of the tensors dP/dF that the method of `law` named by `tangent` returns, N/m."""
         F = self.F(x).reshape(*self.w.shape, 3, 3)
         for some in self._some():
             own = law.of(some, self.w.dtype) if self.varies else law
@@ -227,12 +238,15 @@ class Elastic(Energy):
         element_kernels.add_stiffness(each, self.dNdX[some], self.w[some], scale, np.ascontiguousarray(slots), data)
 
     def slope(self, G: Floats, some: slice = slice(None)) -> Floats:
-        """Return dg/du (c, q, 3a), 1/m, from G = dg/dF (c, q, 3, 3) at the points of the cells `some`."""
+        """Return dg/du (c, q, 3a), 1/m, from G = dg/dF (c, q, 3, 3), at the points of the cells `some`."""
         rows: Floats = np.einsum("mqiJ,mqaJ->mqai", G, self.dNdX[some], optimize=True)
         return rows.reshape(*G.shape[:2], -1)
 
     def _add_invariant_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float, more: Floats | None) -> None:
-        """Add the tangent of an `InvariantLaw` without forming tensors; `more` (m, q), Pa, is added to its factor s."""
+        """Add the tangent stiffness of an `InvariantLaw`, N/m, without forming fourth-order tensors.
+
+        `more` (m, q), Pa, if given, is added to the factor s of the law.
+        """
         with np.errstate(all="ignore"):
             for some, h, i, j in self._points(x):
                 law = self._invariant_law(some)
@@ -243,12 +257,12 @@ class Elastic(Energy):
                 element_kernels.add_invariant_stiffness(*numbers, some.start, scale, slots[some], data)
 
     def _some(self) -> Iterator[slice]:
-        """Yield slices of cells with about POINTS integration points each."""
+        """Yield slices of the cells, each with about POINTS integration points."""
         cells = max(1, POINTS // self.w.shape[1])
         return (slice(at, min(at + cells, len(self.w))) for at in range(0, len(self.w), cells))
 
     def _points(self, x: Floats) -> Iterator[tuple[slice, Floats, Floats, Floats]]:
-        """Yield slices of cells with their du/dX (c, q, 9), I1 - 3 and J - 1 (c, q)."""
+        """Yield slices of the cells, each with du/dX (c, q, 9), I1 - 3 and J - 1 (c, q) at its points."""
         u, kind = x.reshape(-1, 3), self.w.dtype
         for some in self._some():
             shape = self.w[some].shape
@@ -259,7 +273,7 @@ class Elastic(Energy):
 
 @dataclass(frozen=True)
 class EnergySum(Energy):
-    """Sum of energies that share their stencils, such as shear at all points plus volume once per cell."""
+    """Sum of energies over the same stencils, such as shear at all points plus volume change once per cell."""
 
     cellular = True
 
@@ -301,14 +315,17 @@ class EnergySum(Energy):
 
 @runtime_checkable
 class HasDampingStiffness(Protocol):
-    """Interface of an energy whose damping stiffness is not its definite tangent."""
+    """Interface of an energy whose damping stiffness differs from its positive semi-definite tangent."""
 
     def add_drag(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> None:
         """Add the positive semi-definite stiffness used for stiffness-proportional damping, N/m."""
 
 
 def add_drag(energy: Energy, x: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> None:
-    """Add the stiffness used for stiffness-proportional damping, N/m: by default the energy's definite tangent."""
+    """Add the stiffness of an energy used for stiffness-proportional damping, N/m.
+
+    By default this is the positive semi-definite tangent of the energy.
+    """
     if isinstance(energy, HasDampingStiffness):
         energy.add_drag(x, data, slots, scale)
     else:

@@ -13,11 +13,12 @@ from softmark.solvers.energies.local_blocks import add_blocks
 
 @dataclass(frozen=True)
 class ElasticFoundation(DampedEnergy):
-    """Elastic foundation: E = 1/2 int u . D u dA over undeformed facets (f, k), with D = s 1 or s n (x) n.
+    """Elastic foundation on undeformed facets (f, k): E = 1/2 int u . D u dA with D = s 1 or D = s n (x) n.
 
-    s is the stiffness and n the normal. `K` (f, 3 k, 3 k) are the integrals of N_a N_b D, N/m; the dashpot matrix is
-    `lag`, s, times K. With `along`, K is (f, k, k) and acts on that displacement component only. This is Winkler's
-    foundation, a Robin boundary condition (Hetenyi 1946, "Beams on Elastic Foundation", chapter 1).
+    s is the stiffness per area and n the normal. `K` (f, 3 k, 3 k) are the integrals of N_a N_b D, N/m. The dashpot
+    matrix is the time `lag`, s, times K. If the component `along` is given, K is (f, k, k) and acts on that
+    displacement component only. This is Winkler's foundation, a Robin boundary condition.
+    Source: Hetenyi (1946), "Beams on Elastic Foundation", chapter 1.
     """
 
     grounded = True
@@ -35,7 +36,7 @@ class ElasticFoundation(DampedEnergy):
 
     @cached_property
     def stencils(self) -> Ints:
-        """Three degrees of freedom for each node of a facet (f, 3 k), or one (f, k)."""
+        """Three degrees of freedom for each node of a facet (f, 3 k), or one (f, k) if `along` is given."""
         if self.along is not None:
             return 3 * self.facets + self.along
         return (3 * self.facets[:, :, None] + np.arange(3)).reshape(len(self.facets), -1)

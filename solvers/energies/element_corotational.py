@@ -16,13 +16,15 @@ Polar = Callable[[Floats], Floats]  # F (m, 3, 3) -> the rotations nearest to th
 
 @dataclass(frozen=True)
 class ElementCorotational(Energy):
-    """Corotational element energy with nodal forces R K (R^T x - X), R the rotation nearest to the mean F of the cell.
+    """Corotational element energy with nodal forces R K (R^T x - X), where R is one rotation per cell.
 
-    `X` (n, 3) are undeformed points in m, `cells` (m, a), `G` (m, a, 3) mean shape-function gradients in 1/m, `K` (m,
-    3a, 3a) element stiffness at rest in N/m; `polar` computes rotations. With displacements in the frame of R the
+    R is the rotation nearest to the mean F of the cell, and x are here the deformed positions. `X` (n, 3) are the
+    undeformed positions in m, `cells` (m, a) the nodes of each cell, `G` (m, a, 3) the mean shape-function gradients in
+    1/m, and `K` (m, 3a, 3a) the element stiffness at rest in N/m; `polar` computes rotations. In the frame of R, the
     forces are those of linear elasticity. In a cell of more than four nodes they are not the derivative of any energy,
-    since R depends on the nodes too; the tangent here is exact and not symmetric. In a four-node tetrahedron they equal
-    those of the law `Corotational`. Source: Mueller and Gross (2004), "Interactive virtual materials"; Felippa (2000).
+    because R depends on the nodes too; the tangent here is exact and not symmetric. In a four-node tetrahedron the
+    forces equal those of the law `Corotational`.
+    Source: Mueller and Gross (2004), "Interactive virtual materials"; Felippa (2000).
     """
 
     X: Floats
@@ -39,7 +41,7 @@ class ElementCorotational(Energy):
 
     @cached_property
     def _noise(self) -> float:
-        """Machine epsilon times the force caused by unit strain."""
+        """Machine epsilon times the norm of the nodal forces caused by a unit strain, N."""
         forces = np.zeros(len(self.X))
         sizes = np.ptp(self.X[self.cells], axis=1).max(axis=1)
         row = np.linalg.norm(self.K.reshape(*self.cells.shape, 3, -1), axis=(2, 3))
@@ -51,7 +53,10 @@ class ElementCorotational(Energy):
         return self._noise
 
     def _turned(self, x: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return R (m, 3, 3), R^T x (m, a, 3), and the forces K (R^T x - X) in the rotated frame (m, a, 3)."""
+        """Return rotations R (m, 3, 3), rotated positions R^T x (m, a, 3), and forces K (R^T x - X) (m, a, 3).
+
+        The forces are in the rotated frame of each cell.
+        """
         y = (self.X + x.reshape(-1, 3))[self.cells]
         R = self.rotations(x)
         z = y @ R  # rows R^T x
@@ -59,7 +64,7 @@ class ElementCorotational(Energy):
         return R, z, (self.K @ p).reshape(z.shape)
 
     def mean_gradient(self, x: Floats) -> Floats:
-        """Return the mean deformation gradients (m, 3, 3)."""
+        """Return the mean deformation gradient of each cell (m, 3, 3)."""
         F: Floats = np.eye(3) + x.reshape(-1, 3)[self.cells].transpose(0, 2, 1) @ self.G
         return F
 
@@ -78,9 +83,10 @@ class ElementCorotational(Energy):
         np.add.at(g.reshape(-1, 3), self.cells, scale * (q @ R.transpose(0, 2, 1)))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add R (K + (K [z] - [q]) W) R^T, N/m: z = R^T x, q the forces, W the derivative of R by the nodes.
+        """Add the tangent R (K + (K [z] - [q]) W) R^T, N/m.
 
-        If `projected`, add only R K R^T, the stiffness at fixed R.
+        z = R^T x are the rotated positions, q the forces in the rotated frame, and W the derivative of R by the node
+        positions (`_turn`). If `projected`, add only R K R^T, the stiffness at fixed R.
         """
         R, z, q = self._turned(x)
         T = self.K
@@ -94,9 +100,9 @@ class ElementCorotational(Energy):
         data += scale * np.bincount(slots[keep], entries[keep], minlength=len(data))
 
     def _turn(self, x: Floats, R: Floats) -> Floats:
-        """Return W (m, 3, 3a): R^T dR = [w] with w = (tr S I - S)^-1 sum_b g_b x (R^T dx_b) and S = R^T F.
+        """Return W (m, 3, 3a), the derivative of the rotation by node positions: R^T dR = [w] with w = W R^T dx.
 
-        It follows from R^T dF - dF^T R = [w] S + S [w].
+        w = (tr S I - S)^-1 sum_b g_b x (R^T dx_b) with S = R^T F. It follows from R^T dF - dF^T R = [w] S + S [w].
         """
         S = R.transpose(0, 2, 1) @ self.mean_gradient(x)
         S = 0.5 * (S + S.transpose(0, 2, 1))
@@ -106,12 +112,15 @@ class ElementCorotational(Energy):
 
 
 def _stacked_cross(v: Floats) -> Floats:
-    """Return the cross-product matrices [v_a]x, stacked vertically (m, 3a, 3), of v (m, a, 3)."""
+    """Return the cross-product matrices [v_a]x of v (m, a, 3), stacked vertically for each cell (m, 3a, 3)."""
     return cross_matrix(v).reshape(len(v), -1, 3)
 
 
 def element_stiffness(dNdX: Floats, w: Floats, A: Floats) -> Floats:
-    """Return sum_q w dN_a/dX_J A_iJkL dN_b/dX_L of each cell (m, 3a, 3a), N/m, for constant A, Pa."""
+    """Return the stiffness of each cell (m, 3a, 3a), N/m, for one tensor A = dP/dF (3, 3, 3, 3), Pa.
+
+    The entries are sum_q w dN_a/dX_J A_iJkL dN_b/dX_L.
+    """
     m, _, a, _ = dNdX.shape
     B = np.einsum("iJkL,mqbL->mqiJbk", A, dNdX, optimize=True)
     K = np.einsum("mqaJ,mqiJbk->maibk", dNdX * w[:, :, None, None], B, optimize=True)
@@ -119,6 +128,6 @@ def element_stiffness(dNdX: Floats, w: Floats, A: Floats) -> Floats:
 
 
 def mean_gradients(dNdX: Floats, w: Floats) -> Floats:
-    """Return the mean shape-function gradients of each cell (m, a, 3), 1/m."""
+    """Return the mean shape-function gradients of each cell (m, a, 3), 1/m, weighted by the volumes w (m, q)."""
     G: Floats = np.einsum("mq,mqaJ->maJ", w, dNdX) / w.sum(axis=1)[:, None, None]
     return G

@@ -1,4 +1,7 @@
-"""Compiled element loops that dominate the profile, over plain arrays: m cells, q integration points, a nodes."""
+"""Compiled loops over elements, in which most of the computing time is spent.
+
+They take plain arrays for m cells, q integration points and a nodes per cell.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ Ints = NDArray[np.int64]
 
 @kernel
 def deformation_gradient(u: Floats, cells: Ints, dNdX: Floats, F: Floats) -> None:
-    """Compute F (m, q, 3, 3) = I + sum_a u_a (x) dN_a/dX for displacements u (nodes, 3)."""
+    """Compute F (m, q, 3, 3) = I + sum_a u_a (x) dN_a/dX for displacements u (nodes, 3), m."""
     for e in range(cells.shape[0]):
         for p in range(dNdX.shape[1]):
             for i in range(3):
@@ -27,7 +30,7 @@ def deformation_gradient(u: Floats, cells: Ints, dNdX: Floats, F: Floats) -> Non
 
 @kernel
 def add_forces(P: Floats, cells: Ints, dNdX: Floats, w: Floats, scale: float, g: Floats) -> None:
-    """Add nodal forces: g (nodes, 3) += scale * sum over points of w P dN_a/dX."""
+    """Add nodal forces, N: g (nodes, 3) += scale * sum over points of w P dN_a/dX."""
     for e in range(cells.shape[0]):
         for p in range(dNdX.shape[1]):
             factor = scale * w[e, p]
@@ -41,9 +44,10 @@ def add_forces(P: Floats, cells: Ints, dNdX: Floats, w: Floats, scale: float, g:
 
 @maker
 def add_stiffness(A: Floats, dNdX: Floats, w: Floats, scale: float, slots: Ints, data: Floats) -> None:
-    """Add data[slots[e, 3a+i, 3b+k]] += scale * sum_p w dN_a/dX_J A_iJkL dN_b/dX_L, for A = dP/dF (m, q, 3, 3, 3, 3).
+    """Add the stiffness of tensors A = dP/dF (m, q, 3, 3, 3, 3), Pa, to the matrix values `data`, N/m.
 
-    A negative slot is a constrained degree of freedom. The block is symmetric, so half of it is computed.
+    data[slots[e, 3a+i, 3b+k]] += scale * sum_p w dN_a/dX_J A_iJkL dN_b/dX_L. A negative slot is a constrained degree of
+    freedom. The block of a cell is symmetric, so half of it is computed.
     """
     nodes = dNdX.shape[2]
     half = np.empty((3, 3, 3))  # A_iJkL dN_b/dX_L
@@ -72,7 +76,7 @@ def add_stiffness(A: Floats, dNdX: Floats, w: Floats, scale: float, slots: Ints,
 
 @part
 def _scatter(e: int, block: Floats, slots: Ints, data: Floats) -> None:
-    """Add a block (3a, 3a), given by its 3x3 blocks on and above the diagonal, to the matrix values.
+    """Add the block (3a, 3a) of cell e, given by its 3x3 blocks on and above the diagonal, to the matrix values.
 
     The three columns of a node are adjacent in the matrix unless the node is fixed in only some directions. Positions
     of unsigned type are not tested for being negative.
@@ -104,7 +108,10 @@ def _scatter(e: int, block: Floats, slots: Ints, data: Floats) -> None:
 def compute_invariants(
     u: Floats, cells: Ints, dNdX: Floats, begin: int, h: Floats, stretch: Floats, j: Floats
 ) -> None:  # fmt: skip
-    """Compute h = du/dX (c, q, 9), I1 - 3 = 2 tr h + h:h and J - 1 = tr h + tr cof h + det h from cell `begin` on."""
+    """Compute h = du/dX (c, q, 9), I1 - 3 and J - 1 (c, q) of c cells, from the cell `begin` on.
+
+    I1 - 3 = 2 tr h + h:h and J - 1 = tr h + tr cof h + det h.
+    """
     for e in range(h.shape[0]):
         for p in range(h.shape[1]):
             h00 = h01 = h02 = h10 = h11 = h12 = h20 = h21 = h22 = 0.0
@@ -131,7 +138,10 @@ def compute_invariants(
 def add_invariant_forces(
     h: Floats, a: Floats, s: Floats, cells: Ints, dNdX: Floats, w: Floats, begin: int, scale: float, g: Floats
 ) -> None:
-    """Add g (nodes, 3) += scale * sum over points of w (a F + s cof F) dN_a/dX, F = I + h, in cells from `begin` on."""
+    """Add the nodal forces of an `InvariantLaw`, N, of the cells from `begin` on.
+
+    g (nodes, 3) += scale * sum over points of w (a F + s cof F) dN_a/dX, with F = I + h.
+    """
     for e in range(h.shape[0]):
         for p in range(h.shape[1]):
             f00, f01, f02 = 1.0 + h[e, p, 0], h[e, p, 1], h[e, p, 2]
@@ -155,10 +165,11 @@ def add_invariant_stiffness(
     h: Floats, j: Floats, a: Floats, s: Floats, c: Floats, d: Floats, dNdX: Floats, w: Floats, begin: int,
     scale: float, slots: Ints, data: Floats,
 ) -> None:  # fmt: skip
-    """Add the stiffness of dP/dF = a 1 + s dC/dF + c (F (x) C + C (x) F) + d C (x) C, C = cof F, F = I + h.
+    """Add the stiffness of an `InvariantLaw`, N/m, of the cells from `begin` on.
 
-    With t = C dN/dX and p = F dN/dX, the block of two nodes is a (dN.dN) I + s/J (t (x) t - its transpose) + c (p (x) t
-    + t (x) p) + d t (x) t. An array `c` of shape (0, q) means zeros. `slots` are as in `add_stiffness`.
+    With C = cof F and F = I + h, dP/dF = a 1 + s dC/dF + c (F (x) C + C (x) F) + d C (x) C. With t = C dN/dX and p = F
+    dN/dX, the block of two nodes is a (dN.dN) I + s/J (t (x) t - its transpose) + c (p (x) t + t (x) p) + d t (x) t. An
+    array `c` of shape (0, q) means zeros. `slots` are as in `add_stiffness`.
     """
     points, nodes = dNdX.shape[1], dNdX.shape[2]
     vectors, block = np.empty((6, nodes, points, 3)), np.empty((3 * nodes, 3 * nodes))
@@ -176,7 +187,10 @@ def add_invariant_stiffness(
 def _node_vectors(
     h: Floats, g: Floats, p: int, swap: float, grow: float, along: float, mixed: float, vectors: Floats
 ) -> None:
-    """Compute, for all nodes at one point, t = C g, (grow + swap) t + mixed F g, swap t, along g, F g and mixed t."""
+    """Compute six vectors for every node at one point p, with g = dN/dX, C = cof F and t = C g.
+
+    They are t, (grow + swap) t + mixed F g, swap t, along g, F g and mixed t.
+    """
     f00, f01, f02 = 1.0 + h[0], h[1], h[2]
     f10, f11, f12 = h[3], 1.0 + h[4], h[5]
     f20, f21, f22 = h[6], h[7], 1.0 + h[8]
@@ -201,7 +215,10 @@ def _node_vectors(
 
 @part
 def _couple_nodes(vectors: Floats, g: Floats, mixed: bool, block: Floats) -> None:
-    """Fill the 3x3 blocks of a cell on and above the diagonal, from `_node_vectors` and dN/dX g (q, a, 3)."""
+    """Fill the 3x3 blocks of a cell on and above the diagonal from the vectors of `_node_vectors`.
+
+    g (q, a, 3) are the shape-function gradients dN/dX of the cell.
+    """
     t, r, turned = vectors[0], vectors[1], vectors[2]
     grown, stretched, pulled = vectors[3], vectors[4], vectors[5]
     for m in range(t.shape[0]):

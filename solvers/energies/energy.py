@@ -1,6 +1,7 @@
-"""Interface of all energies, and of the space in which a state moves.
+"""Interface of all energies, and of the configuration space in which a state moves.
 
-To add an energy, derive a class from `Energy` or `LaggedTangentEnergy`, and override what differs from the defaults.
+To add an energy, derive a class from `Energy` or `LaggedTangentEnergy`, and override the members that differ from the
+defaults.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ def no_stencils() -> Ints:
 
 
 class Energy(Protocol):
-    """A value, a gradient and a Hessian over local stencils of degrees of freedom."""
+    """Interface of an energy: value, gradient and Hessian over local stencils of degrees of freedom."""
 
     saddle: ClassVar[bool] = False  # unknowns include pressures, in which the energy is a maximum
     grounded: ClassVar[bool] = False  # it resists rigid-body motion
@@ -34,7 +35,7 @@ class Energy(Protocol):
 
     @property
     def rubs(self) -> bool:
-        """True if the energy has friction; friction has an energy only in its `lagged` form."""
+        """True if the energy contains friction, which has a potential only in its `lagged` form."""
         return False
 
     @property
@@ -58,7 +59,7 @@ class Energy(Protocol):
         """
 
     def rounding(self, x: Floats) -> float:
-        """Return the norm of the rounding error in the gradient, N; a smaller residual cannot be told from zero."""
+        """Return the norm of the rounding error in the gradient, N; smaller residuals are as good as zero."""
 
 
 class DampedEnergy(Energy):
@@ -81,7 +82,8 @@ class DampedEnergy(Energy):
 class DynamicPatternEnergy(Energy):
     """An energy whose sparsity pattern changes as bodies come into contact; it returns its own sparse Hessian.
 
-    Some states cannot be joined by a straight path (bodies would pass through each other).
+    A straight path between two states may be inadmissible, because bodies would pass through each other. `limit`
+    returns the admissible part.
     """
 
     @property
@@ -90,32 +92,32 @@ class DynamicPatternEnergy(Energy):
         return no_stencils()
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Do nothing: `matrix` returns the whole Hessian."""
+        """Do nothing: `matrix` returns the whole Hessian instead."""
 
     def matrix(self, x: Floats, projected: bool = False) -> Any:
-        """Return d2E/dx2, sparse (dofs, dofs), N/m; positive semi-definite if `projected`."""
+        """Return the Hessian d2E/dx2 as a sparse matrix (dofs, dofs), N/m; positive semi-definite if `projected`."""
         raise NotImplementedError(f"{type(self).__name__} has no Hessian")
 
     def limit(self, x: Floats, d: Floats) -> float:
-        """Return the largest admissible fraction, at most 1, of an increment d (dofs,)."""
+        """Return the largest admissible fraction, at most 1, of an increment d (dofs,) from the state x."""
         raise NotImplementedError(f"{type(self).__name__} does not know how far a way leads")
 
     @property
     def stride(self) -> float:
-        """Largest support motion, m, between two equilibrium solutions."""
+        """Largest admissible motion of supports, m, between two consecutive equilibrium solutions."""
         return np.inf
 
 
 class LaggedTangentEnergy(Energy):
-    """An energy whose tangent can take part of its stress from earlier states.
+    """An energy whose tangent can take part of the stress from an earlier state.
 
-    An example is the pressure of nearly incompressible cells: in an extrapolated state it is wrong and makes the
-    tangent indefinite. This part of the stress in a state is described by `kept` numbers.
+    An example is the pressure of nearly incompressible cells. In an extrapolated state this pressure is wrong and makes
+    the tangent indefinite. The lagged part of the stress is described by `kept` numbers per state.
     """
 
     @property
     def kept(self) -> int:
-        """Number of values that describe the lagged part of a state."""
+        """Number of values that describe the lagged part of the stress in one state."""
         raise NotImplementedError(f"{type(self).__name__} keeps nothing of a state")
 
     def sound(self, x: Floats) -> bool:
@@ -123,7 +125,7 @@ class LaggedTangentEnergy(Energy):
         raise NotImplementedError(f"{type(self).__name__} does not know what is inside out")
 
     def add_gradient_kept(self, x: Floats, g: Floats, traces: Floats) -> None:
-        """Add the gradient with scale 1, and write the lagged values of state x into `traces` (kept,)."""
+        """Add the gradient, and write the lagged values of the state x into `traces` (kept,)."""
         raise NotImplementedError(f"{type(self).__name__} keeps nothing of a state")
 
     def add_both_lagged(self, x: Floats, g: Floats, data: Floats, slots: Ints, traces: Floats) -> None:
@@ -139,12 +141,12 @@ class Space(Protocol):
         """Number of degrees of freedom."""
 
     def move(self, x: Floats, d: Floats) -> Floats:
-        """Return the state after the increment d (dofs,)."""
+        """Return the state reached from x by the increment d (dofs,)."""
 
 
 @dataclass(frozen=True)
 class VectorSpace:
-    """Vector space of point displacements: the state is the vector of degrees of freedom."""
+    """Vector space of displacements: the state is the vector of degrees of freedom."""
 
     dofs: int
 

@@ -15,7 +15,7 @@ from softmark.solvers.energies.local_blocks import add_blocks, cross_matrix
 
 @dataclass(frozen=True)
 class DeadForces(Energy):
-    """Dead nodal forces `f` (dofs,), N, which keep their direction: E = -f . x."""
+    """Dead nodal forces `f` (dofs,), N, which keep their direction in space: E = -f . x."""
 
     f: Floats
     conservative: bool = True
@@ -87,11 +87,12 @@ class AffineMassForces(Energy):
 
 @dataclass(frozen=True)
 class FollowerPressure(Energy):
-    """Follower pressure `p` (Pa) on facets `faces` (f, k) of three, six or four nodes, along the current inward normal.
+    """Follower pressure `p`, Pa, on facets `faces` (f, k) along the current inward normal.
 
-    Force on node a: -p int N_a (dx/dxi x dx/deta) dxi deta, by exact quadrature. The tangent is not symmetric on a
-    surface with a free edge (Bonet and Wood 2008, section 9.5), so there is no energy. `weights` are given if the
-    pressure acts on parts of facets: at the points of `elements.moment_fitting`, which are exact for it too.
+    Facets have three, six or four nodes. The force on node a is -p int N_a (dx/dxi x dx/deta) dxi deta, by exact
+    quadrature. The tangent is not symmetric on a surface with a free edge (Bonet and Wood 2008, section 9.5), so there
+    is no potential. If the pressure acts on parts of facets, `weights` are the quadrature weights of these parts, at
+    the points of `elements.moment_fitting`, which integrate parts exactly too.
     """
 
     points: Floats  # (n, 3) undeformed
@@ -107,7 +108,7 @@ class FollowerPressure(Energy):
 
     @cached_property
     def _rule(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Shape functions N, dN/dxi and dN/deta (q, k), and quadrature weights (1 or f, q)."""
+        """Shape functions N, derivatives dN/dxi and dN/deta (q, k), and quadrature weights (1 or f, q)."""
         nodes = self.faces.shape[1]
         facet = FACETS[nodes]
         xi, weights = facet.quadrature()
@@ -117,7 +118,7 @@ class FollowerPressure(Energy):
         return facet.shape(xi), dN[:, :, 0], dN[:, :, 1], np.atleast_2d(weights)
 
     def value(self, x: Floats) -> float:
-        """Return zero: follower forces on an open surface have no potential."""
+        """Raise TypeError: a follower pressure on an open surface has no potential."""
         raise TypeError("a follower load has no energy")
 
     def _tangents(self, x: Floats) -> tuple[Floats, Floats]:
@@ -131,14 +132,14 @@ class FollowerPressure(Energy):
         return self._rule[3]
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Subtract the nodal forces, N."""
+        """Subtract the nodal forces of the pressure, N, from g."""
         areas = self._weights_at(x)[:, :, None] * np.cross(*self._tangents(x))
         minus_force = np.einsum("qa,fqi->fai", self._rule[0], areas)
         minus_force *= scale * self.p
         np.add.at(g.reshape(-1, 3), self.faces, minus_force)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the load stiffness, which is not symmetric; skip it in a projected tangent, which must stay definite."""
+        """Add the load stiffness, which is not symmetric, unless `projected`: that tangent must stay definite."""
         if projected:
             return
         block = self._slopes(x)
@@ -163,17 +164,17 @@ class FollowerPressure(Energy):
 
 @dataclass(frozen=True)
 class FaceMoment(Energy):
-    """Moment on part of a surface, applied as traction t = c x (x - middle) per undeformed area at current positions x.
+    """Moment on part of a surface, applied as a traction t = c x (x - middle) per undeformed area.
 
-    `nodes` (k,) are the nodes of its facets, `products` (k, k) the integrals of N_a N_b over the undeformed area, m^2.
-    With m = products minus the part that moves with the middle, y = m x, and J = int |r|^2 I - r r^T of the current
-    part,
+    x are current positions, and `middle` is their mean over the area. `nodes` (k,) are the nodes of the facets, and
+    `products` (k, k) the integrals of N_a N_b over the undeformed area, m^2. Let m be `products` without the part that
+    moves with the middle, y = m x, and J = int |r|^2 I - r r^T, with r = x - middle. Then
 
         f_a = c x y_a,  J c = moment:
 
     the resultant force is zero and the resultant moment is `moment` in every state. Coupling elements with equal
-    weights per area apply the same moment. It is fixed in space, so it has no energy. The tangent couples every pair of
-    nodes and is not symmetric.
+    weights per area apply the same moment. The moment is fixed in space, so it has no potential. The tangent couples
+    every pair of nodes and is not symmetric.
     """
 
     points: Floats  # (n, 3) undeformed
@@ -190,7 +191,7 @@ class FaceMoment(Energy):
 
     @cached_property
     def _about_middle(self) -> Floats:
-        """Matrix m (k, k) of the class docstring."""
+        """Matrix m (k, k), m^2, of the class docstring."""
         n = self.products.sum(axis=1)
         found: Floats = self.products - np.outer(n, n) / n.sum()
         return found
@@ -204,16 +205,19 @@ class FaceMoment(Energy):
         return y, J, np.linalg.solve(J, self.moment)
 
     def value(self, x: Floats) -> float:
-        """Return zero: a moment fixed in space has no potential, because its work depends on the path."""
+        """Raise TypeError: a moment fixed in space has no potential, because its work depends on the path."""
         raise TypeError("a moment that stays in space has no energy")
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Subtract the nodal forces, N."""
+        """Subtract the nodal forces of the moment, N, from g."""
         y, _, c = self._state(x)
         g.reshape(-1, 3)[self.nodes] -= scale * np.cross(c, y)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add -[c]x m_ab - [y_a]x J^-1 (2 c y_b^T - (y_b . c) I - y_b c^T); skip it in a projected tangent."""
+        """Add the load stiffness, N/m, unless `projected`: that tangent must stay definite.
+
+        Its block of nodes a and b is -[c]x m_ab - [y_a]x J^-1 (2 c y_b^T - (y_b . c) I - y_b c^T).
+        """
         if projected:
             return
         y, J, c = self._state(x)
@@ -247,15 +251,15 @@ class ScaledLoad(Energy):
         return self.energy.stencils
 
     def value(self, x: Floats) -> float:
-        """Return the energy, J."""
+        """Return the potential of the scaled load, J."""
         return self.share * self.energy.value(x)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Subtract the forces, N."""
+        """Subtract the scaled forces, N, from g."""
         self.energy.add_gradient(x, g, self.share * scale)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the tangent, N/m."""
+        """Add the tangent of the scaled load, N/m."""
         self.energy.add_hessian(x, data, slots, self.share * scale, projected)
 
     def rounding(self, x: Floats) -> float:

@@ -24,12 +24,13 @@ from softmark.solvers.energies.rod_state import lengths
 
 @dataclass(frozen=True)
 class RodElastic(RodElementEnergy):
-    """Rod strain energy, J: sum of l/2 (eps - eps0) . C (eps - eps0), eps = (Gamma, K) at element middles.
+    """Strain energy of a rod, J: sum over elements of l/2 (eps - eps0) . C (eps - eps0), with eps = (Gamma, K).
 
-    eps0 are the strains of the undeformed state `rest` (nodes * 7,), which may be bent, twisted and placed anywhere; C
-    = diag(EA, GA2, GA3, GJ, EI2, EI3), shared or per element. A rigid motion changes neither energy nor resultants.
-    Adjacent nodes must rotate by less than 180 degrees relative to each other; beyond that the shorter rotation is
-    taken. Sources: Simo & Vu-Quoc 1986 (energy and strains), Crisfield & Jelenic 1999 (objective interpolation).
+    Strains are taken in the middle of each element. eps0 are the strains of the undeformed state `rest` (nodes * 7,),
+    which may be bent, twisted and placed anywhere. C = diag(EA, GA2, GA3, GJ, EI2, EI3) is shared by all elements or
+    given for each. A rigid motion changes neither energy nor resultants. Adjacent nodes must rotate by less than 180
+    degrees relative to each other; beyond that the shorter rotation is taken.
+    Sources: Simo & Vu-Quoc 1986 (energy and strains), Crisfield & Jelenic 1999 (objective interpolation).
     """
 
     rest: Floats
@@ -40,16 +41,16 @@ class RodElastic(RodElementEnergy):
 
     @cached_property
     def lengths(self) -> Floats:
-        """Undeformed lengths (n,), m."""
+        """Undeformed lengths of the elements (n,), m."""
         return lengths(self.rest, self.elements)
 
     @cached_property
     def rest_strains(self) -> Floats:
-        """Strains (n, 6) of the undeformed state."""
+        """Strains (Gamma, K) of the elements in the undeformed state (n, 6)."""
         return RodElements.of(self.rest, self.elements, self.lengths).strains
 
     def stiffened(self, stiffness: VaryingStiffness, offset: Floats) -> RodElastic:
-        """Return the same rod with other stiffnesses and an offset, reusing the cached data of its rest state."""
+        """Return the same rod with other stiffnesses and another strain offset, reusing cached data."""
         made = replace(self, stiffness=stiffness, offset=offset)
         vars(made).update(lengths=self.lengths, rest_strains=self.rest_strains)
         return made
@@ -59,15 +60,15 @@ class RodElastic(RodElementEnergy):
         return cached_elements(x, self.elements, self.lengths)
 
     def strains(self, x: Floats) -> Floats:
-        """Return the strains Gamma - Gamma0 (1) and K - K0 (1/m), (n, 6)."""
+        """Return the strains Gamma - Gamma0 (no unit) and K - K0 (1/m) of the elements, (n, 6)."""
         return self.segments(x).strains - self.rest_strains
 
     def resultants(self, x: Floats) -> Floats:
-        """Return forces (N) and moments (N m) in the material axes at the middle of each element, (n, 6)."""
+        """Return section forces (N) and moments (N m) in the material axes at the middle of each element, (n, 6)."""
         return (self.strains(x) + self.offset) * self.stiffness.diagonal
 
     def mode_energies(self, x: Floats) -> Floats:
-        """Return the strain energy (6,) in J of stretch, the two shears, twist and the two bendings."""
+        """Return the strain energy of each mode (6,), J: stretch, two shears, twist and two bendings."""
         return np.asarray(self.lengths @ (self.strains(x) ** 2 * self.stiffness.diagonal) / 2)
 
     def rigid_fraction(self, x: Floats) -> float:
@@ -77,11 +78,11 @@ class RodElastic(RodElementEnergy):
         return float(np.sum(energies[list(self.stiffness.rigid)])) / total if total > 0 else 0.0
 
     def with_multipliers(self, x: Floats) -> RodElastic:
-        """Return the rod whose rigid modes carry their forces in x without strain (method of multipliers).
+        """Return the rod whose rigid modes carry the forces that they have in x without strain.
 
-        The present strain of these modes is added to `offset`, so stiffness times offset is the multiplier (Hestenes
-        1969, Powell 1969). Solved again from x, the remaining strain falls a millionfold in a cantilever, for one or
-        two more Newton steps.
+        This is the method of multipliers (Hestenes 1969, Powell 1969). The present strain of the rigid modes is added
+        to `offset`, so that stiffness times offset is the Lagrange multiplier. In a cantilever solved again from x, the
+        remaining strain of these modes falls a millionfold, for one or two more Newton steps.
         """
         rigid = list(self.stiffness.rigid)
         offset = np.broadcast_to(self.offset, (len(self.elements), 6)).copy()
@@ -89,33 +90,36 @@ class RodElastic(RodElementEnergy):
         return replace(self, offset=offset)
 
     def rounding(self, x: Floats) -> float:
-        """Return a bound, N, on the gradient error due to rounding of positions: eps |x| C / l, root of squares."""
+        """Return a bound of the gradient error due to rounding of positions, N.
+
+        It is the root of the sum of (eps |x| C / l)^2 over elements.
+        """
         noise = np.finfo(np.float64).eps * np.max(np.abs(x.reshape(-1, 7)[:, :3]))
         largest = np.max(self.stiffness.diagonal[..., :3])
         return float(noise * largest * np.sqrt(2 * np.sum(1 / self.lengths**2)))
 
     def value(self, x: Floats) -> float:
-        """Return the strain energy, J; with an offset, it includes the penalty springs of the rigid modes."""
+        """Return the strain energy, J; with an `offset`, that of the penalty springs of rigid modes is included."""
         strains = self.strains(x) + self.offset
         return float(np.sum(self.lengths @ (strains**2 * self.stiffness.diagonal)) / 2)
 
     def local_forces(self, x: Floats) -> Floats:
-        """Return B^T l C (eps - eps0), (n, 12)."""
+        """Return the gradient of each element (n, 12), B^T l C (eps - eps0), with B the strain derivative."""
         segments = self.segments(x)
-        return segments.forces(self._weighted(segments))
+        return segments.forces(self._scaled_resultants(segments))
 
     def local_hessians(self, x: Floats) -> Floats:
-        """Return B^T l C B plus the geometric stiffness, (n, 12, 12)."""
+        """Return the Hessian of each element (n, 12, 12), B^T l C B plus the geometric stiffness."""
         segments = self.segments(x)
-        return segments.hessians(self._weighted(segments), self._stiffnesses)
+        return segments.hessians(self._scaled_resultants(segments), self._stiffnesses)
 
     @cached_property
     def _stiffnesses(self) -> Floats:
-        """Stiffnesses l C, (n, 6)."""
+        """Stiffnesses times lengths, l C, of each element (n, 6)."""
         return np.asarray(self.lengths[:, None] * self.stiffness.diagonal)
 
-    def _weighted(self, segments: RodElements) -> Floats:
-        """Return l C (eps - eps0 + offset), (n, 6)."""
+    def _scaled_resultants(self, segments: RodElements) -> Floats:
+        """Return the section forces and moments times lengths, l C (eps - eps0 + offset), of each element (n, 6)."""
         return np.asarray(self._stiffnesses * (segments.strains - self.rest_strains + self.offset))
 
 
@@ -134,7 +138,10 @@ class RodForces(Energy):
 
     @staticmethod
     def uniform(rest: Floats, elements: Ints, w: Floats) -> RodForces:
-        """Return the load of `w` (3,) in N per undeformed m, such as rho A g: l w / 2 on each node of an element."""
+        """Return the load of `w` (3,), N per undeformed m, such as rho A g.
+
+        Each element puts l w / 2 on each of its nodes.
+        """
         forces = np.zeros((rest.size // 7, 3))
         np.add.at(forces, elements, (lengths(rest, elements)[:, None] / 2 * w)[:, None, :])
         return RodForces(rest, forces)

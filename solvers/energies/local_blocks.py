@@ -11,9 +11,9 @@ from softmark.solvers.energies.energy import Energy, Floats, Ints
 
 
 def add_blocks(blocks: Floats, slots: Ints, data: Floats) -> None:
-    """Add blocks to the matrix values: data[slots] += blocks, both (m, k, l).
+    """Add local blocks (m, k, l) to the matrix values: data[slots] += blocks, with slots (m, k, l).
 
-    Fixed entries have slot -1 and are skipped.
+    Entries of fixed degrees of freedom have slot -1 and are skipped.
     """
     # that is shifted by one and dropped
     data += np.bincount(slots.ravel() + 1, blocks.ravel(), len(data) + 1)[1:]
@@ -34,7 +34,7 @@ def cross_matrix(a: Floats) -> Floats:
 
 
 class RodElementEnergy(Energy):
-    """An energy of a rod that is a sum over two-node elements, in the quaternion state of static analysis."""
+    """An energy that is a sum over two-node rod elements, in the quaternion state of static analysis."""
 
     if TYPE_CHECKING:
 
@@ -44,7 +44,7 @@ class RodElementEnergy(Energy):
 
     @cached_property
     def stencils(self) -> Ints:
-        """Six degrees of freedom of both nodes (m, 12)."""
+        """Degrees of freedom of each element, six for each of its two nodes (m, 12)."""
         found: Ints = (6 * self.elements[:, :, None] + np.arange(6)).reshape(-1, 12)
         return found
 

@@ -1,6 +1,6 @@
-"""Decompositions of a single 3 x 3 matrix inside compiled kernels, by Jacobi rotations in the caller's work space.
+"""Decompositions of a single 3 x 3 matrix inside compiled kernels, by Jacobi rotations in the caller's work array.
 
-LAPACK calls through numba take ten times longer to compile than all the rest of an element.
+LAPACK calls through numba take ten times longer to compile than all other code of an element.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ SWEEPS = 30  # six suffice: convergence is quadratic
 def orthogonalise(M: Floats) -> None:
     """Rotate the columns of M (6, 3) until those in the first three rows are orthogonal.
 
-    One-sided Jacobi rotations (Hestenes 1958): F in the upper and I in the lower half become U S and V of F = U S V^T,
-    in no order, with det V = 1.
+    M holds F in its upper half and I in its lower half. One-sided Jacobi rotations (Hestenes 1958) turn them into U S
+    and V of the singular value decomposition F = U S V^T, with singular values in no order and det V = 1.
     """
     for _ in range(SWEEPS):
         turned = False
@@ -48,10 +48,11 @@ def orthogonalise(M: Floats) -> None:
 
 @part
 def nearest_rotation(M: Floats) -> Nine:
-    """Return the rotation that maximises tr(R^T F), row by row, from U S and V in M (6, 3) (`orthogonalise`).
+    """Return the rotation R that maximises tr(R^T F), row by row, from U S and V in M (6, 3) (`orthogonalise`).
 
-    R = U V^T; if det F < 0 the axis of the smallest singular value is reversed. So R = u1 v1^T + u2 v2^T + (u1 x u2)
-    (v1 x v2)^T of the two largest. If F has rank one or zero, one of the maximising rotations is chosen.
+    R = U V^T; if det F < 0 the axis of the smallest singular value is reversed. Both cases are R = u1 v1^T + u2 v2^T +
+    (u1 x u2) (v1 x v2)^T, with the vectors of the two largest singular values. If F has rank one or zero, one of the
+    maximising rotations is chosen.
     """
     m, k, largest, second = 0, 1, -1.0, -1.0
     for j in range(3):
@@ -92,7 +93,7 @@ def set_above_identity(
     M: Floats, a00: float, a01: float, a02: float, a10: float, a11: float, a12: float, a20: float, a21: float,
     a22: float,
 ) -> None:  # fmt: skip
-    """Set M (6, 3) = [A; I]."""
+    """Set M (6, 3) to the 3 x 3 matrix A above the identity matrix."""
     M[0, 0], M[0, 1], M[0, 2] = a00, a01, a02
     M[1, 0], M[1, 1], M[1, 2] = a10, a11, a12
     M[2, 0], M[2, 1], M[2, 2] = a20, a21, a22

@@ -1,7 +1,7 @@
-"""Elastic energies with pressure: as separate unknowns, or one per cell that is eliminated.
+"""Elastic energies with pressures, either as separate unknowns or eliminated, with one pressure per cell.
 
-L(u, p) = int psi_shape(F) + p g(F) - p^2 / (2 M) dV. Equilibrium is its stationary point, a saddle: minimum in u and
-maximum in p. 1/M = 0, the incompressible solid, is no special case.
+L(u, p) = int psi_shape(F) + p g(F) - p^2 / (2 M) dV, with a volume constraint g. Equilibrium is the stationary point of
+L, a saddle point: minimum in u and maximum in p. The incompressible solid, 1/M = 0, is no special case.
 """
 
 from __future__ import annotations
@@ -36,13 +36,14 @@ class VolumeConstraint(Protocol):
 class MixedSolid(Energy):
     """Mixed displacement-pressure energy of a solid: int psi_shape(F) + p g(F) - p^2/(2 M) dV, in J.
 
-    `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m and `w` (m, q) in m^3 are as in `Elastic`, `law` is psi_shape; with
-    `hoop` (m, q, a), 1/m, the body is axisymmetric, as in `AxisymmetricElastic`. The state x holds the displacements (3
-    `nodes`,) in m, followed by the pressures in units of `shear` / `edge` (shear modulus in Pa over cell size in m), so
-    that all unknowns are lengths and all equations forces. `pressures` (m, b) are their positions in x. `Np`, (q, b) or
-    (m, q, b) per cell, are their shape functions. `compliance` is 1/M in 1/Pa, one value or one per point (m, q).
-    Continuous linear pressures in ten-node tetrahedra are stable (Taylor and Hood 1973; Boffi, Brezzi and Fortin 2013,
-    section 8.8); one in each hexahedron, Q1/P0, is that of Simo, Taylor and Pister (1985), which is not quite stable.
+    `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m and `w` (m, q) in m^3 are as in `Elastic`, and `law` is psi_shape. If
+    `hoop` (m, q, a), 1/m, is given, the body is axisymmetric, as in `AxisymmetricElastic`. The state x holds the
+    displacements (3 `nodes`,) in m, followed by the pressures in units of `shear` / `edge` (shear modulus in Pa over
+    cell size in m), so that all unknowns are lengths and all equations forces. `pressures` (m, b) are the positions of
+    the pressures of each cell in x. `Np`, (q, b) or (m, q, b) per cell, are the pressure shape functions. `compliance`
+    is 1/M in 1/Pa, one value or one per point (m, q). Continuous linear pressures in ten-node tetrahedra are stable
+    (Taylor and Hood 1973; Boffi, Brezzi and Fortin 2013, section 8.8). One pressure in each hexahedron, Q1/P0, is the
+    element of Simo, Taylor and Pister (1985), which is not quite stable.
     """
 
     saddle = True
@@ -74,15 +75,16 @@ class MixedSolid(Energy):
 
     @cached_property
     def stencils(self) -> Ints:
-        """Three displacements of each node of a cell, and its pressures (m, 3 a + b)."""
+        """Degrees of freedom of each cell (m, 3 a + b): three displacements of each node, and the pressures."""
         return np.concatenate([self._shape.stencils, self.pressures], axis=1)
 
     @cached_property
     def _shape(self) -> Elastic:
+        """Elastic energy of psi_shape."""
         return _make_elastic(self.cells, self.dNdX, self.w, self.law, self.hoop)
 
     def displacements(self, x: Floats) -> Floats:
-        """Return the displacements of a state (3 nodes,), m."""
+        """Return the displacements (3 nodes,), m, in the state x."""
         return x[: 3 * self.nodes]
 
     def F(self, x: Floats) -> Floats:
@@ -95,12 +97,15 @@ class MixedSolid(Energy):
         return p
 
     def _integrate(self, values: Floats) -> Floats:
-        """Return int N_b of `values` (m, q) at the points, which may already include the volumes: (m, b)."""
+        """Return sum over points of N_b times `values` (m, q), for each pressure of a cell (m, b).
+
+        The values may already include the volumes of the points.
+        """
         found: Floats = (values[:, None] @ self.Np)[:, 0]
         return found
 
     def rounding(self, x: Floats) -> float:
-        """Return the norm of the rounding error in the gradient, N, of strains and of volumes."""
+        """Return the norm of the rounding error in the gradient, N, caused by strains and by volumes."""
         volumes = self.unit * float(np.linalg.norm(self.w.sum(axis=1))) * float(np.finfo(np.float64).eps)
         u = self.displacements(x)
         return self._shape.rounding(u) + volumes / self._shape.magnification(u)
@@ -113,6 +118,7 @@ class MixedSolid(Energy):
         return total if np.isfinite(total) else np.inf
 
     def _constraint(self, x: Floats) -> Floats:
+        """Return g at every integration point (m, q), no unit."""
         F, up = _magnified_gradient(self._shape, self.displacements(x))
         return self.constraint.value(F).reshape(self.w.shape) / up
 
@@ -128,7 +134,7 @@ class MixedSolid(Energy):
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the saddle-point matrix, N/m.
 
-        If projected, its displacement block is definite, without pressure stress.
+        If `projected`, the displacement block is positive semi-definite and contains no pressure stress.
         """
         p, width = self.pressure(x), 3 * self.cells.shape[1]
         F = self.F(x).reshape(*self.w.shape, 3, 3)
@@ -136,7 +142,7 @@ class MixedSolid(Energy):
         self._add_coupling(x, data, slots, scale * self.unit, width)
 
     def _add_coupling(self, x: Floats, data: Floats, slots: Ints, scale: float, width: int) -> None:
-        """Add int N_b dg/du, on both sides of the diagonal, and -int N_a N_b / M."""
+        """Add the blocks int N_b dg/du, on both sides of the diagonal, and the pressure block -int N_a N_b / M."""
         rows = self._shape.slope(self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3))
         B = rows.transpose(0, 2, 1) @ (self.w[:, :, None] * self.Np)  # (m, 3a, b)
         C = self.Np.swapaxes(-1, -2) @ ((self.w * self.compliance)[:, :, None] * self.Np)
@@ -146,7 +152,7 @@ class MixedSolid(Energy):
 
     @cached_property
     def spare(self) -> Floats:
-        """Return the diagonal shift (dofs,), N/m, of a compliance SLACK / mu (see linear/saddle_point.py)."""
+        """Diagonal shift (dofs,), N/m, that corresponds to a compliance SLACK / mu (see linear/saddle_point.py)."""
         spare = np.zeros(self.dofs)
         np.add.at(spare, self.pressures, (SLACK / self.shear * self.unit**2) * self._integrate(self.w))
         return spare
@@ -160,14 +166,15 @@ def _magnified_gradient(shape: Elastic, u: Floats) -> tuple[Floats, float]:
 
 @dataclass(frozen=True)
 class MeanDilatation(Energy):
-    """Energy with one pressure per cell: int psi_shape(F) dV + sum over cells of V M/2 (mean of g)^2.
+    """Energy with one eliminated pressure per cell: int psi_shape(F) dV + sum over cells of V M/2 (mean of g)^2.
 
     With g = tr eps this is B-bar with the mean dilatation (Hughes 1980, "Generalization of selective integration
-    procedures"), and with g = J - 1 the three-field element Q1/P0 of Simo, Taylor and Pister (1985): the consistent
-    form of F-bar, with an energy and a symmetric tangent. `bulk` is M in Pa, one value or one per cell (m,). If it
-    varies within cells it is the harmonic mean V / int 1/M dV, as a cell pressure implies. `expected` (m,) are
-    pressures in Pa that the tangent takes instead of M times the mean (see assembly/pressure_predictor.py). With `hoop`
-    (m, q, a), 1/m, the body is axisymmetric, as in `AxisymmetricElastic`, and the mean is taken over whole rings.
+    procedures"). With g = J - 1 it is the three-field element Q1/P0 of Simo, Taylor and Pister (1985), the consistent
+    form of F-bar, with an energy and a symmetric tangent. `bulk` is M in Pa, one value or one per cell (m,). If M
+    varies within cells, `bulk` is the harmonic mean V / int 1/M dV, as one pressure per cell implies. `expected` (m,)
+    are pressures in Pa that the tangent takes instead of M times the mean of g (see assembly/pressure_predictor.py). If
+    `hoop` (m, q, a), 1/m, is given, the body is axisymmetric, as in `AxisymmetricElastic`, and the mean is taken over
+    whole rings.
     """
 
     cellular = True
@@ -184,6 +191,7 @@ class MeanDilatation(Energy):
 
     @cached_property
     def _shape(self) -> Elastic:
+        """Elastic energy of psi_shape."""
         return _make_elastic(self.cells, self.dNdX, self.w, self.law, self.hoop)
 
     @property
@@ -197,6 +205,7 @@ class MeanDilatation(Energy):
 
     @cached_property
     def _noise(self) -> float:
+        """Machine epsilon times the norm of the nodal forces that a unit volume strain causes, N."""
         share = np.zeros(int(self.cells.max()) + 1)
         each = np.einsum("mq,mqa->ma", self.w, np.linalg.norm(self.dNdX, axis=3))
         np.add.at(share, self.cells, each * np.reshape(self.bulk, (-1, 1)))
@@ -208,11 +217,12 @@ class MeanDilatation(Energy):
 
     @cached_property
     def _volumes(self) -> Floats:
+        """Volume of each cell (m,), m^3."""
         V: Floats = self.w.sum(axis=1)
         return V
 
     def expecting(self, x: Floats, d: Floats) -> MeanDilatation:
-        """Return the energy whose tangent takes the pressures predicted for a step d from x: M (g + dg/du . d)."""
+        """Return the energy whose tangent uses the pressures M (g + dg/du . d) predicted for a step d from x."""
         F = self.F(x)
         H = (self.F(d) - np.eye(3)).reshape(*self.w.shape, 3, 3)
         G = self.constraint.gradient(F).reshape(H.shape)
@@ -220,11 +230,11 @@ class MeanDilatation(Energy):
         return replace(self, expected=self.bulk * (self._means(F) + grown))
 
     def under(self, constraint: VolumeConstraint, x: Floats) -> MeanDilatation:
-        """Return the energy whose tangent takes the pressures of another volume constraint in state x."""
+        """Return the energy whose tangent uses the pressures that another volume constraint gives in state x."""
         return replace(self, expected=self.bulk * replace(self, constraint=constraint)._means(self.F(x)))
 
     def slack(self) -> MeanDilatation:
-        """Return the energy without pressure terms in its tangent."""
+        """Return the energy whose tangent contains no pressure stress."""
         return replace(self, expected=np.zeros(len(self.w)))
 
     def _means(self, F: Floats) -> Floats:
@@ -248,7 +258,10 @@ class MeanDilatation(Energy):
         self._shape.add_stresses(stress, g, scale)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the tangent, N/m. If projected, make the shape part definite and omit the curvature of the mean."""
+        """Add the tangent stiffness, N/m.
+
+        If `projected`, the part of psi_shape is positive semi-definite, and the pressure stress is omitted.
+        """
         F = self.F(x).reshape(*self.w.shape, 3, 3)
         each = self.expected
         if each is None:
@@ -262,14 +275,14 @@ class MeanDilatation(Energy):
             add_blocks(block, slots[some], data)
 
     def _grown(self, F: Floats, some: slice) -> Floats:
-        """Return int dg/du of each cell (c, 3a), m^2."""
+        """Return int dg/du dV of each of the cells `some` (c, 3a), m^2."""
         G = self.constraint.gradient(F.reshape(-1, 3, 3)).reshape(F.shape)
         b: Floats = (self.w[some][:, None] @ self._shape.slope(G, some))[:, 0]
         return b
 
 
 def _make_elastic(cells: Ints, dNdX: Floats, w: Floats, law: ElasticLaw, hoop: Floats | None) -> Elastic:
-    """Return the elastic energy of a law over cells; axisymmetric if `hoop` is given."""
+    """Return the elastic energy of a law over cells, which is axisymmetric if `hoop` (m, q, a), 1/m, is given."""
     if hoop is None:
         return Elastic(cells, dNdX, w, law)
     from softmark.solvers.energies.axisymmetric import AxisymmetricElastic
@@ -281,7 +294,10 @@ def _add_stiffness(
     shape: Elastic, constraint: VolumeConstraint, F: Floats, p: Floats,
     slots: Ints, data: Floats, scale: float, projected: bool,
 ) -> None:  # fmt: skip
-    """Add the tangent of the law at F (m, q, 3, 3) and of pressures p (m, q), N/m; only of the law if projected."""
+    """Add the tangent stiffness, N/m, of a law at F (m, q, 3, 3) and of pressures p (m, q), Pa.
+
+    If `projected`, the tangent of the law is positive semi-definite, and the pressures are ignored.
+    """
     tangent = "dPdF_projected" if projected else "dPdF"
     for some in shape._some():
         flat = F[some].reshape(-1, 3, 3)
@@ -293,7 +309,10 @@ def _add_stiffness(
 
 @dataclass(frozen=True)
 class DisplacementEnergy(Energy):
-    """An energy of the displacements (`dofs` of them), used in a state that has further unknowns after them."""
+    """An energy of displacements only, used in a state that holds further unknowns after the displacements.
+
+    `dofs` is the number of displacement unknowns.
+    """
 
     energy: Energy
     dofs: int
@@ -313,7 +332,7 @@ class DisplacementEnergy(Energy):
         return self.energy.value(x[: self.dofs])
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Add the forces, N; the other unknowns receive none."""
+        """Add the nodal forces, N; the entries of the other unknowns are not changed."""
         self.energy.add_gradient(x[: self.dofs], g[: self.dofs], scale)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
@@ -326,6 +345,6 @@ class DisplacementEnergy(Energy):
 
 
 def _cell_batches(cells: int) -> Iterator[slice]:
-    """Yield slices of cells that are small enough for their blocks to fit in memory."""
+    """Yield slices of the cells, small enough for their local blocks to fit in memory."""
     each = 4 * POINTS
     return (slice(at, min(at + each, cells)) for at in range(0, cells, each))

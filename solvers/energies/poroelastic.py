@@ -1,12 +1,12 @@
 """Poroelastic energy of one time step, and the pore-fluid state that is carried from step to step.
 
-If both constituents are incompressible, the fluid that leaves a point equals the volume lost there. Over a step
-int N_b (J - 1) dV + span int grad N_b . K grad p dV = owed_b for every pressure, K = J F^-1 k F^-T and p positive in
-compression. With -p for the pressure of `MixedSolid` this is the second equation of its saddle-point problem, where
-span K acts as a compliance. At span = 0 the solid is incompressible.
+If solid and fluid are incompressible, the fluid that leaves a point equals the volume lost there. Over a step of
+duration `span`, int N_b (J - 1) dV + span int grad N_b . K grad p dV = owed_b for every pressure shape function N_b,
+with K = J F^-1 k F^-T and p positive in compression. With -p for the pressure of `MixedSolid` this is the second
+equation of its saddle-point problem, where span K acts as a compliance. At span = 0 the solid is incompressible.
 
-Time steps use a two-stage method that is second-order and L-stable, so that high modes excited by a jump vanish after a
-few steps: SDIRK2 (Alexander 1977, "Diagonally implicit Runge-Kutta methods for stiff ODEs").
+Time steps use the two-stage method SDIRK2 (Alexander 1977, "Diagonally implicit Runge-Kutta methods for stiff ODEs").
+It is second-order and L-stable, so that high modes excited by a jump vanish after a few steps.
 """
 
 from __future__ import annotations
@@ -31,30 +31,30 @@ SOLVED = 1e-12  # fraction of that volume, times pressure / shear modulus: solve
 
 
 class PermeabilityLaw(Protocol):
-    """Darcy permeability as a function of the volume ratio J, m^4/(N s)."""
+    """Interface of a Darcy permeability k that depends on the volume ratio J, m^4/(N s)."""
 
     @property
     def permeability(self) -> float:
-        """Permeability at rest."""
+        """Permeability k at rest (J = 1), m^4/(N s)."""
 
     @property
     def solid(self) -> float:
         """Lower bound of J: the volume fraction of the solid."""
 
     def permeable(self, J: Floats) -> Floats:
-        """Return the permeability k (...)."""
+        """Return the permeability k (...), m^4/(N s), at volume ratios J (...)."""
 
     def permeable_slope(self, J: Floats) -> Floats:
-        """Return dk/dJ (...)."""
+        """Return dk/dJ (...), m^4/(N s), at volume ratios J (...)."""
 
 
 @dataclass(frozen=True)
 class PoroelasticSolid(MixedSolid):
-    """Mixed energy of a porous solid whose fluid flows for `span` s; `owed` (b,), m^3, is its fluid volume.
+    """Mixed energy of a porous solid over a time step of `span` s, during which its fluid flows.
 
-    It is a `MixedSolid` without compliance. `dNpdX` (m, q, b, 3), 1/m, are the gradients of the pressure shape
-    functions. With small strains `turns` is False and K = k. Pressures in the state are positive in tension, as in
-    `MixedSolid`.
+    It is a `MixedSolid` without compliance. `owed` (b,), m^3, is the right-hand side of the fluid equation at each
+    pressure. `dNpdX` (m, q, b, 3), 1/m, are the gradients of the pressure shape functions. `turns` is False for small
+    strains, where K = k. Pressures in the state are positive in tension, as in `MixedSolid`.
     """
 
     dNpdX: Floats = field(kw_only=True)
@@ -64,41 +64,41 @@ class PoroelasticSolid(MixedSolid):
     owed: Floats | None = None
 
     def value(self, x: Floats) -> float:
-        """Return the energy of the skeleton, J; infinite outside the domain of its law, and if pores are closed."""
+        """Return the energy of the skeleton, J; infinite outside the domain of its law, or if pores are closed."""
         if self.turns and not bool(np.all(self._constraint(x) > self.pores.solid - 1.0)):
             return np.inf
         return self._shape.value(self.displacements(x))
 
     def volumes(self, x: Floats) -> Floats:
-        """Return int N_b (J - 1) dV (b,), m^3."""
-        return self._gathered((self.w * self._constraint(x)) @ self.Np)
+        """Return the volume changes int N_b (J - 1) dV at the pressures (b,), m^3."""
+        return self._sum_at_pressures((self.w * self._constraint(x)) @ self.Np)
 
     def inflow(self, x: Floats) -> Floats:
-        """Return the inflow to each pressure -int grad N_b . K grad p dV (b,), m^3/s."""
-        return self._gathered(-np.einsum("mq,mqbI,mqI->mb", self.w, self.dNpdX, self._pulled(x), optimize=True))
+        """Return the inflow rates -int grad N_b . K grad p dV at the pressures (b,), m^3/s."""
+        return self._sum_at_pressures(-np.einsum("mq,mqbI,mqI->mb", self.w, self.dNpdX, self._pulled(x), optimize=True))
 
     def heat(self, x: Floats) -> float:
         """Return the power dissipated by the flow, int grad p . K grad p dV, W."""
         return float(np.einsum("mq,mqI,mqI->", self.w, self._slopes(x), self._pulled(x), optimize=True))
 
     def pore_pressures(self, x: Floats) -> Floats:
-        """Return the pressures of a state (b,), Pa, positive in compression."""
+        """Return the pore pressures in the state x (b,), Pa, positive in compression."""
         found: Floats = -self.unit * x[3 * self.nodes : self.dofs]
         return found
 
-    def _gathered(self, each: Floats) -> Floats:
-        """Sum cell values (m, b) at each pressure (count,)."""
+    def _sum_at_pressures(self, each: Floats) -> Floats:
+        """Return the sums of cell values (m, b) at each pressure (count,)."""
         found = np.zeros(self.dofs - 3 * self.nodes)
         np.add.at(found, self.pressures - 3 * self.nodes, each)
         return found
 
     def _slopes(self, x: Floats) -> Floats:
-        """Return grad_X p (m, q, 3), Pa/m, with p positive in compression."""
+        """Return the pressure gradient grad_X p at each point (m, q, 3), Pa/m, with p positive in compression."""
         found: Floats = np.einsum("mqbI,mb->mqI", self.dNpdX, -self.unit * x[self.pressures], optimize=True)
         return found
 
     def _pulled(self, x: Floats) -> Floats:
-        """Return K grad p (m, q, 3), m/s."""
+        """Return the negative fluid flux K grad p at each point (m, q, 3), m/s, per undeformed area."""
         slopes = self._slopes(x)
         if not self.turns:
             return self.pores.permeability * slopes
@@ -107,7 +107,7 @@ class PoroelasticSolid(MixedSolid):
         return found
 
     def _deformed(self, x: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return F^-1 (m, q, 3, 3), k J and J d(k J)/dJ (m, q), m^4/(N s)."""
+        """Return F^-1 (m, q, 3, 3), k J (m, q) and J d(k J)/dJ (m, q), m^4/(N s), in the state x."""
         J = 1.0 + self._constraint(x)
         G: Floats = np.linalg.inv(self.F(x)).reshape(*self.w.shape, 3, 3).astype(np.float64, copy=False)
         k = self.pores.permeable(J)
@@ -123,7 +123,10 @@ class PoroelasticSolid(MixedSolid):
             rows -= (scale * self.unit * self.span) * self.inflow(x)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the saddle-point matrix, N/m. At finite strain it is not symmetric, because K moves with the solid."""
+        """Add the saddle-point matrix, N/m.
+
+        At finite strain it is not symmetric, because K depends on the deformation.
+        """
         MixedSolid.add_hessian(self, x, data, slots, scale, projected)
         if not self.span:
             return
@@ -141,8 +144,8 @@ class PoroelasticSolid(MixedSolid):
     def _turned(self, x: Floats, G: Floats, kJ: Floats, slope: Floats, spatial: Floats) -> Floats:
         """Return int grad N_b . dK/du grad p dV (m, b, 3a), m^2/s.
 
-        With g = F^-T grad p and s_b = F^-T grad N_b: s_b . g J d(kJ)/dJ (F^-T : dF) - k J (s_b . dF F^-1 g + the same
-        with s_b and g exchanged).
+        With g = F^-T grad p and s_b = F^-T grad N_b, the integrand is s_b . g J d(kJ)/dJ (F^-T : dF) - k J (s_b . dF
+        F^-1 g + g . dF F^-1 s_b).
         """
         g = np.einsum("mqI,mqIi->mqi", self._slopes(x), G, optimize=True)
         found = []
@@ -157,10 +160,10 @@ class PoroelasticSolid(MixedSolid):
 
 @dataclass(frozen=True)
 class FirstStage:
-    """First stage of a time step.
+    """Results of the first stage of a time step, which the second stage needs.
 
-    It stores the duration `span`, s; the fluid volume gained and the volume that left at prescribed pressures (b,),
-    m^3; and the dissipated power `heat`, W.
+    `span` is its duration, s. `gained` and `left` (b,), m^3, are the fluid volume gained and the volume that left at
+    prescribed pressures. `heat` is the dissipated power, W.
     """
 
     span: float
@@ -172,14 +175,17 @@ class FirstStage:
 
 @dataclass(frozen=True, eq=False)
 class PoreFluid(EnergyHistory):
-    """Pore-fluid state of a porous solid: volume `account` (b,) gained since rest, and outflow `out` (b,), m^3.
+    """Pore-fluid state of a porous solid, carried from time step to time step.
 
-    `out` leaves through the prescribed (`held`) pressures. The balance error of a step stays in `account`, so that the
-    next step corrects it. `lost` is the dissipated energy and `pumped` the work of prescribed pressures, J; `moved` is
-    the volume moved inside the body and `passed` the volume that entered or left it, m^3; `volumes` (b,) are the
-    current ones; `pressed` is the largest pressure so far, Pa. `rough` is the difference between the last step and a
-    first-order method, m^3: about that for a short step, and all volume moved in it if the fluid has come to rest
-    within.
+    - `account` (b,), m^3: volume gained since rest at each pressure. The balance error of a step stays in it, so that
+    the next step corrects it.
+    - `held` (b,): prescribed pressures; `out` (b,), m^3: outflow through them.
+    - `volumes` (b,), m^3: current volume changes.
+    - `lost`, J: dissipated energy; `pumped`, J: work of prescribed pressures.
+    - `moved`, m^3: volume moved inside the body; `passed`, m^3: volume that entered or left it.
+    - `pressed`, Pa: largest pressure so far.
+    - `rough`, m^3: difference between the last step and a first-order method. It is an error estimate of a short step.
+    If the fluid comes to rest within the step, it is all volume moved in it.
     """
 
     energy: PoroelasticSolid
@@ -203,14 +209,19 @@ class PoreFluid(EnergyHistory):
 
     @property
     def _owed(self) -> Floats:
+        """Right-hand side of the fluid equation of the next stage (b,), m^3."""
         return self.account if self.stage is None else self.account + AFTER * self.stage.gained
 
     def over(self, h: float) -> Energy:
-        """Return the energy of the next stage, h s long: the first ends at INNER of a step, the second at its end."""
+        """Return the energy of the next stage.
+
+        For the first stage, h is its duration, s, the fraction INNER of a step. The second stage has the same duration
+        and ends with the step.
+        """
         return replace(self.energy, owed=self._owed, span=h if self.stage is None else self.stage.span)
 
     def accepted(self, x: Floats, h: float) -> PoreFluid:
-        """Return the state after a stage, or after a jump with h = 0, that ends in state x."""
+        """Return the pore fluid after a stage that ends in state x, or after a jump with h = 0."""
         owed, span = self._owed, h if self.stage is None else self.stage.span
         V, flow, heat = self.energy.volumes(x), span * self.energy.inflow(x), self.energy.heat(x)
         now = np.where(self.held, V, owed + flow)
@@ -235,24 +246,24 @@ class PoreFluid(EnergyHistory):
                        pressed=pressed, rough=rough, stage=None)  # fmt: skip
 
     @property
-    def _nothing(self) -> float:
-        """Volume that can be due to rounding and solver error, m^3."""
+    def _volume_tolerance(self) -> float:
+        """Largest volume that rounding and solver errors can explain, m^3."""
         return float(self.energy.w.sum()) * (ROUNDED + SOLVED * self.pressed / self.energy.shear)
 
     @property
     def balance(self) -> float:
-        """Error of the fluid balance: |volume gained + volume that left|, relative to the volume moved."""
-        amiss = max(0.0, abs(float(self.volumes.sum()) + float(self.out.sum())) - self._nothing)
+        """Relative error of the fluid balance: |volume gained + volume that left| over the volume moved."""
+        amiss = max(0.0, abs(float(self.volumes.sum()) + float(self.out.sum())) - self._volume_tolerance)
         return amiss / (self.moved + self.passed) if amiss else 0.0
 
     @property
     def unresolved(self) -> float:
-        """Ratio of `rough` to all volume moved inside the body."""
-        return self.rough / self.moved if self.moved > self._nothing else 0.0
+        """Ratio of the error estimate `rough` of the last step to all volume moved inside the body."""
+        return self.rough / self.moved if self.moved > self._volume_tolerance else 0.0
 
     @property
     def stored(self) -> float:
-        """Return zero, J: the fluid stores no energy besides that of the skeleton."""
+        """Zero, J: the fluid stores no energy; all elastic energy is in the skeleton."""
         return 0.0
 
     @property
@@ -262,6 +273,6 @@ class PoreFluid(EnergyHistory):
 
 
 def find_pore_fluid(memories: Any) -> PoreFluid:
-    """Return the pore-fluid state among the histories of a body."""
+    """Return the pore-fluid state among the histories of a body (`BodyHistory`)."""
     found: PoreFluid = next(own for own in memories.each if isinstance(own, PoreFluid))
     return found

@@ -1,8 +1,9 @@
-"""Tendons of a rod that run straight between guides (discs or eyelets at a distance from each other), without friction.
+"""Tendons of a rod that run straight between guides (discs or eyelets along the rod), without friction.
 
-The energy is the tension times the length, as in `rod_tendons`, here of chords between material points p = x + R a of
-sections. With t = (p_j - p_i) / |p_j - p_i|, a guide takes the forces T t of both adjacent chords, and its section
-their moments about its node. Tangents are second derivatives along geodesics, as in `rod_loads`.
+The energy is the tension times the length, as in `rod_tendons`. The length is that of the chords between the guides,
+which are material points p = x + R a of sections. With t = (p_j - p_i) / |p_j - p_i|, each of the two chords at a guide
+pulls it with the force T t, and the section also takes the moment of this force about its node. Tangents are second
+derivatives along geodesics, as in `rod_loads`.
 """
 
 from __future__ import annotations
@@ -21,9 +22,10 @@ SHORT = 1e-300  # m
 
 @dataclass(frozen=True)
 class GuidedTendon(RodElementEnergy):
-    """Tendon under `tension`, N, straight between guides at offsets `arms` (g, 3), m, from nodes (g,), in order.
+    """Tendon under `tension` T, N, that runs straight between guides.
 
-    E = T sum of |p_j - p_i|, minus its value at rest, J.
+    The guides are at offsets `arms` (g, 3), m, from `nodes` (g,), in the order of the tendon. E = T sum of |p_j - p_i|,
+    minus its value at rest, J.
     """
 
     rest: Floats
@@ -60,7 +62,7 @@ class GuidedTendon(RodElementEnergy):
         return found
 
     def _moved(self, R: Floats) -> Floats:
-        """Return the derivatives of the chord ends by their sections (2, g - 1, 3, 6): 1 and -R [a]x."""
+        """Return the derivatives of the two ends of each chord by their sections (2, g - 1, 3, 6): 1 and -R [a]x."""
         by = np.empty((len(R), 3, 6))
         by[:, :, :3] = np.eye(3)
         by[:, :, 3:] = -R @ cross_matrix(self.arms)

@@ -1,10 +1,11 @@
 """Rods that share joints: nodes of several rods, each with its own frame, rigidly connected at points.
 
-A rigid joint keeps the angles between the rods that meet there. Every rod has its own node at the joint, whose frame
-is along the rod: q of a node is q_point Q with a constant rotation Q. A rotation vector phi of the point in the point's
-axes is Q^T phi of the node in the node's axes, for rotations of any size, because exp(phi) Q = Q exp(Q^T phi). So the
-unknowns of the nodes are linear in those of the points, and one constant matrix maps energies, forces and tangents.
-`JointedRods` is any rod energy over the unknowns of the points, in statics and in dynamics.
+A rigid joint keeps the angles between the rods that meet there. Every rod has its own node at the joint, whose frame is
+along the rod: the rotation of the node is q = q_point Q, with a constant rotation Q. A rotation vector phi of the
+point, in the axes of the point, is the rotation vector Q^T phi of the node, in the axes of the node. This holds for
+rotations of any size, because exp(phi) Q = Q exp(Q^T phi). So the unknowns of the nodes are linear in those of the
+points, and one constant matrix maps energies, forces and tangents. `JointedRods` is any rod energy over the unknowns of
+the points, in statics and in dynamics.
 """
 
 from __future__ import annotations
@@ -21,14 +22,20 @@ from softmark.solvers.energies.rod_rotation import rotation
 
 @dataclass(frozen=True)
 class Joints:
-    """Map from rod nodes to joints: the point of each node (n,), and the node frame at rest in point axes (n, 3, 3)."""
+    """Map from the nodes of rods to the points (joints) that they share.
+
+    `point` (n,) is the point of each node, and `turns` (n, 3, 3) its frame at rest in the axes of the point.
+    """
 
     point: Ints
     turns: Floats
 
     @staticmethod
     def of(rest: Floats, point: Ints, axes: Floats) -> Joints:
-        """Return the joints of rods at rest (n * 7,), at points with `axes` (p, 3, 3), given as columns."""
+        """Return the joints of rods at rest (n * 7,), from the point of each node (n,) and the axes of the points.
+
+        `axes` (p, 3, 3) are given as columns.
+        """
         frames = rotation(rest.reshape(-1, 7)[:, 3:])
         return Joints(point, np.einsum("nki,nkj->nij", axes[point], frames))
 
@@ -38,13 +45,13 @@ class Joints:
         return int(self.point.max()) + 1
 
     def spread(self, d: Floats) -> Floats:
-        """Return the increments of the nodes (6 n,) from those of the points (6 p,)."""
+        """Return the increments of the nodes (6 n,) from the increments d of the points (6 p,)."""
         own = d.reshape(-1, 6)[self.point]
         turned = np.einsum("nki,nk->ni", self.turns, own[:, 3:])
         return np.concatenate([own[:, :3], turned], axis=1).ravel()
 
     def gathered(self, g: Floats) -> Floats:
-        """Return the forces and moments at the points (6 p,) from those at the nodes (6 n,)."""
+        """Return the forces and moments at the points (6 p,) from the forces and moments g at the nodes (6 n,)."""
         own = g.reshape(-1, 6)
         both = np.concatenate([own[:, :3], np.einsum("nik,nk->ni", self.turns, own[:, 3:])], axis=1)
         found = np.zeros((self.points, 6))
@@ -52,7 +59,7 @@ class Joints:
         return found.ravel()
 
     def blocks(self, stencils: Ints) -> tuple[Ints, Floats]:
-        """Return, for node stencils (m, k), the stencils of the points and d(node)/d(point) (m, k, k).
+        """Return the stencils of the points and d(node)/d(point) (m, k, k), for stencils of nodes (m, k).
 
         Raises ValueError if a stencil contains only part of a node's rotation.
         """
@@ -68,7 +75,7 @@ class Joints:
 
 @dataclass(frozen=True)
 class JointedRods(Energy):
-    """A rod `energy` over the unknowns of the points; the state is that of the nodes."""
+    """A rod `energy` whose unknowns are those of the points; the state still holds all nodes."""
 
     energy: Energy
     joints: Joints
@@ -88,21 +95,21 @@ class JointedRods(Energy):
         return self._blocks[0] if self.energy.stencils.size else self.energy.stencils
 
     def _state(self, x: Floats) -> Floats:
-        """Return the state that the rod energy takes."""
+        """Return the state that the rod energy takes; in statics, this is x itself."""
         return x
 
     def value(self, x: Floats) -> float:
-        """Return the value of the rod energy, J."""
+        """Return the rod energy, J."""
         return self.energy.value(self._state(x))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Add the forces and moments at the points."""
+        """Add the forces, N, and moments, N m, at the points."""
         own = np.zeros(6 * len(self.joints.point))
         self.energy.add_gradient(self._state(x), own, scale)
         g += self.joints.gathered(own)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add B^T K B, with B from `Joints.blocks`."""
+        """Add the Hessian B^T K B, where K is that of the rod energy and B the derivative from `Joints.blocks`."""
         B = self._blocks[1]
         local = np.zeros_like(B)
         self.energy.add_hessian(

@@ -1,13 +1,13 @@
 """Strains of a two-node geometrically exact rod, with their first and second derivatives.
 
-An element runs from node a to node b. A node carries a position x and a unit quaternion q that rotates the
-material axes (e1 along the rod, e2 and e3 in the cross-section) into space. Arrays hold one row per element.
+An element runs from node a to node b. A node carries a position x and a unit quaternion q that rotates the material
+axes (e1 along the rod, e2 and e3 in the cross-section) into space. Arrays hold one row per element.
 
-Both strain measures are functions of y = (d, p, c) in R^11, d = x_b - x_a, p and c those of `ElementRotations`, and are
-differentiated there. `steps` is the derivative of y by the 12 degrees of freedom; a node has a displacement in space
-and a rotation vector phi about its material axes, q exp(phi / 2). Bilinear terms are products of constants with all
-products of components, because for few elements the number of numpy calls dominates the time. A new strain measure
-only needs its derivatives in R^11.
+Both strain measures are functions of y = (d, p, c) in R^11, with d = x_b - x_a and the p and c of `ElementRotations`.
+They are differentiated by y, and `steps` is the derivative of y by the 12 degrees of freedom. A node has six: a
+displacement in space and a rotation vector phi about its material axes, q exp(phi / 2). Bilinear terms are products of
+constants with all products of components, because for few elements the number of numpy calls dominates the time. A new
+strain measure only needs its derivatives in R^11.
 
 Sources: Simo & Vu-Quoc 1986 (strains), Crisfield & Jelenic 1999 (relative rotations keep the strains objective and
 path-independent), Absil, Mahony & Sepulchre 2008, chapter 5 (Hessian on a sphere embedded in R^4).
@@ -38,7 +38,7 @@ _EYE3, _EYE4 = np.eye(3), np.eye(4)
 
 
 def _steps_map() -> Floats:
-    """Return the constant map (12, 96) from (q_a, q_b, c) to the derivatives (8, 12) of p and c by the 12 dofs."""
+    """Return the constant matrix (12, 96) that maps (q_a, q_b, c) to derivatives (8, 12) of p and c by the 12 dofs."""
     S = np.zeros((3, 4, 2, 4, 12))
     behind = PRODUCT[:, :, 1:].transpose(1, 0, 2) / 2  # q times half a rotation vector, (4, 4, 3)
     S[0, :, 0, :, 3:6] = S[1, :, 0, :, 9:] = S[2, :, 1, :, 9:] = behind
@@ -47,7 +47,10 @@ def _steps_map() -> Floats:
 
 
 def _force_map() -> Floats:
-    """Return the constant map (50, 49) from the products in `Segments._force_part` (50,) to a matrix over (d, p)."""
+    """Return the constant matrix (50, 49) that maps products of components to second derivatives by (d, p).
+
+    The products (50,) are those formed in `RodElements._force_part`.
+    """
     M = np.zeros((50, 7, 7))
     by_dp = np.zeros((3, 7, 3, 4))  # force_i (p, d)_n to d_k, p_m
     by_dp[:, :4] = 2.0 * ROTATION.transpose(1, 3, 0, 2)
@@ -66,7 +69,10 @@ def _force_map() -> Floats:
 
 
 def _moment_map() -> Floats:
-    """Return the constant map (14, 16) from the products in `Turns.curvature` (14,) to a matrix over c."""
+    """Return the constant matrix (14, 16) that maps products of components to second derivatives by c.
+
+    The products (14,) are those formed in `ElementRotations.curvature`.
+    """
     M = np.zeros((14, 4, 4))
     for i in range(3):
         M[i, 0, 1 + i] = M[i, 1 + i, 0] = 1.0
@@ -79,7 +85,10 @@ def _moment_map() -> Floats:
 
 
 def _second_derivative_map() -> Floats:
-    """Return the constant map (17, 144) from t_l c_n (16,) and t . q_a to second derivatives by the 12 dofs."""
+    """Return the constant matrix (17, 144) that maps products to the second derivatives of y by the 12 dofs.
+
+    The products (17,) are t_l c_n (16,) and t . q_a, formed in `RodElements._own`.
+    """
     M = np.zeros((17, 12, 12))
     mixed = -np.einsum("lim,mnj->lnij", PRODUCT[:, 1:], PRODUCT[:, :, 1:]).reshape(16, 3, 3) / 4  # -e_i c e_j / 4
     M[:16, 3:6, 9:], M[:16, 9:, 3:6] = mixed, mixed.swapaxes(1, 2)
@@ -92,10 +101,10 @@ _STEPS, _FORCE, _MOMENT, _OWN = _steps_map(), _force_map(), _moment_map(), _seco
 
 @dataclass(frozen=True)
 class ElementRotations:
-    """Relative and mean rotations of both nodes of each element.
+    """Relative and mean rotations of the two nodes of each element.
 
-    p = q_a + q_b is twice their midpoint (the geodesic midpoint, once normalised), c = (s, v) = conj(q_a) q_b. The sign
-    of q_b is chosen to make s >= 0.
+    p = q_a + q_b is twice the midpoint of the quaternions; normalised, it is the rotation halfway between them. c = (s,
+    v) = conj(q_a) q_b is the relative rotation. The sign of q_b is chosen to make s >= 0.
     """
 
     q_a: Floats  # (n, 4)
@@ -114,12 +123,12 @@ class ElementRotations:
 
     @cached_property
     def p(self) -> Floats:
-        """Twice the midpoint of both quaternions, (n, 4)."""
+        """Sum of both quaternions, twice their midpoint, (n, 4)."""
         return self.q_a + self.q_b
 
     @cached_property
     def rho(self) -> Floats:
-        """|p|^2, (n,)."""
+        """Squared norm |p|^2 of the sum of both quaternions, (n,)."""
         return np.asarray(np.einsum("em,em->e", self.p, self.p))
 
     @cached_property
@@ -129,7 +138,7 @@ class ElementRotations:
 
     @cached_property
     def h(self) -> Floats:
-        """Half the relative angle divided by its sine, (n,)."""
+        """Half the relative rotation angle divided by its sine, h = atan2(|v|, s) / |v|, (n,)."""
         return half_angle(self.c)
 
     @cached_property
@@ -144,7 +153,7 @@ class ElementRotations:
 
     @cached_property
     def theta_derivatives(self) -> Floats:
-        """Derivative dtheta/dc, (n, 3, 4), for c of unit length."""
+        """Derivative dtheta/dc of the rotation vector, (n, 3, 4), for c of unit length."""
         v, h, h_m = self.c[:, 1:], self.h, self.h_slopes[0]
         found = np.empty((len(v), 3, 4))
         found[:, :, 0] = -2 * v
@@ -154,7 +163,7 @@ class ElementRotations:
 
     @cached_property
     def steps(self) -> Floats:
-        """Derivative of y by the 12 degrees of freedom, (n, 11, 12)."""
+        """Derivative of y = (d, p, c) by the 12 degrees of freedom, (n, 11, 12)."""
         found = np.empty((len(self.c), 11, 12))
         found[:, D] = _APART
         known = np.concatenate([self.q_a, self.q_b, self.c], axis=1)
@@ -162,7 +171,10 @@ class ElementRotations:
         return found
 
     def curvature(self, moment: Floats) -> Floats:
-        """Return the second derivative of moment . theta by unit c = (s, v), theta = 2 h(s, |v|^2) v: (n, 4, 4)."""
+        """Return the second derivative of moment . theta by c = (s, v) of unit length, (n, 4, 4).
+
+        theta = 2 h(s, |v|^2) v, and `moment` (n, 3) is constant.
+        """
         s, v = self.c[:, :1], self.c[:, 1:]
         h_m, h_mm = self.h_slopes
         a = np.einsum("ei,ei->e", moment, v)
@@ -177,7 +189,7 @@ class ElementRotations:
 
 @dataclass(frozen=True)
 class RodElements:
-    """Rod elements in one state: strains and their derivatives at the middle of each.
+    """Rod elements in one state: strains and their derivatives in the middle of each element.
 
         Gamma = R(p)^T (x_b - x_a) / (l |p|^2)      stretch and shears, e1 when straight and unstrained
         K     = theta / l                           twist and curvatures in 1/m
@@ -191,14 +203,14 @@ class RodElements:
 
     @staticmethod
     def of(x: Floats, elements: Ints, l: Floats, turns: ElementRotations | None = None) -> RodElements:
-        """Return the elements (n, 2) in state x (nodes * 7,); `turns` may be passed if already computed."""
+        """Return the elements (n, 2) in state x (nodes * 7,); `turns` are their rotations, if already computed."""
         nodes = x.reshape(-1, 7)
         d = nodes[elements[:, 1], :3] - nodes[elements[:, 0], :3]
         return RodElements(d, ElementRotations.of(nodes[:, 3:], elements) if turns is None else turns, l)
 
     @cached_property
     def strains(self) -> Floats:
-        """Strains (Gamma, K), (n, 6)."""
+        """Strains (Gamma, K) of each element, (n, 6)."""
         turns = self.turns
         found = np.empty((len(self.l), 6))
         np.einsum("eki,ek->ei", turns.middle, self.d, out=found[:, :3])
@@ -208,7 +220,7 @@ class RodElements:
 
     @cached_property
     def _inner(self) -> Floats:
-        """Derivative d(l Gamma, l K)/dy, (n, 6, 11)."""
+        """Derivative of (l Gamma, l K) by y, (n, 6, 11)."""
         turns = self.turns
         found = np.zeros((len(self.l), 6, 11))
         p = turns.p / turns.rho[:, None]
@@ -225,7 +237,10 @@ class RodElements:
         return np.asarray((self._inner @ self.turns.steps) / self.l[:, None, None])
 
     def forces(self, sigma: Floats) -> Floats:
-        """Return the sum of sigma_i times the derivative of strain i by the 12 dofs, (n, 12), for sigma (n, 6)."""
+        """Return the sum of sigma_i times the derivative of strain i by the 12 dofs, (n, 12).
+
+        sigma (n, 6) are section forces and moments, multiplied by the length.
+        """
         return np.asarray(np.einsum("ei,eij->ej", sigma, self.gradients))
 
     def hessians(self, sigma: Floats, stiffness: Floats) -> Floats:
@@ -246,9 +261,9 @@ class RodElements:
         return np.asarray(H).reshape(n, 12, 12)
 
     def _force_part(self, force: Floats, t: Floats) -> Floats:
-        """Return second derivatives of force . l Gamma by (d, p), (n, 7, 7); t (n, 7) are the first derivatives.
+        """Return second derivatives of u = force . l Gamma by (d, p), (n, 7, 7); t (n, 7) are the first derivatives.
 
-        With N = rho u for u = l Gamma: u_mn = (N_mn - u_m rho_n - rho_m u_n - u rho_mn) / rho.
+        With N = rho u: u_mn = (N_mn - u_m rho_n - rho_m u_n - u rho_mn) / rho.
         """
         p = self.turns.p
         parts = np.empty((len(p), 50))
@@ -261,8 +276,8 @@ class RodElements:
     def _own(self, t: Floats) -> Floats:
         """Return the products (n, 17) that the second derivatives of y depend on, for derivatives t by y (n, 11).
 
-        q exp(phi / 2) = q + ... - |phi|^2 q / 8: each node adds -(t . q) / 4 to its rotational diagonal, and likewise
-        for c; t . c and t . p vanish, as only the directions of c and p count, so that t . q_b = -t . q_a.
+        q exp(phi / 2) = q + ... - |phi|^2 q / 8. So each node adds -(t . q) / 4 to its rotational diagonal, and c adds
+        a similar term. Only the directions of c and p matter, so that t . c and t . p vanish and t . q_b = -t . q_a.
         """
         parts = np.empty((len(t), 17))
         parts[:, :16] = outer(t[:, C], self.turns.c)
@@ -276,9 +291,10 @@ KEPT = 3  # states: before a step, after it, and the trial one
 
 
 def cached_elements(x: Floats, elements: Ints, l: Floats, turns: ElementRotations | None = None) -> RodElements:
-    """Return `Segments.of`, reusing the cached result if the state equals one of the last few (values are compared).
+    """Return `RodElements.of`, or its cached result if the state equals one of the last few states.
 
-    A Newton step evaluates energy, forces, tangent and motion of one state; all are functions of the same strains.
+    A Newton step evaluates energy, forces, tangent and motion of one state, which are functions of the same strains.
+    States are compared by value.
     """
     global _KNOWN
     key, known = (x.tobytes(), elements.tobytes(), l.tobytes(), x.dtype.str), _KNOWN

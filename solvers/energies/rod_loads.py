@@ -1,9 +1,10 @@
-"""Loads on rod sections: forces at material points off the rod axis, and moments that keep their direction in space.
+"""Loads on rod sections: forces at points off the rod axis, and moments that keep their direction in space.
 
 Rotations are treated as in `rod_kinematics`. A tangent is the second derivative along geodesics, comparing parallel
-gradients, so it is symmetric even out of equilibrium for any load with an energy. A moment fixed in space has no energy
-under rotations about several axes (Argyris, Dunne and Scharpf 1978). Its tangent is skew: minus one half of [m]x, m the
-moment in the material axes. The other half is in the forces that balance it.
+gradients, so it is symmetric even out of equilibrium for any load with a potential. A moment fixed in space has no
+potential under rotations about several axes (Argyris, Dunne and Scharpf 1978). Its tangent is skew: -[m]x / 2, with m
+the moment in the material axes. The other half of -[m]x is in the tangent of the internal forces that balance the
+moment.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ def _to_material_axes(x: Floats, nodes: Ints, vectors: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class EccentricRodForces(Energy):
-    """Dead forces (k, 3), N, at points offset from nodes (k,) by `arms` (k, 3), m, in material axes.
+    """Dead forces (k, 3), N, at points offset from `nodes` (k,) by `arms` (k, 3), m, in material axes.
 
-    E = -sum of f . (x + R a), minus its value at rest, J: the arm rotates with the section, the force does not.
+    E = -sum of f . (x + R a), minus its value at rest, J. The arm a rotates with the section; the force f does not.
     """
 
     rest: Floats
@@ -49,6 +50,7 @@ class EccentricRodForces(Energy):
         return _rotation_dofs(self.nodes)
 
     def _points(self, x: Floats) -> Floats:
+        """Return the current positions of the loaded points (k, 3), m."""
         nodes = x.reshape(-1, 7)[self.nodes]
         found: Floats = nodes[:, :3] + np.einsum("kij,kj->ki", rotation(nodes[:, 3:]), self.arms)
         return found
@@ -62,14 +64,17 @@ class EccentricRodForces(Energy):
         return self._points(self.rest)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Subtract the forces and their moments a x R^T f about the material axes."""
+        """Subtract the forces, N, and their moments a x R^T f about the material axes, N m, from g."""
         nodes = g.reshape(-1, 6)
         np.add.at(nodes[:, :3], self.nodes, -scale * self.forces)
         moments = np.cross(self.arms, _to_material_axes(x, self.nodes, self.forces))
         np.add.at(nodes[:, 3:], self.nodes, -scale * moments)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add (F . a) I - (F a^T + a F^T) / 2, F = R^T f; `projected` sets negative eigenvalues to zero."""
+        """Add the Hessian (F . a) I - (F a^T + a F^T) / 2 with F = R^T f, the force in material axes.
+
+        If `projected`, negative eigenvalues are set to zero.
+        """
         F, a = _to_material_axes(x, self.nodes, self.forces), self.arms
         both = np.einsum("ki,kj->kij", F, a)
         local = np.einsum("ki,ki->k", F, a)[:, None, None] * np.eye(3) - 0.5 * (both + both.swapaxes(1, 2))
@@ -96,15 +101,15 @@ class RodMoments(Energy):
         return _rotation_dofs(self.nodes)
 
     def value(self, x: Floats) -> float:
-        """Return zero: a moment fixed in space has no potential, because its work depends on the path."""
+        """Raise TypeError: a moment fixed in space has no potential, because its work depends on the path."""
         raise TypeError("a moment that stays in space has no energy")
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Subtract the moments about the material axes."""
+        """Subtract the moments about the material axes, N m, from g."""
         np.add.at(g.reshape(-1, 6)[:, 3:], self.nodes, -scale * _to_material_axes(x, self.nodes, self.moments))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add -[m]x / 2, which is skew; skip it in a projected tangent, which must stay definite."""
+        """Add the tangent -[m]x / 2, which is skew, unless `projected`: that tangent must stay definite."""
         if projected:
             return
         m = _to_material_axes(x, self.nodes, self.moments)

@@ -1,7 +1,7 @@
 """Rotations as quaternions (scalar first), over arrays of shape (..., 4).
 
-Every product is a contraction with constant arrays, so that the strains of `rod_kinematics` can be
-differentiated. To add another parametrisation of rotations, add its conversion from and to quaternions here.
+Every product is a contraction with constant arrays, so that the strains of `rod_kinematics` can be differentiated. To
+add another parametrisation of rotations, add its conversion from and to quaternions here.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def relative_rotation(p: Floats, q: Floats) -> Floats:
 
 
 def outer(a: Floats, b: Floats) -> Floats:
-    """Return all products of components, (..., i * j) of (..., i) and (..., j), for bilinear maps.
+    """Return all products of components of a (..., i) and b (..., j), as an array (..., i * j).
 
     Rows are contiguous in memory, so that numpy's inner loops are as long as the number of rows.
     """
@@ -67,7 +67,7 @@ def conjugate(q: Floats) -> Floats:
 
 
 def rotation(q: Floats) -> Floats:
-    """Return rotation matrices (..., 3, 3) of unit quaternions (..., 4); otherwise R scales with |q|^2."""
+    """Return rotation matrices (..., 3, 3) of unit quaternions (..., 4); for other lengths R scales with |q|^2."""
     R = outer(q, q) @ _ROTATION_OF
     return np.asarray(R.reshape(*q.shape[:-1], 3, 3))
 
@@ -75,8 +75,7 @@ def rotation(q: Floats) -> Floats:
 def quaternion(R: Floats) -> Floats:
     """Return unit quaternions (..., 4) of rotation matrices (..., 3, 3), with non-negative scalar part.
 
-    4 q q^T is linear in R; its column under the largest diagonal entry is q without loss of digits
-    (Shepperd 1978).
+    4 q q^T is linear in R; the column under its largest diagonal entry gives q without loss of digits (Shepperd 1978).
     """
     outer = np.einsum("kimn,...ki->...mn", ROTATION, R) + np.eye(4)  # (..., 4, 4)
     largest = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
@@ -103,14 +102,14 @@ def interpolate_rotation(q_a: Floats, q_b: Floats, t: Floats) -> Floats:
 
 
 def half_angle(c: Floats) -> Floats:
-    """Return h = atan2(|v|, s) / |v| for c = (s, v), s >= 0."""
+    """Return h = atan2(|v|, s) / |v| of quaternions c = (s, v) (..., 4) with s >= 0."""
     v = c[..., 1:]
     size = np.maximum(np.sqrt(np.einsum("...i,...i->...", v, v)), 1e-150)  # lower bound against 0 / 0
     return np.asarray(np.arctan2(size, c[..., 0]) / size)
 
 
 def half_angle_slopes(c: Floats, h: Floats) -> tuple[Floats, Floats]:
-    """Return dh/dm and d2h/dm2 of h = `half_angle`, m = |v|^2."""
+    """Return dh/dm and d2h/dm2 of h = `half_angle` with m = |v|^2."""
     s, m = c[..., 0], np.einsum("...i,...i->...", c[..., 1:], c[..., 1:])
     squared = s * s
     small = m < _SMALL * squared
@@ -125,7 +124,7 @@ def half_angle_slopes(c: Floats, h: Floats) -> tuple[Floats, Floats]:
 
 
 def _half_angle_series(s: Floats, z: Floats) -> tuple[Floats, Floats]:
-    """Return `half_angle_slopes` from their series in z = m / s^2."""
+    """Return `half_angle_slopes` from power series in z = m / s^2."""
     powers = np.ones((*z.shape, 16))
     square = z[..., None]
     for k in (1, 2, 4, 8):

@@ -1,9 +1,9 @@
 """State of a rod: its construction, its increments, and the positions of material points around its axis.
 
-A state is x (nodes * 7,), one row (position 3, unit quaternion 4, scalar first) per node, in order along
-the rod. An increment d (nodes * 6,) holds per node a displacement in space and a rotation vector about the
-node's material axes: x + d, q exp(d / 2). Another way to move is a class next to `RodSpace` with the members
-of `energy.Space`.
+A state x (nodes * 7,) holds one row per node, in order along the rod: the position (3) and a unit quaternion (4, scalar
+first). An increment d (nodes * 6,) holds, per node, a displacement in space and a rotation vector about the node's
+material axes: x + d, q exp(d / 2). To add another way to apply increments, write a class next to `RodSpace` with the
+members of `energy.Space`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from softmark.solvers.energies.rod_rotation import (
 
 
 def chain_elements(nodes: int) -> Ints:
-    """Return the elements (nodes - 1, 2) of one rod: every node with the next."""
+    """Return the elements (nodes - 1, 2) of one rod, each between a node and the next."""
     return np.stack([np.arange(nodes - 1), np.arange(1, nodes)], axis=1)
 
 
@@ -40,7 +40,7 @@ def lengths(rest: Floats, elements: Ints) -> Floats:
 
 @dataclass(frozen=True)
 class RodSpace:
-    """Configuration space of rod nodes, with independent motion of positions and rotations."""
+    """Configuration space of rod nodes, in which positions and rotations move independently of each other."""
 
     nodes: int
 
@@ -50,7 +50,7 @@ class RodSpace:
         return 6 * self.nodes
 
     def move(self, x: Floats, d: Floats) -> Floats:
-        """Return positions plus d and normalised quaternions times exp(d / 2)."""
+        """Return the state with positions plus d, and quaternions times exp(d / 2), normalised."""
         old, step = x.reshape(-1, 7), d.reshape(-1, 6)
         q = product(old[:, 3:], exponential(step[:, 3:]))
         q = q / np.sqrt(np.einsum("em,em->e", q, q))[:, None]
@@ -58,7 +58,10 @@ class RodSpace:
 
 
 def updated_axis_vectors(before: RodElements, step: Floats, turns: ElementRotations) -> Floats:
-    """Return the axis vectors l R(new) (Gamma + dGamma . d), (n, 3), m, after a step d (n, 12) to new `turns`."""
+    """Return the vectors from node to node (n, 3), m, of elements whose strain changes linearly in a step.
+
+    They are l R(new) (Gamma + dGamma . d), for the step d (n, 12) from the elements `before` to the rotations `turns`.
+    """
     Gamma = before.strains[:, :3] + np.einsum("eij,ej->ei", before.gradients[:, :3], step)
     return np.asarray(np.einsum("eki,ei->ek", turns.middle, Gamma) * before.l[:, None])
 
@@ -66,8 +69,8 @@ def updated_axis_vectors(before: RodElements, step: Floats, turns: ElementRotati
 def exceeds_half_turn(before: Floats, after: Floats, elements: Ints) -> bool:
     """Return whether an element's relative rotation has changed by more than 180 degrees between two states.
 
-    Relative rotations between nodes are known only up to full turns. In such a step the other way round becomes the
-    shorter one, and twist or bending is lost.
+    Relative rotations between nodes are known only up to full turns. After such a step the rotation in the opposite
+    sense is the shorter one, and twist or bending would be lost.
     """
     c, d = (ElementRotations.of(x.reshape(-1, 7)[:, 3:], elements).c for x in (before, after))
     return bool(np.any(np.einsum("em,em->e", c, d) < 0.0))
@@ -77,14 +80,14 @@ def exceeds_half_turn(before: Floats, after: Floats, elements: Ints) -> bool:
 class RodChain:
     """Configuration space of one rod in which stretch and shear change exactly to first order in the increment.
 
-    A plain move rotates frames by a finite angle but shifts nodes along straight lines. An element that rotates by phi
-    then also stretches by phi^2 / 2 against its largest stiffness, so Newton steps get shorter the more slender the
-    rod. Here the axis vector of each element becomes l R(new) (Gamma + dGamma . d), and the positions are summed from
-    these. The mixed integration point method (Magisano, Leonetti & Garcea 2017) gains the same with an independent
-    normal force. Both moves agree to first order, and so do slopes in a line search.
+    `RodSpace` rotates frames by a finite angle but shifts nodes along straight lines. An element that rotates by phi
+    then also stretches by phi^2 / 2 against its largest stiffness, so that Newton steps get shorter the more slender
+    the rod is. Here the axis vector of each element becomes l R(new) (Gamma + dGamma . d), and the positions are summed
+    from these vectors. The mixed integration point method (Magisano, Leonetti & Garcea 2017) gains the same with an
+    independent normal force. The moves of both spaces agree to first order, and so do slopes in a line search.
 
-    `held` (nodes, 3) marks components of position that move by d only, such as supported ones. Between two of these the
-    second-order correction is brought back to zero linearly along the rod.
+    `held` (nodes, 3) marks position components that move by d only, such as supported ones. Between two of these the
+    second-order correction is reduced to zero linearly along the rod.
     """
 
     rest: Floats
@@ -92,12 +95,12 @@ class RodChain:
 
     @cached_property
     def elements(self) -> Ints:
-        """Elements (n, 2): every node with the next."""
+        """Elements (n, 2) of the rod, each between a node and the next."""
         return chain_elements(len(self.held))
 
     @cached_property
     def lengths(self) -> Floats:
-        """Undeformed lengths (n,), m."""
+        """Undeformed lengths of the elements (n,), m."""
         return lengths(self.rest, self.elements)
 
     @property
@@ -106,7 +109,10 @@ class RodChain:
         return 6 * len(self.held)
 
     def move(self, x: Floats, d: Floats) -> Floats:
-        """Make the plain move, then correct positions to second order in d."""
+        """Return the state after the increment d: the move of `RodSpace`, with corrected positions.
+
+        The correction is of second order in d.
+        """
         moved = RodSpace(len(self.held)).move(x, d)
         nodes, step = moved.reshape(-1, 7), d.reshape(-1, 6)
         turns = ElementRotations.of(nodes[:, 3:], self.elements)
@@ -124,9 +130,10 @@ class RodChain:
         return exceeds_half_turn(before, after, self.elements)
 
     def _drift(self, excess: Floats) -> Floats:
-        """Return the drift (nodes, 3), m, to subtract from `excess`: its values at held nodes, linear between them.
+        """Return the part (nodes, 3), m, of the position correction `excess` that must be subtracted from it.
 
-        For a component that no node holds, it is the mean of the excess.
+        It equals the correction at held nodes and is linear between them. For a component that is held at no node, it
+        is the mean of the correction.
         """
         below, above, part = self._between
         drift = excess.take(below)
@@ -138,7 +145,10 @@ class RodChain:
 
     @cached_property
     def _between(self) -> tuple[Ints, Ints, Floats]:
-        """Flat indices of the held components before and after each (nodes, 3), and the interpolation weight."""
+        """Neighbouring held components of each component (nodes, 3), and the interpolation weight between them.
+
+        The held components before and after are given as flat indices.
+        """
         s = np.concatenate([[0.0], np.cumsum(self.lengths)])
         below, above = np.zeros((2, *self.held.shape), dtype=np.int64)
         part = np.zeros(self.held.shape)
@@ -159,8 +169,9 @@ def rod_at_rest(points: Floats, up: Floats | None = None) -> Floats:
     """Return the state (n * 7,) of an undeformed rod through `points` (n, 3), m, with e1 along its tangent.
 
     e3 is `up` made perpendicular to e1; by default `up` is the coordinate axis farthest from every tangent. The tangent
-    bisects the angle between neighbouring chords, and mirrors the next one at an end chord: exact on an evenly divided
-    circle. Raises ValueError for fewer than two points, repeated ones, or a tangent along `up`.
+    bisects the angle between neighbouring chords. At an end, it mirrors the tangent of the next node in the end chord.
+    Both are exact on an evenly divided circle. Raises ValueError for fewer than two points, repeated ones, or a tangent
+    along `up`.
     """
     X = np.asarray(points, dtype=np.float64)
     t = _tangents(X)
@@ -174,7 +185,10 @@ def rod_at_rest(points: Floats, up: Floats | None = None) -> Floats:
 
 
 def rod_from_frames(points: Floats, frames: Floats) -> Floats:
-    """Return the undeformed state (n * 7,) of a rod at `points` (n, 3), m, with axes `frames` (n, 3, 3) as columns."""
+    """Return the undeformed state (n * 7,) of a rod at `points` (n, 3), m, with the axes of its sections.
+
+    `frames` (n, 3, 3) hold the axes e1, e2 and e3 as columns.
+    """
     return np.concatenate([points, quaternion(frames)], axis=1).ravel()
 
 
@@ -194,12 +208,12 @@ def _tangents(X: Floats) -> Floats:
 
 
 def displacement_at(x: Floats, rest: Floats, X: Floats, along: Callable[[Floats], Floats] | None = None) -> Floats:
-    """Return displacements (m, 3), m, of material points X (m, 3) around a rod.
+    """Return displacements (m, 3), m, of material points X (m, 3), m, around a rod.
 
-    u = x(s) + R(s) R_rest(s)^T (X - X(s)) - X, s the coordinate of X along the axis: positions linear between nodes,
-    rotations on the geodesic, cross-sections rigid; points beyond an end follow that end rigidly. `along` returns
-    coordinates along the undeformed axis (k,), m, of points (k, 3); by default the axis must be straight. Raises
-    ValueError if it is not.
+    u = x(s) + R(s) R_rest(s)^T (X - X(s)) - X, with s the coordinate of X along the axis. Positions are linear between
+    nodes, rotations follow the geodesic, and cross-sections are rigid. Points beyond an end follow that end rigidly.
+    `along` returns coordinates along the undeformed axis (k,), m, of points (k, 3); by default the axis must be
+    straight. Raises ValueError if it is not.
     """
     start, now = rest.reshape(-1, 7), x.reshape(-1, 7)
     s_nodes, s = _axis_coordinates(start[:, :3], X) if along is None else (along(start[:, :3]), along(X))
@@ -212,7 +226,7 @@ def displacement_at(x: Floats, rest: Floats, X: Floats, along: Callable[[Floats]
 
 
 def _axis_coordinates(nodes: Floats, X: Floats) -> tuple[Floats, Floats]:
-    """Return coordinates along the straight axis of its nodes (n,) and of the points X (m,)."""
+    """Return coordinates along the straight undeformed axis, m, of the nodes (n,) and of the points X (m,)."""
     axis = nodes[-1] - nodes[0]
     length = np.linalg.norm(axis)
     e1 = axis / length

@@ -1,13 +1,14 @@
 """Tendons of a rod: lines under tension through material points off the rod axis, without friction.
 
 A tendon under a prescribed tension T acts like a weight on a cord over a pulley. Its energy is T times its length, and
-forces and tangents follow from that. In material axes its direction is
+forces and tangents follow from that. In the material axes of a section, the direction of the tendon is
 
     y = Gamma + K x a + a',   length = integral of |y| ds,   t = y / |y|
 
-with Gamma (stretch and shears, e1 when straight) and K (twist and curvatures) of the rod, a(s) the arm from its axis.
-It adds T t to the force and a x T t to the moment of the sections. Source: Rucker and Webster (2011), IEEE Trans.
-Robot. 27, 1033-1044, whose equilibrium equations are the derivative of that energy.
+with Gamma (stretch and shears, e1 when straight) and K (twist and curvatures) of the rod, and a(s) the arm from the rod
+axis to the tendon. The tendon adds T t to the force and a x T t to the moment of the section.
+Source: Rucker and Webster (2011), IEEE Trans. Robot. 27, 1033-1044, whose equilibrium equations are the derivative of
+that energy.
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ SHORT = 1e-12  # fraction of a segment: shorter vectors have no direction
 
 @dataclass(frozen=True)
 class RodTendons(RodElementEnergy):
-    """Tendons (k,) under `tension` (k,), N, at `arms` (k, m, 3), m, in the middles of elements (m, 2).
+    """Tendons along a rod under `tension` (k,), N, at `arms` (k, m, 3), m, in the middles of elements (m, 2).
 
-    E = sum of T l c |Gamma + K x a + a'|, minus its value at rest, J, by one-point quadrature as in the rod;
-    `slopes` (k, m, 3) are a', and `shares` (k, m) the fraction c of each element along which a tendon runs.
+    E = sum of T l c |Gamma + K x a + a'|, minus its value at rest, J, by one-point quadrature as in the rod. `slopes`
+    (k, m, 3) are a'. `shares` (k, m) are c, the fraction of each element along which the tendon runs.
     """
 
     rest: Floats
@@ -47,19 +48,19 @@ class RodTendons(RodElementEnergy):
         return lengths(self.rest, self.elements)
 
     def joined(self, other: RodTendons) -> RodTendons:
-        """Return both sets of tendons on the same rod."""
+        """Return the tendons of both sets as one energy; both must be on the same rod."""
         both = [(t.arms, t.slopes, t.shares, t.tension) for t in (self, other)]
         arms, slopes, shares, tension = (np.concatenate(pair) for pair in zip(*both, strict=True))
         return RodTendons(self.rest, self.elements, arms, slopes, shares, tension)
 
     def _directions(self, segments: RodElements) -> tuple[Floats, Floats]:
-        """Return y (k, m, 3) and |y| (k, m)."""
+        """Return the direction y (k, m, 3) of each tendon in each element, and |y| (k, m)."""
         y: Floats = (self._direction_derivatives @ segments.strains[:, :, None])[..., 0] + self.slopes
         return y, np.maximum(np.sqrt(np.einsum("kmi,kmi->km", y, y)), SHORT)
 
     @cached_property
     def _direction_derivatives(self) -> Floats:
-        """Derivative of y by Gamma and K (k, m, 3, 6): the unit matrix, and -[a]x."""
+        """Derivative of the direction y by Gamma and K (k, m, 3, 6): the unit matrix, and -[a]x."""
         unit = np.broadcast_to(np.eye(3), (*self.arms.shape, 3))
         return np.concatenate([unit, -cross_matrix(self.arms)], axis=3)
 
@@ -87,11 +88,11 @@ class RodTendons(RodElementEnergy):
 
     @cached_property
     def _weights(self) -> Floats:
-        """Products T l c (k, m), N m."""
+        """Products T l c of tension, element length and fraction (k, m), N m."""
         return np.asarray(self.tension[:, None] * self.shares * self.lengths)
 
     def _carried(self, segments: RodElements) -> Floats:
-        """Return l times the forces and moments that the tendons add in the middles of the elements (m, 6)."""
+        """Return the section forces and moments that the tendons add in each element, times its length (m, 6)."""
         y, size = self._directions(segments)
         pull = (self._weights / size)[:, :, None] * y
         found: Floats = (pull[:, :, None] @ self._direction_derivatives)[:, :, 0].sum(axis=0)
@@ -103,7 +104,10 @@ class RodTendons(RodElementEnergy):
         return segments.forces(self._carried(segments))
 
     def local_hessians(self, x: Floats) -> Floats:
-        """Return the Hessian of each element (m, 12, 12), from (1 - t t^T) / |y| and the strain curvature."""
+        """Return the Hessian of each element (m, 12, 12).
+
+        It contains (1 - t t^T) / |y| and the second derivatives of the strains.
+        """
         segments = cached_elements(x, self.elements, self.lengths)
         y, size = self._directions(segments)
         t = y / size[:, :, None]

@@ -19,8 +19,8 @@ from softmark.solvers.runtime.kernel_cache import maker
 class Springs(Energy):
     """Spring energy: sum over springs of k/2 (l - l0)^2 with l = |D + u_b - u_a| and l0 = |D|.
 
-    `edges` (n, 2) are the two nodes a, b of each, `D` (n, 3) the vector from a to b at rest in m, `k` (n,) in N/m; the
-    state x is the displacement (3 nodes,).
+    `edges` (n, 2) are the two nodes a, b of each spring, `D` (n, 3) is the vector from a to b at rest in m, and `k`
+    (n,) the spring stiffness in N/m. The state x is the displacement (3 nodes,).
     """
 
     edges: Ints
@@ -36,7 +36,7 @@ class Springs(Energy):
 
     @cached_property
     def stencils(self) -> Ints:
-        """Three degrees of freedom per end (n, 6)."""
+        """Degrees of freedom of each spring, three per end (n, 6)."""
         return (3 * self.edges[:, :, None] + np.arange(3)).reshape(len(self.edges), 6)
 
     def lengths(self, x: Floats) -> Floats:
@@ -51,7 +51,10 @@ class Springs(Energy):
         return np.bincount(self.edges.ravel(), np.repeat(self.k, 2)).astype(float)
 
     def rounding(self, x: Floats) -> float:
-        """Return machine epsilon times the force caused by a stretch of the largest length or displacement, N."""
+        """Return the norm of the rounding error in the gradient, N.
+
+        It is machine epsilon times the force that a stretch by the largest length or displacement would cause.
+        """
         largest = max(float(self.l0.max(initial=0.0)), float(np.abs(x).max(initial=0.0)))
         return float(np.finfo(np.float64).eps * largest * np.linalg.norm(self._stiffest))
 
@@ -60,26 +63,28 @@ class Springs(Energy):
         return float(0.5 * self.k @ (self.lengths(x) - self.l0) ** 2)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Add nodal forces, N: k (l - l0) n on b, its opposite on a, with n the direction from a to b."""
+        """Add the nodal forces, N: k (l - l0) n on b and the opposite on a, with n the direction from a to b."""
         u = np.ascontiguousarray(x).reshape(-1, 3)
         add_spring_forces(u, self.edges, self.D, self.l0, self.k, scale, g.reshape(-1, 3))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add k n n^T + k (1 - l0/l) (I - n n^T), N/m; the second part is negative in a compressed spring.
+        """Add the stiffness k n n^T + k (1 - l0/l) (I - n n^T), N/m.
 
-        `projected` omits that part where it is negative, so that no negative eigenvalue remains.
+        The second part is negative in a compressed spring. If `projected`, it is then omitted, so that no negative
+        eigenvalue remains.
         """
         u = np.ascontiguousarray(x).reshape(-1, 3)
         add_spring_stiffness(u, self.edges, self.D, self.l0, self.k, scale, projected, slots, data)
 
 
 def stiffness_from_modulus(young: float, weight: Floats, l0: Floats) -> Floats:
-    """Return k (n,) = E W / l0^2 in N/m; W (n,) m^3 is the volume of the cells around a spring, each times its share.
+    """Return the spring stiffnesses k = E W / l0^2 (n,), N/m, of a network that represents Young's modulus E, Pa.
 
-    With a share of 1 this is the rule of Van Gelder (1998, J. Graphics Tools 3(2):21) for tetrahedra. A tetrahedron
-    has six edges, so the sum of k l0^2 is 6 E V; a homogeneously strained network whose springs point equally in all
-    directions then has lambda = mu = sum(k l0^2) / 15 V = 2E/5, which is Young's modulus E at nu = 1/4. The factor of
-    the paper is therefore right as an average over directions, and not cell by cell.
+    `weight` W (n,), m^3, is the volume of the cells around a spring, each multiplied by a factor. With a factor of 1
+    this is the rule of Van Gelder (1998, J. Graphics Tools 3(2):21) for tetrahedra. A tetrahedron has six edges, so the
+    sum of k l0^2 is 6 E V. A homogeneously strained network whose springs point equally in all directions then has
+    lambda = mu = sum(k l0^2) / 15 V = 2E/5, which is Young's modulus E at nu = 1/4. The factor of the paper is
+    therefore right as an average over directions, and not cell by cell.
     """
     stiffness: Floats = young * weight / l0**2
     return stiffness
@@ -87,7 +92,10 @@ def stiffness_from_modulus(young: float, weight: Floats, l0: Floats) -> Floats:
 
 @maker
 def add_spring_forces(u: Floats, edges: Ints, D: Floats, l0: Floats, k: Floats, scale: float, g: Floats) -> None:
-    """Add g (nodes, 3) += scale k (l - l0) n at the second end, minus that at the first; no force if l = 0."""
+    """Add the nodal forces of springs, N, to g (nodes, 3): scale k (l - l0) n at end b and the opposite at end a.
+
+    A spring of zero current length has no direction and exerts no force.
+    """
     d = np.empty(3)
     for s in range(edges.shape[0]):
         a, b = edges[s, 0], edges[s, 1]
@@ -114,9 +122,10 @@ def add_spring_stiffness(
     slots: Ints,
     data: Floats,
 ) -> None:
-    """Add data[slots] += scale [[H, -H], [-H, H]] with H = k n n^T + k c (I - n n^T), c = 1 - l0/l, or max(c, 0).
+    """Add the stiffness of springs to the matrix values: data[slots] += scale [[H, -H], [-H, H]], N/m.
 
-    A spring of zero current length has no direction and is skipped.
+    H = k n n^T + k c (I - n n^T) with c = 1 - l0/l, or max(c, 0) if `projected`. A spring of zero current length has no
+    direction and is skipped.
     """
     d = np.empty(3)
     for s in range(edges.shape[0]):

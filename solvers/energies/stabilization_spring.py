@@ -1,4 +1,4 @@
-"""Stabilisation spring of a free body: it holds the body until contact does, and carries no force at convergence."""
+"""Stabilisation spring of a free body: it holds the body until contact holds it, and is force-free at convergence."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ from softmark.solvers.energies.local_blocks import add_blocks
 
 @dataclass(frozen=True)
 class StabilizationSpring(Energy):
-    """Stabilisation spring: E = k/2 sum_i w_i |u_i - a_i|^2 over nodes; `shares` w (n,) sum to 1; k in N/m.
+    """Stabilisation spring of a body: E = k/2 sum_i w_i |u_i - a_i|^2 over nodes.
 
-    `place` a (dofs,), m, is the anchor position. An equilibrium with u = a is also an equilibrium without the spring;
-    the proximal point method (Martinet 1970; Rockafellar 1976) moves a there.
+    `spring` is the stiffness k in N/m, and `shares` w (n,) are the fractions of it at each node, with the sum 1.
+    `place` a (dofs,), m, are the displacements at which the spring is free of force. An equilibrium with u = a is also
+    an equilibrium without the spring. The proximal point method (Martinet 1970; Rockafellar 1976) moves a there.
     """
 
     grounded = True
@@ -34,7 +35,7 @@ class StabilizationSpring(Energy):
 
     @property
     def gone(self) -> StabilizationSpring:
-        """Return a spring of zero stiffness, which carries no force."""
+        """Spring of zero stiffness over the same nodes, which carries no force."""
         return replace(self, spring=0.0)
 
     def forces(self, x: Floats) -> Floats:
@@ -43,7 +44,7 @@ class StabilizationSpring(Energy):
         return found
 
     def value(self, x: Floats) -> float:
-        """Return the stored energy, J."""
+        """Return the energy stored in the spring, J."""
         return 0.5 * float(np.vdot((x - self.place)[self.stencils], self.forces(x)))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
@@ -51,9 +52,9 @@ class StabilizationSpring(Energy):
         g[: self.stencils.size] += scale * self.forces(x).ravel()
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the stiffness, which is constant."""
+        """Add the stiffness of the spring, N/m, which is constant."""
         add_blocks(scale * self.spring * self.shares[:, None, None] * np.eye(3), slots, data)
 
     def rounding(self, x: Floats) -> float:
-        """Return the rounding error of the forces due to the last digits of displacements, N."""
+        """Return the norm of the rounding error of the forces, N, due to the last digits of displacements."""
         return float(np.finfo(np.float64).eps * np.linalg.norm(self.spring * self.shares)) * float(np.abs(x).max())

@@ -1,8 +1,8 @@
 """History variables of relaxing materials, and the energy of their next time step.
 
 A history is a set of arrays attached to an elastic energy over cells; it is immutable. `over(h)` returns the energy of
-a step of h seconds, `accepted(x, h)` the history after it. A time integrator keeps one history for each energy, and
-replaces it once a step is accepted.
+a time step of h seconds, and `accepted(x, h)` the history after that step. A time integrator keeps one history for each
+energy, and replaces it once a step is accepted.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ PANELS, POINTS, FEW, SHORT = (1.0, 4.0, 16.0), 5, 2, 0.05
 
 
 class BranchSprings(Protocol):
-    """Energy of the springs of Maxwell branches, for C (n, 3, 3) and relaxed stress q (n, 3, 3), Pa.
+    """Interface of the stored energy of Maxwell branches, for C = F^T F (n, 3, 3) and lost stress q (n, 3, 3), Pa.
 
-    `keeps` is True if only the isochoric part of C counts.
+    `keeps` is True if the energy depends only on the isochoric part of C.
     """
 
     @property
     def keeps(self) -> bool: ...
 
     def stored(self, C: Floats, q: Floats) -> Floats:
-        """Return the stored energy per unit branch share (n,), J/m^3."""
+        """Return the stored energy of a branch divided by its share of the stress (n,), J/m^3."""
 
     def rate(self, C: Floats, q: Floats) -> Floats:
-        """Return tau times the dissipation per unit branch share (n,), J/m^3."""
+        """Return the dissipation of a branch times tau, divided by its share of the stress (n,), J/m^3."""
 
 
 class RelaxationSeries(Protocol):
-    """Interface of a Prony series: shares `g` (k,) of a stress relax in times `tau` (k,), s.
+    """Interface of a Prony series: the fractions `g` (k,) of a stress relax with the times `tau` (k,), s.
 
-    If `springs` is None the stress is linear in its strain.
+    If `springs` is None, the stress is linear in its strain measure.
     """
 
     @property
@@ -55,23 +55,26 @@ class RelaxationSeries(Protocol):
     def springs(self) -> BranchSprings | None: ...
 
     def compliant(self, S: Floats) -> Floats:
-        """Return S : C^-1 : S (...), J/m^3, of stresses (..., 3, 3), with the moduli at rest."""
+        """Return S : C^-1 : S (...), J/m^3, of stresses S (..., 3, 3), Pa, with C the elasticity tensor at rest."""
 
     def stress(self, F: Floats) -> Floats:
-        """Return the relaxing stress that is work-conjugate to `strain`, Pa (n, 3, 3)."""
+        """Return the relaxing stress (n, 3, 3), Pa, that is work-conjugate to `strain`."""
 
     def energy(self, F: Floats) -> Floats:
-        """Return the energy of the relaxing stress, J/m^3 (n,)."""
+        """Return the energy density of the relaxing part of the law (n,), J/m^3."""
 
     def strain(self, F: Floats) -> Floats:
-        """Return the strain that is work-conjugate to `stress` (n, 3, 3)."""
+        """Return the strain (n, 3, 3) that is work-conjugate to `stress`."""
 
     def relaxed(self, whole: Any, decay: Floats, mean: Floats, H: Floats, S: Floats, shape: Any) -> Any:
-        """Return the law of a step over which exp(-s/tau) falls to `decay` (k,) and has the mean `mean` (k,)."""
+        """Return the law of a time step, from branch stresses H and stress S at its start, Pa.
+
+        Over the step exp(-s/tau) falls to `decay` (k,) and has the mean `mean` (k,). `whole` is the instantaneous law.
+        """
 
 
 class EnergyHistory(ABC):
-    """History of an energy: at points of cells (`ViscoelasticHistory`), in elements of a rod, or of pore fluid."""
+    """Base class of the history of an energy: at the points of cells, in the elements of a rod, or of pore fluid."""
 
     energy: Any  # instantaneous energy, before relaxation
     worked: float | None = None  # work of the internal forces, J, if the history counts it itself
@@ -80,7 +83,7 @@ class EnergyHistory(ABC):
 
     @abstractmethod
     def over(self, h: float) -> Energy:
-        """Return the energy that governs the end of a step of h seconds from here."""
+        """Return the energy whose minimum is the state at the end of a step of h seconds from now."""
 
     @abstractmethod
     def accepted(self, x: Floats, h: float) -> EnergyHistory:
@@ -98,7 +101,10 @@ class EnergyHistory(ABC):
 
 
 def decay_factors(h: float, tau: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return exp(-z), its mean over a step of h s (1 if h = 0), and z - 2 tanh(z/2), with z = h / tau (k,)."""
+    """Return three factors of a step of h seconds for each relaxation time tau (k,), with z = h / tau.
+
+    They are exp(-z), the mean of exp(-t/tau) over the step (1 if h = 0), and z - 2 tanh(z/2).
+    """
     z = h / tau
     mean = -np.expm1(-z) / np.where(z > 0.0, z, 1.0) if h > 0.0 else np.ones_like(z)
     left = np.where(z > CANCELS, z - 2.0 * np.tanh(0.5 * z), z**3 * (1.0 - z * z / 10.0) / 12.0)
@@ -107,11 +113,11 @@ def decay_factors(h: float, tau: Floats) -> tuple[Floats, Floats, Floats]:
 
 @dataclass(frozen=True, eq=False)
 class ViscoelasticHistory(EnergyHistory):
-    """Viscoelastic history at the integration points of an elastic `energy`.
+    """Viscoelastic history at the n integration points of an elastic `energy`, at the end of the last step.
 
-    At the end of the last step: stress S (n, 3, 3) and energy W (n,) of the relaxing part, strain E, and branch
-    stresses H (k, n, 3, 3), Pa. `springs` (n,) is the energy stored in the branches, `lost` (n,) the dissipated energy,
-    J/m^3.
+    S (n, 3, 3), Pa, and W (n,), J/m^3, are stress and energy of the relaxing part of the law, E (n, 3, 3) is the
+    strain, and H (k, n, 3, 3), Pa, are the branch stresses. `springs` (n,) is the energy stored in the branches and
+    `lost` (n,) the dissipated energy, J/m^3.
     """
 
     energy: Any
@@ -132,7 +138,7 @@ class ViscoelasticHistory(EnergyHistory):
         return cls(energy, series, none, each, none, np.zeros((k, n, 3, 3)), each, each)
 
     def over(self, h: float) -> Energy:
-        """Return the energy that governs the end of a step of h seconds from here."""
+        """Return the energy whose minimum is the state at the end of a step of h seconds from now."""
         decay, mean, _ = decay_factors(h, self.series.tau)
         law = self.series.relaxed(self.energy.law, decay, mean, self.H, self.S, self.energy.w.shape)
         made: Energy = replace(self.energy, law=law)
@@ -159,7 +165,10 @@ class ViscoelasticHistory(EnergyHistory):
         )
 
     def _springs(self, H: Floats, S: Floats, E: Floats) -> Floats:
-        """Return the branch energy (n,), J/m^3: H : C^-1 : H / 2g if stress is linear in strain, or small."""
+        """Return the energy stored in the branches (n,), J/m^3.
+
+        It is sum H : C^-1 : H / 2g if the stress is linear in the strain, or small.
+        """
         known = self.series
         small: Floats = 0.5 * np.einsum("kn,k->n", known.compliant(H), 1.0 / known.g)
         if known.springs is None:
@@ -170,7 +179,10 @@ class ViscoelasticHistory(EnergyHistory):
         return np.where(np.abs(S).max(axis=(1, 2)) < LINEAR * known.mu, small, total)
 
     def _linear_loss(self, S: Floats, h: float) -> Floats:
-        """Return int sum_i H : C^-1 : H / (g tau) dt over a step (n,), J/m^3; exact for H = A exp(-s/tau) + B."""
+        """Return the dissipation of a step for a linear law (n,), J/m^3: int sum_i H : C^-1 : H / (g tau) dt.
+
+        It is exact for H = A exp(-s/tau) + B.
+        """
         known = self.series
         total = np.zeros(len(S))
         if h <= 0.0:
@@ -185,9 +197,10 @@ class ViscoelasticHistory(EnergyHistory):
         return total
 
     def _loss(self, springs: BranchSprings, S: Floats, E: Floats, h: float) -> Floats:
-        """Return the dissipation of a step for a law with known `springs`, by Gauss quadrature in panels.
+        """Return the dissipation of a step (n,), J/m^3, by Gauss quadrature in panels, for a law with known `springs`.
 
-        S and the strain vary linearly in time, as the branch stresses assume; C is scaled if its volume is kept.
+        S and the strain vary linearly in time, as the branch stresses assume. C is scaled to unit determinant if the
+        law is isochoric.
         """
         known, total = self.series, np.zeros(len(S))
         if h <= 0.0:
@@ -205,7 +218,10 @@ class ViscoelasticHistory(EnergyHistory):
 
     @property
     def stored(self) -> float:
-        """Branch energy minus its share of the instantaneous law's energy, J: to be added to the elastic energy."""
+        """Energy stored in the branches minus their share of the instantaneous energy, J.
+
+        Added to the instantaneous elastic energy, it gives the stored energy.
+        """
         return float((self.springs - self.series.g.sum() * self.W) @ self.energy.w.ravel())
 
     @property
@@ -215,7 +231,7 @@ class ViscoelasticHistory(EnergyHistory):
 
 
 def _panel_quadrature(h: float, tau: float) -> list[tuple[float, float]]:
-    """Return times and weights, s, of the quadrature of a function decaying with tau over a step of h s."""
+    """Return times and weights, s, that integrate a function decaying with tau over a step of h seconds."""
     cuts = [0.0, *(edge * tau for edge in PANELS if edge * tau < h), h]
     xi, w = np.polynomial.legendre.leggauss(POINTS if h > SHORT * tau else FEW)
     return [
@@ -227,7 +243,7 @@ def _panel_quadrature(h: float, tau: float) -> list[tuple[float, float]]:
 
 @dataclass(frozen=True, eq=False)
 class BodyHistory:
-    """Histories of a body: `each` holds, for each internal energy, its history, or the energy itself if it has none."""
+    """Histories of a body; `each` holds the history of each internal energy, or the energy itself if it has none."""
 
     each: tuple[EnergyHistory | Energy, ...]
 
@@ -237,43 +253,44 @@ class BodyHistory:
         return tuple(own.energy if isinstance(own, EnergyHistory) else own for own in self.each)
 
     def over(self, h: float) -> tuple[Energy, ...]:
-        """Return the energies of a step of h s from here."""
+        """Return the energies of a step of h seconds from now."""
         return tuple(own.over(h) if isinstance(own, EnergyHistory) else own for own in self.each)
 
     def accepted(self, x: Floats, h: float) -> BodyHistory:
-        """Return the histories after a step of h s that ends in state x."""
+        """Return the histories after a step of h seconds that ends in state x."""
         return BodyHistory(tuple(own.accepted(x, h) if isinstance(own, EnergyHistory) else own for own in self.each))
 
     def stored(self, x: Floats) -> float:
-        """Return the energy of all springs in state x, J; the histories must be of that state."""
-        return float(sum(e.value(x) for e in self.energies)) + sum(memory.stored for memory in self._fading)
+        """Return the elastic energy stored in the body in state x, J; the histories must be of that state."""
+        return float(sum(e.value(x) for e in self.energies)) + sum(memory.stored for memory in self._histories)
 
     @property
     def dissipated(self) -> float:
         """Energy dissipated since the start, J."""
-        return sum(memory.dissipated for memory in self._fading)
+        return sum(memory.dissipated for memory in self._histories)
 
     @property
     def unknown(self) -> bool:
         """True if the stored or dissipated energy could not be computed at some point."""
-        return any(own.unknown for own in self._fading)
+        return any(own.unknown for own in self._histories)
 
     @property
     def pumped(self) -> float:
         """Work done since the start by prescribed pore pressures, J."""
-        return sum(memory.pumped for memory in self._fading)
+        return sum(memory.pumped for memory in self._histories)
 
     @property
     def worked(self) -> float | None:
-        """Work of the internal forces, J, or None unless every history counts its own."""
-        each = [own.worked for own in self._fading if own.worked is not None]
+        """Work of the internal forces since the start, J; None unless every internal energy counts it."""
+        each = [own.worked for own in self._histories if own.worked is not None]
         return float(sum(each)) if len(each) == len(self.each) else None
 
     @property
-    def _fading(self) -> tuple[EnergyHistory, ...]:
+    def _histories(self) -> tuple[EnergyHistory, ...]:
+        """Histories of the internal energies that have one."""
         return tuple(own for own in self.each if isinstance(own, EnergyHistory))
 
 
 def largest_decrease(lost: Floats) -> float:
-    """Return the largest decrease of the dissipated energy `lost` (t,) below an earlier value, J."""
+    """Return the largest decrease of the dissipated energy `lost` (t,), J, below an earlier value."""
     return float((np.maximum.accumulate(lost) - lost).max(initial=0.0))

@@ -1,8 +1,9 @@
 """Viscoelastic history of rod elements: forces and moments relax, each strain mode by its own Prony series.
 
-As for solids (viscoelastic_memory.py), with the six strains of an element instead of those of a point. Over a step the
-part of term i changes from H to exp(-h/tau) H + g f(h/tau) C (eps - eps_n), exact if strains grow linearly in time.
-Stored and dissipated energy are exact, because forces are linear in strains.
+The method is that of solids (viscoelastic_memory.py), with the six strains of an element instead of those of a point.
+Over a step of h seconds, term i of the series changes from H to exp(-h/tau) H + g f(h/tau) C (eps - eps_n), where f(z)
+= (1 - exp(-z)) / z. This is exact if strains grow linearly in time. Stored and dissipated energy are exact, because
+forces are linear in strains.
 """
 
 from __future__ import annotations
@@ -24,11 +25,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class RodHistory(EnergyHistory):
-    """Viscoelastic history of rod elements; `energy` is a `RodElastic`, or its form over the unknowns of a chart.
+    """Viscoelastic history of n rod elements at the end of the last time step.
 
-    Shares `g` (k, 6) of each mode relax in `tau` (k,), s. At the end of the last step: strains E (n, 6), forces and
-    moments of the terms H (k, n, 6) and in total N (n, 6). `worked` is the total work, and `lost` the dissipated
-    energy, J.
+    `energy` is a `RodElastic`, or a `MovingRod` over the unknowns of a chart. The fractions `g` (k, 6) of each mode
+    relax with the times `tau` (k,), s. E (n, 6) are the strains, H (k, n, 6) the forces and moments of the terms, and N
+    (n, 6) the total ones. `worked` is the work of the internal forces, and `lost` the dissipated energy, J.
     """
 
     energy: RodElastic | MovingRod
@@ -47,14 +48,14 @@ class RodHistory(EnergyHistory):
         return cls(energy, g, tau, none, np.zeros((len(tau), *none.shape)), none)
 
     def over(self, h: float) -> Energy:
-        """Return the energy that governs the end of a step of h seconds from here."""
+        """Return the energy whose minimum is the state at the end of a step of h seconds from now."""
         held, stiffness = self._held(h)
         other = _rod(self.energy).stiffened(VaryingStiffness(stiffness), held / stiffness)
         energy: Any = self.energy
         return other if isinstance(energy, RodElastic) else replace(energy, elastic=other)
 
     def _held(self, h: float) -> tuple[Floats, Floats]:
-        """Return the remaining forces of the past and the stiffnesses at the end of a step of h s, each (n, 6)."""
+        """Return the forces that remain from the past, and the stiffnesses, after h seconds, each (n, 6)."""
         C = self._C
         decay, mean, _ = decay_factors(h, self.tau)
         grown = self.g * mean[:, None]
@@ -71,7 +72,10 @@ class RodHistory(EnergyHistory):
         return replace(self, E=E, H=H, N=N, worked=worked, lost=self.lost + self._loss(way, h))
 
     def _loss(self, way: Floats, h: float) -> float:
-        """Return int sum H^2 / (g C tau) dt over a step, J >= 0; exact, since H = A exp(-s/tau) + B."""
+        """Return the dissipation of a step in which strains change by `way` (n, 6), J: int sum H^2 / (g C tau) dt.
+
+        It is exact, because H = A exp(-s/tau) + B, and never negative.
+        """
         if h <= 0.0:
             return 0.0
         total, C = np.zeros(way.shape), self._C
@@ -96,6 +100,7 @@ class RodHistory(EnergyHistory):
         return self.lost
 
     def _strains(self, x: Floats) -> Floats:
+        """Return the strains of the elements in state x (n, 6)."""
         energy: Any = self.energy
         return _rod(energy).strains(x if isinstance(energy, RodElastic) else energy.chart.state(x))
 
@@ -107,9 +112,11 @@ class RodHistory(EnergyHistory):
 
     @property
     def _l(self) -> Floats:
+        """Undeformed lengths of the elements (n,), m."""
         return _rod(self.energy).lengths
 
 
 def _rod(energy: Any) -> RodElastic:
+    """Return the static rod energy of `energy`, a `RodElastic` or a `MovingRod`."""
     found: RodElastic = energy if isinstance(energy, RodElastic) else energy.elastic
     return found

@@ -1,6 +1,7 @@
-"""Independent forces of contact and friction between two deformable surfaces: barrier pressures and friction springs.
+"""Independent forces of contact and friction between two deformable surfaces: barrier pressures, friction springs.
 
-Distances use Gram's matrix; the barrier law and the distribution of forces to corners have formulas of their own.
+Distances use Gram's matrix; the barrier law and the distribution of forces to corners have formulas of their own. A
+face is a triangle in space (d = 3) or a segment in a plane (d = 2).
 """
 
 from __future__ import annotations
@@ -20,7 +21,10 @@ SAME = 1e-9  # relative to a distance: equally near up to rounding; the first fa
 
 
 def find_candidate_pairs(p: Floats, x: Floats, faces: Ints, reach: float) -> Ints:
-    """Return pairs (c, 2) of points p (s, d) and faces (t, k) of corners x (v, d) that may be within a reach, m."""
+    """Return pairs (c, 2) of points p (s, d) and faces (t, k) that may be closer to each other than `reach`, m.
+
+    The faces are those of a surface with corners x (v, d), m.
+    """
     middle = x[faces].mean(axis=1)
     size = float(np.linalg.norm(x[faces] - middle[:, None], axis=2).max(initial=0.0))
     each = cKDTree(middle).query_ball_point(p, reach + size)
@@ -31,7 +35,7 @@ def find_candidate_pairs(p: Floats, x: Floats, faces: Ints, reach: float) -> Int
 
 
 def closest_points(p: Floats, t: Floats) -> Floats:
-    """Return the points (c, d) of simplices t (c, k, d) that are nearest to p (c, d), inside or on their boundary."""
+    """Return the point of each simplex t (c, k, d), inside or on its boundary, that is nearest to p (c, d): (c, d)."""
     k = t.shape[1]
     if k == 1:
         return t[:, 0]
@@ -50,15 +54,16 @@ def closest_points(p: Floats, t: Floats) -> Floats:
 
 
 def barrier_pressure(far: Floats, distance: float, stiffness: float) -> Floats:
-    """Return the pressure of the barrier, Pa, at distances (c,), m; zero beyond the barrier's `distance`."""
+    """Return the pressure of the barrier, Pa, at distances `far` (c,), m; zero beyond the barrier's `distance`, m."""
     s = np.minimum(far / distance, 1.0)
     found: Floats = stiffness * (2.0 * (1.0 - s**2) ** 2 / s - 8.0 * (1.0 - s**2) * s * np.log(s))
     return found
 
 
 def contact_pressures(p: Floats, x: Floats, faces: Ints, pairs: Ints, distance: float, stiffness: float) -> Floats:
-    """Return the pressures on points p (s, d), Pa, from all faces in pairs (c, 2), without double counting at sides and
-    corners.
+    """Return the contact pressure on each point p (s, d), Pa, from all faces in `pairs` (c, 2).
+
+    Shared sides and corners of faces are not counted twice.
     """
     return contact_forces(p, x, faces, pairs, np.ones(len(p)), distance, stiffness)[0]
 
@@ -66,9 +71,10 @@ def contact_pressures(p: Floats, x: Floats, faces: Ints, pairs: Ints, distance: 
 def contact_forces(
     p: Floats, x: Floats, faces: Ints, pairs: Ints, A: Floats, distance: float, stiffness: float
 ) -> tuple[Floats, Floats]:
-    """Return the forces on points p (s, d) with areas A (s,), m^2, and the reactions on corners x (v, d), N.
+    """Return the contact forces on points p (s, d) with areas A (s,), m^2, and the reactions on corners x (v, d), N.
 
-    They are sums over all faces in pairs (c, 2), minus those of shared sides and corners (Li et al. 2023, section 4).
+    They are sums over all faces in `pairs` (c, 2), minus the contributions of shared sides and corners (Li et al. 2023,
+    section 4).
     """
     found, back = np.zeros_like(p), np.zeros_like(x)
     for of, corners, count in _iterate_simplices(len(x), faces, pairs):
@@ -84,7 +90,10 @@ def contact_forces(
 
 
 def _iterate_simplices(v: int, faces: Ints, pairs: Ints) -> Iterator[tuple[Any, Any, Any]]:
-    """Yield points (c,), corners (c, k) of simplices of v corners, and multiplicity (c,): faces, sides, corners."""
+    """Yield points (c,), the corners (c, k) of simplices, and multiplicities (c,): for faces, for sides, for corners.
+
+    `v` is the number of all corners of the surface.
+    """
     k = faces.shape[1]
     corners = faces[pairs[:, 1]]
     yield pairs[:, 0], corners, np.ones(len(pairs))
@@ -103,7 +112,7 @@ def _iterate_simplices(v: int, faces: Ints, pairs: Ints) -> Iterator[tuple[Any, 
 
 
 def barycentric_coordinates(foot: Floats, t: Floats) -> Floats:
-    """Return the barycentric coordinates (c, k) of points (c, d) in simplices t (c, k, d)."""
+    """Return the barycentric coordinates (c, k) of points `foot` (c, d) in simplices t (c, k, d)."""
     if t.shape[1] == 1:
         return np.ones((len(t), 1))
     sides = t[:, 1:] - t[:, :1]
@@ -115,11 +124,12 @@ def barycentric_coordinates(foot: Floats, t: Floats) -> Floats:
 def friction_forces(
     p: Floats, x: Floats, faces: Ints, pairs: Ints, pull: Floats, most: Floats
 ) -> tuple[Floats, Floats]:
-    """Return friction forces on points p (s, d) and corners x (v, d), N, from springs with forces `pull` limited to
-    `most` (s,).
+    """Return the friction forces on points p (s, d) and corners x (v, d), N, from springs with limited forces.
 
-    Each acts on the nearest face at its position, without a net moment: forces along the gap r at its corners c, sum c
-    = 0, sum c x = f except for r, have the moment of f about r.
+    `pull` (s, d) are the spring forces and `most` (s,) their limits, N. The reaction acts on the face nearest to the
+    point, at the position of the point, without a net moment. To this end the corners also receive forces c r along the
+    gap r, with sum c = 0 and, except for a part along r, sum c x = f: they balance the moment of the friction force f
+    about the face.
     """
     size = np.linalg.norm(pull, axis=1)
     f = -pull * np.minimum(1.0, most / np.maximum(size, LEAST))[:, None]
@@ -145,7 +155,7 @@ def friction_forces(
 
 
 def normals(t: Floats) -> Floats:
-    """Return the normals (c, d) of faces t (c, d, d)."""
+    """Return the unit normals (c, d) of faces t (c, d, d)."""
     a = t[:, 1] - t[:, 0]
     n = np.cross(a, t[:, 2] - t[:, 0]) if t.shape[1] == 3 else a[:, ::-1] * (1.0, -1.0)
     found: Floats = n / np.sqrt((n**2).sum(axis=1))[:, None]
@@ -153,7 +163,10 @@ def normals(t: Floats) -> Floats:
 
 
 def _face_ranks(r: Floats, t: Floats) -> Floats:
-    """Return key that selects the face for friction: the distance (c,), and the orientation among equal distances."""
+    """Return a key for each pair (c,); the face with the smallest key takes the friction of a point.
+
+    The key is the distance |r|. Among equal distances, faces whose normal is along the gap r (c, d) come first.
+    """
     far = np.sqrt((r**2).sum(axis=1))
     looks = np.abs((r * normals(t)).sum(axis=1)) / np.maximum(far, LEAST)
     found: Floats = far * (1.0 + ALIKE * (1.0 - looks))

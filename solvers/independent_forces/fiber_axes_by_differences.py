@@ -1,7 +1,7 @@
-"""Independent stress of anisotropic materials: differences of the energy density in independently computed axes.
+"""Independent stress of anisotropic materials, by differences of the energy in independently computed axes.
 
-Directions are evaluated by the check's own quadrature; active muscle tension is S = T f (x) f, and active shortening is
-evaluated by eigenvalues.
+Material directions are evaluated at the points of the check's own quadrature. Active muscle tension is S = T f (x) f,
+and active shortening is evaluated by eigenvalues.
 """
 
 from __future__ import annotations
@@ -31,7 +31,11 @@ EYE = np.eye(3)
 
 
 def energy_along_axes(material: Any, axes: Floats, bulk: float | None) -> Scalar:
-    """Return psi of F (n, 3, 3), Pa, with a material's axes (n, 3, 3) or (1, 3, 3), rows f, s and n, and K in Pa."""
+    """Return the energy density psi(F), Pa, of a material with given axes, as a function of F (n, 3, 3).
+
+    The rows of `axes`, (n, 3, 3) or (1, 3, 3), are f, s and n. `bulk` is the bulk modulus, Pa; None or 0 omits its
+    term.
+    """
     f, s = (axes[:, i] for i in (0, 1))
     columns = (*f.T, *s.T) if len(axes) > 1 else (*map(float, f[0]), *map(float, s[0]))
     new: dict[str, Any] = {"fibres": MaterialFrame(*columns), "bulk": bulk or None}
@@ -42,8 +46,9 @@ def energy_along_axes(material: Any, axes: Floats, bulk: float | None) -> Scalar
 
 
 def active_stress(tension: Floats, f: Floats) -> Stress:
-    """Return the active stress that muscle tensions (n,) add to P of F (n, 3, 3), fibres f (n, 3) of any length: F T f
-    (x) f.
+    """Return the active stress of muscle P = F T f (x) f, Pa, as a function of F (n, 3, 3).
+
+    `tension` (n,), Pa, is T, and f (n, 3) are fibre directions of any length, which are normalised.
     """
     unit = f / np.linalg.norm(f, axis=1, keepdims=True)
     S = tension[:, None, None] * unit[:, :, None] * unit[:, None, :]
@@ -51,10 +56,10 @@ def active_stress(tension: Floats, f: Floats) -> Stress:
 
 
 def energy_with_shortening(psi: Scalar, s: Floats, f: Floats) -> Scalar:
-    """Return the energy density of muscle, Pa, as a function of F (n, 3, 3), with active shortening along fibres.
+    """Return the energy density psi(F Fa^-1), Pa, of muscle with active shortening, as a function of F (n, 3, 3).
 
     `f` (n, 3) are fibre directions, of any length, and `s` (n,) the fractions by which fibres are shorter at rest. The
-    energy is psi(F Fa^-1): the active stretch Fa keeps the volume, and is found by its eigenvalues.
+    active stretch Fa preserves the volume, and is found by its eigenvalues.
     """
     f = f / np.linalg.norm(f, axis=1, keepdims=True)
     dyads = f[:, :, None] * f[:, None, :]
@@ -65,7 +70,10 @@ def energy_with_shortening(psi: Scalar, s: Floats, f: Floats) -> Scalar:
 
 
 def split_off_pressure(material: Any, axes: Floats) -> SplitLaw:
-    """Return law split for a pressure that replaces K (J - 1)^2 / 2 except a third, or half, of the shear modulus."""
+    """Return the law without the part of K (J - 1)^2 / 2 that a pressure replaces.
+
+    A bulk modulus of a third of the shear modulus, or K / 2 if that is less, stays in the law.
+    """
     third, K = material.shear_modulus / 3.0, material.bulk
     kept = third if K is None else min(third, 0.5 * K)
     compliance = 0.0 if K is None else 1.0 / (K - kept)
@@ -79,7 +87,7 @@ def split_off_pressure(material: Any, axes: Floats) -> SplitLaw:
 
 @dataclass(frozen=True)
 class AnisotropicBody(CheckedBody):
-    """A body of anisotropic material: `at` returns its stress at points (n, 3), m."""
+    """A deformed mesh of anisotropic material; `at` returns the stress law at points (n, 3), m."""
 
     at: Callable[[Floats], Stress] | None = None
 

@@ -1,7 +1,8 @@
 """Independent stress of viscoelastic bodies by the hereditary integral, from the history of nodal displacements.
 
-The relaxing stress is int G(t - s) dS/ds ds with G = sum_i g_i exp(-(t - s) / tau_i). Between two known states S varies
-linearly in time, and G is integrated exactly; every step is weighted by its age. No recursion is used.
+The relaxing stress is int G(t - s) dS/ds ds with G(t) = sum_i g_i exp(-t / tau_i). Between two known states S varies
+linearly in time, and G is integrated exactly. Every step contributes with the decay since it was made; no recursion
+over steps is used.
 """
 
 from __future__ import annotations
@@ -31,9 +32,10 @@ Measure = Literal["small", "turned", "green", "shape"]
 
 
 def remaining_fractions(times: Sequence[float], shares: Floats, taus: Floats) -> Floats:
-    """Return the fraction of each step's stress change (t,) that remains at the last time, s.
+    """Return the fraction of each step's stress change that remains at the last of `times`, s: (t,).
 
-    It is the relaxing fraction multiplied by the decay of the series, with shares (k,) and relaxation times (k,), s.
+    It is the relaxing fraction multiplied by its decay, for a Prony series with shares (k,) and relaxation times (k,),
+    s.
     """
     t = np.array(times)
     begin = np.concatenate([[0.0], t[:-1]])
@@ -46,10 +48,10 @@ def remaining_fractions(times: Sequence[float], shares: Floats, taus: Floats) ->
 
 
 def series_of_youngs_modulus(shares: Floats, taus: Floats, poisson: float) -> tuple[Floats, Floats]:
-    """Return the Prony series of Young's modulus for a relaxing shear modulus and constant bulk modulus: shares, times,
-    s.
+    """Return the shares and relaxation times, s, of the Prony series of Young's modulus.
 
-    It is found from the poles and residues of E / G0 = 9 k G / (3 k + G), k = K / G0.
+    The shear modulus relaxes with `shares` (k,) and `taus` (k,), s; the bulk modulus is constant. The series is found
+    from the poles and residues of E / G0 = 9 k G / (3 k + G), k = K / G0.
     """
     k = 2.0 * (1.0 + poisson) / (3.0 * (1.0 - 2.0 * poisson))
     D = np.poly(-1.0 / taus)  # of the product of s + 1/tau
@@ -65,10 +67,10 @@ def series_of_youngs_modulus(shares: Floats, taus: Floats, poisson: float) -> tu
 
 @dataclass(frozen=True)
 class DisplacementHistory:
-    """History of nodal displacements `states` (t, n, 3), m, at `times` (t,), s, and the stress that relaxes since.
+    """History of nodal displacements `states` (t, n, 3), m, at `times` (t,), s, and the law whose stress relaxes.
 
-    `part` is the relaxing law, `g` (k,) and `tau` (k,), s, its series; `measure` is the strain measure: small, turned
-    (U - 1), green, or shape, which is Green's strain of J^(-1/3) F.
+    `part` is the relaxing law, and `g` (k,) and `tau` (k,), s, its Prony series. `measure` is the strain measure:
+    "small", "turned" (U - 1), "green", or "shape", which is Green's strain of J^(-1/3) F.
     """
 
     times: Sequence[float]
@@ -80,8 +82,9 @@ class DisplacementHistory:
     depth: float = 0.0
 
     def held(self, points: Floats, cells: Ints, kind: str, mean: bool = False) -> Floats:
-        """Return the relaxed stress at the points of a rule of some cells (m q, 3, 3), Pa: a second Piola-Kirchhoff
-        stress.
+        """Return the part of the relaxing stress that remains from the history (m q, 3, 3), Pa, in some cells.
+
+        It is a second Piola-Kirchhoff stress, at the quadrature points of the cells, or once per cell if `mean`.
         """
         dNdX, _, hoop = kinematics(points, cells, kind, quadrature_rule(kind), self.depth, mean)
         steps = remaining_fractions(self.times, self.g, self.tau)
@@ -95,7 +98,7 @@ class DisplacementHistory:
         return found
 
     def second(self, F: Floats) -> Floats:
-        """Return the stress that relaxes, as a function of the strain measure (n, 3, 3), Pa."""
+        """Return the relaxing stress (n, 3, 3), Pa, that is work-conjugate to the strain measure."""
         P = self.part(F)
         if self.measure == "small":
             return P
@@ -108,13 +111,16 @@ class DisplacementHistory:
         return found
 
     def relaxed(self, whole: Stress, F: Floats, held: Floats) -> tuple[Floats, Any]:
-        """Return P (n, 3, 3), Pa, of a law whose viscous part has relaxed, and the error of its entries, Pa."""
+        """Return P (n, 3, 3), Pa, of the `whole` law whose viscous part has relaxed, and the error of its entries, Pa.
+
+        `held` (n, 3, 3), Pa, is the stress that remains from the history.
+        """
         (P, error), (part, more), g = stress_with_error(whole, F), stress_with_error(self.part, F), float(self.g.sum())
         found: Floats = P - g * part + self.pulled(F, held)
         return found, error + g * more
 
     def pulled(self, F: Floats, held: Floats) -> Floats:
-        """Return P (n, 3, 3), Pa, of a stored second Piola-Kirchhoff stress `held`."""
+        """Return the first Piola-Kirchhoff stress P (n, 3, 3), Pa, of a second Piola-Kirchhoff stress `held`."""
         if self.measure == "small":
             return held
         if self.measure == "turned":
@@ -128,7 +134,7 @@ class DisplacementHistory:
 
 
 def _solve_sylvester(U: Floats, H: Floats) -> Floats:
-    """Return X of U X + X U = H (n, 3, 3), by nine equations."""
+    """Return the solution X (n, 3, 3) of U X + X U = H, by nine linear equations."""
     one = np.eye(3)
     K = np.einsum("nij,kl->nikjl", U, one) + np.einsum("ij,nkl->nikjl", one, U)
     found: Floats = np.linalg.solve(K.reshape(-1, 9, 9), H.reshape(-1, 9, 1)).reshape(-1, 3, 3)
@@ -137,23 +143,23 @@ def _solve_sylvester(U: Floats, H: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class ViscoelasticBody(CheckedBody):
-    """A deformed mesh of viscoelastic material with its history."""
+    """A deformed mesh of viscoelastic material, with `course`, the history of its displacements."""
 
     course: DisplacementHistory = field(kw_only=True)
 
     def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
-        """Return P at the points of some cells (n, 3, 3), and the error of its entries, Pa."""
+        """Return P (n, 3, 3), Pa, at the points of some cells, and the error of its entries, Pa."""
         return self.course.relaxed(term.stress, F, self.course.held(self.points, cells, self.kind, term.mean))
 
 
 @dataclass(frozen=True)
 class ViscoelasticMixedBody(MixedBody):
-    """A deformed viscoelastic mesh with pressure unknowns: the deviatoric stress relaxes."""
+    """A deformed viscoelastic mesh with pressure unknowns, whose deviatoric stress relaxes."""
 
     course: DisplacementHistory = field(kw_only=True)
 
     def _split(self, some: slice) -> SplitLaw:
-        """Return the split law including the remaining deviatoric stress."""
+        """Return the split law of the cells `some`, including the deviatoric stress that remains from the history."""
         course, whole = self.course, self.split.shape
         held = course.held(self.points, self.cells[some], self.kind)
         return replace(self.split, shape=RelaxedStress(course, whole, held))
@@ -161,7 +167,10 @@ class ViscoelasticMixedBody(MixedBody):
 
 @dataclass(frozen=True)
 class RelaxedStress:
-    """The stress of a `whole` law at points with a relaxed stress `held` (n, 3, 3), Pa."""
+    """Stress of a `whole` law whose viscous part has relaxed.
+
+    `held` (n, 3, 3), Pa, is the stress that remains from the history.
+    """
 
     course: DisplacementHistory
     whole: Stress

@@ -1,7 +1,8 @@
-"""Independent forces of solids with spatially varying constants, evaluated at every quadrature point of the check.
+"""Independent forces of solids with spatially varying constants, evaluated at the quadrature points of the check.
 
-In cells with one point (uniform gradients), or for a part of the stress taken at the centre, the two moduli are means
-over the cell, by the rule of the next higher element, or by its own.
+The two moduli are means over the cell in two cases: in linear tetrahedra, whose gradients are uniform, and for a part
+of the stress that is evaluated once per cell. The means use the quadrature rule of ten-node tetrahedra in the first
+case, and that of the element in the second.
 """
 
 from __future__ import annotations
@@ -29,14 +30,17 @@ Moduli = Callable[[Floats, Floats], Stress]  # of mu and lam (n,), Pa: what make
 
 @dataclass(frozen=True)
 class HeterogeneousTerm(StressTerm):
-    """A part of the stress with spatially varying moduli."""
+    """A part of the stress with spatially varying moduli; `of` makes it from mu and lam (n,), Pa."""
 
     of: Moduli | None = None
 
 
 @dataclass(frozen=True)
 class HeterogeneousBody(CheckedBody):
-    """A deformed mesh with material `constants` at each point."""
+    """A deformed mesh with spatially varying constants.
+
+    `constants` returns Young's modulus, Pa, and Poisson's ratio at points (n, 3), m.
+    """
 
     constants: Constants | None = None
 
@@ -59,7 +63,10 @@ class HeterogeneousBody(CheckedBody):
 
 @dataclass(frozen=True)
 class HeterogeneousMixedBody(MixedBody):
-    """A deformed mesh with pressure unknowns and varying constants: `apart` splits the law at points (n, 3), m."""
+    """A deformed mesh with pressure unknowns and varying constants.
+
+    `apart` returns the split law at points (n, 3), m.
+    """
 
     apart: Callable[[Floats], SplitLaw] | None = None
 
@@ -71,24 +78,30 @@ class HeterogeneousMixedBody(MixedBody):
 
 
 def positions_in_cells(points: Floats, cells: Ints, kind: str, xi: Floats) -> Floats:
-    """Return the positions (m, q, 3), m, of local points xi: (q, 3) for all cells, or (m, q, 3) for each."""
+    """Return the positions (m, q, 3), m, of the local points xi of cells.
+
+    xi is (q, 3) for all cells, or (m, q, 3) for each.
+    """
     found: Floats = solid_forces.shape_functions(kind, xi) @ points[cells]
     return found
 
 
 def lame_moduli(E: Floats, nu: Floats) -> tuple[Floats, Floats]:
-    """Return mu and lam, Pa."""
+    """Return the Lame moduli mu and lam, Pa, from Young's modulus E, Pa, and Poisson's ratio nu."""
     return E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
 
 
 def stress_terms(material: Any, strain: str, selective: bool) -> tuple[HeterogeneousTerm, ...] | None:
-    """Return the parts of the stress of a law; None if it has no finite-strain form, or cannot be split."""
+    """Return the parts of the stress of a law: one, or two if `selective`.
+
+    Return None if the law has no finite-strain form, or cannot be split.
+    """
     law: Moduli | None = {
         "small": solid_forces.small_strain_stress,
         "corotational": solid_forces.corotational_stress,
     }.get(strain)
     if law is None:
-        return _finite(material, selective)
+        return _finite_strain_terms(material, selective)
     if not selective:
         return (_term(law),)
     known = law
@@ -96,14 +109,19 @@ def stress_terms(material: Any, strain: str, selective: bool) -> tuple[Heterogen
 
 
 def _term(of: Moduli, mean: bool = False) -> HeterogeneousTerm:
+    """Return the part of the stress made by `of`, which cannot be evaluated without moduli."""
+
     def none(F: Floats) -> Floats:
         raise ValueError("the stress of a law whose constants vary, without them")
 
     return HeterogeneousTerm(none, mean, of)
 
 
-def _finite(material: Any, selective: bool) -> tuple[HeterogeneousTerm, ...] | None:
-    """Return stress terms of finite strain by differences of the energy, as shear and the rest if `selective`."""
+def _finite_strain_terms(material: Any, selective: bool) -> tuple[HeterogeneousTerm, ...] | None:
+    """Return the parts of the stress at finite strain, by differences of the energy.
+
+    If `selective`, they are the shear part and the remaining part.
+    """
     of = material.of if material.thin else material  # of a plate: the solid that it is made of
     if of.finite_law() is None or (selective and of.finite_parts() is None):
         return None
@@ -129,19 +147,22 @@ def _finite(material: Any, selective: bool) -> tuple[HeterogeneousTerm, ...] | N
 
 
 def _with_moduli(material: Any, mu: Floats, lam: Floats) -> Any:
-    """Return a material with two moduli (n,), Pa, at each point."""
+    """Return the material with Lame moduli mu and lam (n,), Pa, at each point."""
     return assign_constants(material, mu * (3.0 * lam + 2.0 * mu) / (lam + mu), 0.5 * lam / (lam + mu))
 
 
 def assign_constants(material: Any, young: Floats, poisson: Floats) -> Any:
-    """Return a material with the constants (n,) of each point; unchanged if its constants cannot vary."""
+    """Return the material with Young's modulus, Pa, and Poisson's ratio of each point (n,).
+
+    A material whose constants cannot vary is returned unchanged.
+    """
     if not {"young", "poisson"} <= {*material.varying}:
         return material
     return with_constants(material, {"young": young, "poisson": poisson})
 
 
 def plane_stress_term(term: HeterogeneousTerm) -> HeterogeneousTerm:
-    """Return the term for a plate with stress-free faces."""
+    """Return the part of the stress for a plate with stress-free faces (plane stress)."""
     of = term.of
     return HeterogeneousTerm(
         term.stress, term.mean, None if of is None else lambda mu, lam: PlaneStressLaw(of(mu, lam))
@@ -149,7 +170,7 @@ def plane_stress_term(term: HeterogeneousTerm) -> HeterogeneousTerm:
 
 
 def split_at_points(material: Any, strain: str, constants: Constants) -> Callable[[Floats], SplitLaw]:
-    """Return a function that splits a law at points (n, 3), m."""
+    """Return a function that returns the split law (`SplitLaw`) at points (n, 3), m."""
 
     def apart(X: Floats) -> SplitLaw:
         E, nu = constants(X)

@@ -2,9 +2,9 @@
 
 L(u, p) = int psi_shape(F) + p g(F) - p^2 / (2 M) dV is stationary where int (P_shape + p dg/dF) : dN/dX dV balances the
 loads at every node and int N_b (g - p / M) dV = 0 for every pressure. For `mixed` elements the pressures are those of
-the solution under test, so that its second equation is checked as well, and 1/M = 0 needs no special case. With mean
-dilatation p = M times the mean of g over each cell, which satisfies the second equation, is inserted into the first.
-For finite strain the deviatoric stress and dg/dF are differences of the energy density and of g
+the solution under test, so that its second equation is checked as well, and 1/M = 0 needs no special case. For mean
+dilatation, p is M times the mean of g over each cell. This satisfies the second equation and is inserted into the
+first. For finite strain the deviatoric stress and dg/dF are differences of the energy density and of g
 (stress_by_differences.py).
 """
 
@@ -26,10 +26,10 @@ Measure = Callable[[Floats], Floats]  # F (n, 3, 3) -> (n,), no unit
 
 @dataclass(frozen=True)
 class SplitLaw:
-    """A law without M/2 g^2: the deviatoric stress `shape`, Pa, `g` and its derivative `dg`; `grown` is the change of
-    volume.
+    """A law split into the stress of psi_shape and the volume energy M/2 g^2.
 
-    `compliance` is 1/M in 1/Pa, one for all F, or one for each (n,).
+    `shape` is the stress of psi_shape, Pa, `g` the volume constraint, `dg` its derivative by F, and `grown` the
+    relative change of volume. `compliance` is 1/M in 1/Pa, one for all F, or one for each (n,).
     """
 
     shape: Stress
@@ -43,13 +43,14 @@ class SplitLaw:
 
 
 def split_law(material: object, strain: str, young: Any, nu: Any) -> SplitLaw | None:
-    """Split the stress of a law into the part that pressures replace and the rest; None if the law cannot be split.
+    """Return the law split into the part that pressures replace and the remaining part; None if it cannot be split.
 
-    `young`, Pa, and `nu` are numbers, or arrays (n,) of points, which the material then has as well.
+    `young`, Pa, and `nu` are numbers, or arrays (n,) of points; if they are arrays, the constants of the material are
+    arrays too.
 
     For small and corotational strain, pressures replace K = mu (r + 2/3) with r = lam/mu = 2 nu / (1 - 2 nu). For
-    finite strain they replace mu (r - s), and the rest keeps s mu of lam: s = 1/3 for r >= 4/3, else the larger of r -
-    1 and -2/3.
+    finite strain they replace mu (r - s) of lam, and s mu remains in the law: s = 1/3 for r >= 4/3, else the larger of
+    r - 1 and -2/3.
     """
     mu, each = young / (2.0 * (1.0 + nu)), 1.0 - 2.0 * nu
     whole = each / (mu * (2.0 * nu + 2.0 / 3.0 * each))
@@ -60,9 +61,9 @@ def split_law(material: object, strain: str, young: Any, nu: Any) -> SplitLaw | 
     if strain == "corotational":
         return SplitLaw(
             solid_forces.corotational_stress(mu, -2.0 / 3.0 * mu),
-            _stretching,
+            _corotational_dilatation,
             solid_forces.polar_rotation,
-            _stretching,
+            _corotational_dilatation,
             whole,
         )
     parts = getattr(material, "finite_mixed", lambda: None)()
@@ -72,11 +73,14 @@ def split_law(material: object, strain: str, young: Any, nu: Any) -> SplitLaw | 
     with np.errstate(divide="ignore"):
         s = np.where(np.asarray(nu) >= 2.0 / 7.0, 1.0 / 3.0, np.maximum(2.0 * nu / np.asarray(each) - 1.0, -2.0 / 3.0))
     taken = each / (mu * (2.0 * nu - s * each))
-    return SplitLaw(EnergyStress(shape), g, EnergyStress(g), _swelling, taken)
+    return SplitLaw(EnergyStress(shape), g, EnergyStress(g), _volume_change, taken)
 
 
 def batch_constants(law: Any) -> Any:
-    """Return law itself, or for constants at points (n,) a law that passes each batch of points its own constants."""
+    """Return a law that passes each batch of points its own constants, if its constants are arrays (n,).
+
+    Other laws are returned unchanged.
+    """
     from softmark.solvers.materials.heterogeneous import (
         HeterogeneousLaw,
         iterate_arrays,
@@ -95,14 +99,14 @@ def _dilatation(F: Floats) -> Floats:
     return found
 
 
-def _stretching(F: Floats) -> Floats:
+def _corotational_dilatation(F: Floats) -> Floats:
     R = solid_forces.polar_rotation(F)
     found: Floats = np.einsum("nij,nij->n", R, F - R)
     return found
 
 
-def _swelling(F: Floats) -> Floats:
-    """Return J - 1 from the invariants of F - I, which avoids cancellation near rest."""
+def _volume_change(F: Floats) -> Floats:
+    """Return J - 1 (n,) from the invariants of F - I, which avoids cancellation near rest."""
     H = F - np.eye(3)
     tr = np.trace(H, axis1=1, axis2=2)
     second = 0.5 * (tr**2 - np.trace(H @ H, axis1=1, axis2=2))
@@ -115,13 +119,13 @@ def _swelling(F: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class MixedBody:
-    """A deformed mesh with pressures: `points` (n, 3), `cells` (m, a), displacements `u` (n, 3), m.
+    """A deformed mesh with pressures: `points` (n, 3), m, `cells` (m, a), displacements `u` (n, 3), m.
 
-    `mu` is the shear modulus in Pa. `pressures` are those of the solution under test, Pa, positive in tension: at the
-    corners of each cell (m, c), or one in each (m, 1), depending on the element; None if they are M times the mean of
-    g, with M finite. With a `depth`, m, the mesh is a slice of that thickness through a body of revolution about the y
-    axis, and forces and volumes are those of whole rings. `rules` are local points (m, q, 3) and weights (m, q) of each
-    cell, None if all have those of their kind.
+    `mu` is the shear modulus in Pa. `pressures` are those of the solution under test, Pa, positive in tension.
+    Depending on the element, they are given at the corners of each cell (m, c), or once per cell (m, 1). They are None
+    if they are M times the mean of g, with M finite. If `depth`, m, is given, the mesh is a slice of that thickness
+    through a body of revolution about the y axis, and forces and volumes are those of whole rings. `rules` are local
+    points (m, q, 3) and weights (m, q) of each cell; None if all cells have the rule of their kind.
     """
 
     points: Floats
@@ -135,7 +139,7 @@ class MixedBody:
     rules: tuple[Floats, Floats] | None = None
 
     def _rule(self, some: slice) -> tuple[Floats, Floats]:
-        """Return local points (q, 3) or (c, q, 3) of some cells, and weights."""
+        """Return local points, (q, 3) or (c, q, 3), and weights of the cells `some`."""
         return (
             solid_forces.quadrature_rule(self.kind)
             if self.rules is None
@@ -149,9 +153,9 @@ class MixedBody:
         return (slice(at, at + size) for at in range(0, len(self.cells), size))
 
     def _deformed(self, some: slice) -> tuple[Floats, Floats, Floats, Floats | None]:
-        """Return F (c, q, 3, 3), dN/dX (c, q, a, 3) in 1/m and the volumes of the points (c, q), m^3, of some cells.
+        """Return F (c, q, 3, 3), dN/dX (c, q, a, 3), 1/m, and volumes (c, q), m^3, at the points of the cells `some`.
 
-        For a body of revolution, also N_a / r (c, q, a), in 1/m.
+        The fourth result is N_a / r (c, q, a), 1/m, for a body of revolution, and None otherwise.
         """
         xi, weights = self._rule(some)
         cells = self.cells[some]
@@ -166,14 +170,14 @@ class MixedBody:
 
     @property
     def _spread(self) -> Ints:
-        """Return the indices (m, b) of the pressures of each cell in the list of all pressures."""
+        """Indices (m, b) of the pressures of each cell in the list of all pressures."""
         element = CELLS[self.kind]
         if element.pressures == "corners":  # by node: continuous, and linear between them
             return self.cells[:, : element.corners]
         return np.arange(len(self.cells))[:, None]
 
     def _shares(self, some: slice) -> Floats:
-        """Return the pressure shape functions at the points of some cells (c, q, b), or of all (1, q, b)."""
+        """Return the pressure shape functions at the points of the cells `some`, (c, q, b) or (1, q, b) for all."""
         xi, element = self._rule(some)[0], CELLS[self.kind]
         if element.pressures == "corners":
             N = solid_forces.shape_functions(element.linear, xi)
@@ -183,7 +187,8 @@ class MixedBody:
     def forces(self) -> tuple[Floats, float, float]:
         """Return nodal forces (n, 3), the residual of the volume equations, and the rounding error of both, N.
 
-        A volume is converted to a force by mu over the mean cell edge, which gives all unknowns the unit of length.
+        Residuals of the volume equations are converted to forces by mu over the mean cell edge. This gives all unknowns
+        the unit of length.
         """
         f, reach, vague = np.zeros_like(self.points), np.zeros(len(self.points)), np.zeros(len(self.points))
         at = self._spread
@@ -229,11 +234,11 @@ class MixedBody:
         return f, unit * float(np.linalg.norm(lacking)), noise
 
     def _split(self, some: slice) -> SplitLaw:
-        """Return the law without its pressure term (`SplitLaw`), at the integration points of the cells `some`."""
+        """Return the split law at the integration points of the cells `some`."""
         return self.split
 
     def grown(self) -> tuple[float, float]:
-        """Return the largest relative change of volume of a cell, and that of the whole, by the strain measure."""
+        """Return the largest relative change of volume of a cell, and that of the whole body."""
         change, V = np.zeros(len(self.cells)), np.zeros(len(self.cells))
         for some in self._chunks():
             F, _, w, _ = self._deformed(some)

@@ -1,9 +1,10 @@
-"""Largest penetration of a surface into a rigid body between its nodes, by subdividing facets up to a proven bound.
+"""Largest penetration of a surface into a rigid body between its nodes, by subdivision up to a proven bound.
 
-Distances are 1-Lipschitz, so that a triangle with a gap g at its centre has none below g - r, r the distance of its
-farthest corner. For a convex body they are convex as well: none is below g - 2 (h - g), h the largest at a corner, and
-outside the body none below that of the tangent plane at the centre's nearest point. For curved facets this holds except
-for their bulge, which is counted twice. Triangles that these bounds do not exclude are split into four.
+The gap is 1-Lipschitz. So no point of a triangle with the gap g at its centre has a gap below g - r, with r the
+distance from the centre to the farthest corner. For a convex body the gap is also a convex function. Then no point has
+a gap below g - 2 (h - g), with h the largest gap at a corner. If the centre is outside, no gap is below that to the
+tangent plane at the point nearest to the centre. On curved facets these bounds hold up to the bulge of the facet, which
+is subtracted twice. Triangles that the bounds do not exclude are split into four.
 """
 
 from __future__ import annotations
@@ -26,10 +27,11 @@ QUARTERS = np.array([(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)])  # of corners 
 def find_deepest_point(
     look: Distance, X: Floats, shapes: Callable[[Floats], Floats], triangles: Floats, convex: bool
 ) -> tuple[float, Floats]:
-    """Return the least gap, m, of facets with nodes X (f, a, 3), m, and its position (3,), m; only values up to 0
-    count.
+    """Return the least gap, m, of facets with nodes X (f, a, 3), m, to a rigid body, and its position (3,), m.
 
-    `shapes` are the shape functions at local points (q, 2) of a facet (q, a), which consists of `triangles` (t, 3, 2).
+    If no gap is negative, the result is 0 at NaN. `look` returns gaps and normals at points, and `convex` says whether
+    the body is convex. `shapes` returns the shape functions (q, a) at local points (q, 2) of a facet, which consists of
+    `triangles` (t, 3, 2) in local coordinates.
     """
     facet = np.repeat(np.arange(len(X)), len(triangles))
     xi = np.tile(triangles, (len(X), 1, 1))

@@ -1,8 +1,8 @@
-"""Test of points for being inside a deformed body, from its surface only.
+"""Test whether points are inside a deformed body, from its surface only.
 
-In space it uses the solid angle of the closed surface seen from a point; in a plane the winding number of the section's
-outline, summed over the triangles of the section. A boundary that a point lies on is ignored: on a plane of symmetry,
-or on the axis of revolution, half of the full angle remains.
+In space the test uses the solid angle of the closed surface seen from a point. In a plane it uses the winding number of
+the section's outline, summed over the triangles of the section. A boundary that a point lies on is ignored: on a plane
+of symmetry, or on the axis of revolution, half of the full angle remains.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def is_inside_volume(x: Floats, X: Floats) -> bool:
 def is_inside_region(p: Floats, X: Floats) -> bool:
     """Return whether a point (2,), m, is inside a region of equally oriented triangles (t, 3, 2), or on its edge.
 
-    Sides between two triangles cancel, and those of the outline remain.
+    Sides between two triangles cancel, so that only the sides of the outline contribute.
     """
     z = (X - p) @ np.array([1.0, 1.0j])
     ways = np.roll(z, -1, axis=1) * z.conj()
@@ -36,10 +36,10 @@ def is_inside_region(p: Floats, X: Floats) -> bool:
 
 
 def sample_surface(look: Distance, low: Floats, high: Floats, plane: bool) -> Floats:
-    """Return points (k, 3), m, on the surface of a rigid body between corners, m; with `plane`, on its section at z =
-    0.
+    """Return points (k, 3), m, on the surface of a rigid body, between the corners `low` and `high` of a box, m.
 
-    They are the nearest to points around it and in its hollows, since outside of it distances are exact.
+    If `plane`, they lie on the section of the body at z = 0. They are the points of the body nearest to sample points
+    around it and in its hollows, since distances are exact outside the body.
     """
     size = float(np.linalg.norm(high - low))
     each = [np.linspace(a - AROUND * size, b + AROUND * size, EACH_WAY) for a, b in zip(low, high, strict=True)]

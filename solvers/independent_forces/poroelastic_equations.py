@@ -1,9 +1,9 @@
 """Independent fluid equations of a porous solid in the deformed body: pressure forces, fluid content and flow.
 
-The solver pulls everything back to the undeformed mesh; here gradients and volumes are those of the deformed mesh, with
+The solver pulls everything back to the undeformed mesh. Here gradients and volumes are those of the deformed mesh, with
 Darcy's law in its spatial form, v = -k grad_x p, and the change of volume is a difference of two volumes. Pressures are
-linear between the corners of cells. A step is one of SDIRK2 (Alexander 1977), whose first stage is at 1 - sqrt(1/2) of
-it.
+linear between the corners of cells. Time steps are those of SDIRK2 (Alexander 1977), whose first stage ends at the
+fraction 1 - sqrt(1/2) of a step.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ SURE = 1e-6  # relative to a step: tolerance of the first stage's time
 
 @dataclass(frozen=True)
 class PoroelasticBody:
-    """A mesh filled with fluid: `points` (n, 3), m, `cells` (m, a), and pressures `p` (m, c) of their corners, Pa.
+    """A mesh filled with fluid: `points` (n, 3), m, `cells` (m, a), and pressures `p` (m, c) at their corners, Pa.
 
-    Pressures are positive in compression. `permeable` gives k of volume ratios J (...), m^4/(N s). `small`: strain is
-    linear in the displacements, everything is evaluated in the undeformed mesh, and k is that at rest. With a `depth`,
-    m, the mesh is a slice of that thickness through a body of revolution.
+    Pressures are positive in compression. `permeable` returns k, m^4/(N s), at volume ratios J (...). If `small`,
+    strain is linear in the displacements, everything is evaluated in the undeformed mesh, and k is that at rest. If
+    `depth`, m, is given, the mesh is a slice of that thickness through a body of revolution.
     """
 
     points: Floats
@@ -39,7 +39,7 @@ class PoroelasticBody:
     depth: float = 0.0
 
     def _deformed_geometry(self, u: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return dN/dx (m, q, a, 3), 1/m, point volumes (m, q), m^3, and the distances of nodes from the axis, m."""
+        """Return dN/dx (m, q, a, 3), 1/m, volumes (m, q), m^3, and distances from the axis (m, q), m, of the points."""
         xi, weights = solid_forces.quadrature_rule(self.kind)
         x = self.points if self.small else self.points + u
         dN, det = solid_forces.gradients(x, self.cells, self.kind, xi)
@@ -49,11 +49,11 @@ class PoroelasticBody:
 
     @property
     def _corners(self) -> Floats:
-        """Return the shape functions of pressures at the points (q, c)."""
+        """Pressure shape functions at the integration points (q, c)."""
         return solid_forces.shape_functions(CELLS[self.kind].linear, solid_forces.quadrature_rule(self.kind)[0])
 
     def _spread(self, each: Floats) -> Floats:
-        """Return sums over cells (m, c) at the nodes (n,)."""
+        """Return the sums at the nodes (n,) of values at the corners of cells (m, c)."""
         c = each.shape[1]
         found: Floats = np.bincount(self.cells[:, :c].ravel(), each.ravel(), len(self.points)).astype(np.float64)
         return found
@@ -75,7 +75,7 @@ class PoroelasticBody:
         return found, EPS * size
 
     def volumes(self, u: Floats) -> Floats:
-        """Return int N_b (dv - dV) at the corners (n,), m^3."""
+        """Return the fluid volumes gained since rest, int N_b (dv - dV), at the corners (n,), m^3."""
         dN, w, r = self._deformed_geometry(u)
         if self.small:
             grown = np.einsum("mqai,mai->mq", dN, u[self.cells] - u[self.cells[:, :1]])
@@ -91,7 +91,7 @@ class PoroelasticBody:
         return self._spread((w - before) @ self._corners)
 
     def flow(self, u: Floats) -> Floats:
-        """Return -int grad N_b . k grad p dv at the corners (n,), the inflow at each, m^3/s."""
+        """Return the inflow rates -int grad N_b . k grad p dv at the corners (n,), m^3/s."""
         w = self._deformed_geometry(u)[1]
         k = self.permeable(w / self._deformed_geometry(np.zeros_like(u))[1])
         slopes = self._slopes(u)
@@ -99,7 +99,7 @@ class PoroelasticBody:
         return self._spread(-np.einsum("mq,mqci,mqi->mc", w * k, slopes, grad))
 
     def _slopes(self, u: Floats) -> Floats:
-        """Return the gradients of pressure shape functions (m, q, c, 3), 1/m, by the mesh with all its nodes."""
+        """Return the gradients of the pressure shape functions (m, q, c, 3), 1/m, in the deformed mesh."""
         xi, _ = solid_forces.quadrature_rule(self.kind)
         x = self.points if self.small else self.points + u
         X = x[self.cells] - x[self.cells[:, :1]]
@@ -109,10 +109,10 @@ class PoroelasticBody:
         return found
 
     def stage_residual(self, times: tuple[float, ...], states: tuple[Floats, ...]) -> Floats:
-        """Return the residual of the last stage's equation at each corner (n,), m^3; at drained corners, the outflow.
+        """Return the residual of the fluid equation of the last stage at each corner (n,), m^3.
 
-        `times` and `states` are all stages so far, with displacements (n, 3), m, from rest. Raises ValueError if the
-        last ones are no step of two stages.
+        At drained corners it is the outflow. `times`, s, and `states` hold all stages so far, with displacements (n,
+        3), m, from rest. Raises ValueError if the last two stages do not form a time step.
         """
         now, rest = states[-1], np.zeros_like(states[-1])
         earlier = [rest, *states]

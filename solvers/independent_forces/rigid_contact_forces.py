@@ -1,9 +1,10 @@
 """Independent contact forces of rigid bodies on a surface: distances, pressure law and areas by other formulas.
 
-The solver uses signed distances with Hessians, one class for each shape. Here a distance is that to the nearest point
-of a set, found by projection, and the normal is the line from it: exact outside, where a surface should be. Inside,
-only the sign and an approximate size are given. Solids made of a polygon use its winding number, closed surfaces the
-solid angle seen from a point (van Oosterom and Strackee 1983, "The solid angle of a plane triangle").
+The solver uses signed distances with Hessians, one class for each shape. Here the distance is that to the nearest point
+of the rigid body, found by projection, and the normal is along the line from that point. Both are exact outside the
+body, where a surface in contact should be. Inside, only the sign and an approximate size are given. Solids made of a
+polygon use its winding number, closed surfaces the solid angle seen from a point (van Oosterom and Strackee 1983, "The
+solid angle of a plane triangle").
 """
 
 from __future__ import annotations
@@ -23,14 +24,14 @@ MOST = 400_000_000  # largest number of these; with more, no independent check i
 LEAST = 1e-300
 
 
-def half_space(origin: Floats, normal: Floats) -> Distance:
-    """Return the distance to the half-space behind a plane: n . (x - o)."""
+def half_space_distance(origin: Floats, normal: Floats) -> Distance:
+    """Return the distance function of the half-space behind a plane: n . (x - o)."""
     n = np.asarray(normal, dtype=np.float64) / np.sqrt(np.sum(np.square(normal)))
     return lambda x: (x @ n - float(np.dot(origin, n)), np.tile(n, (len(x), 1)))
 
 
-def ball(centre: Floats, radius: float) -> Distance:
-    """Return the distance to a ball: |x - c| - R."""
+def ball_distance(centre: Floats, radius: float) -> Distance:
+    """Return the distance function of a ball: |x - c| - R."""
 
     def look(x: Floats) -> tuple[Floats, Floats]:
         off = x - np.asarray(centre)
@@ -41,8 +42,11 @@ def ball(centre: Floats, radius: float) -> Distance:
 
 
 def hollow_ball_distance(centre: Floats, radius: float, inner: float) -> Distance:
-    """Return the distance to a spherical shell; a point in the hollow is nearest to its wall."""
-    outer = ball(centre, radius)
+    """Return the distance function of a spherical shell with outer and inner radius, m.
+
+    A point in the hollow is nearest to the inner wall.
+    """
+    outer = ball_distance(centre, radius)
 
     def look(x: Floats) -> tuple[Floats, Floats]:
         g, n = outer(x)
@@ -52,8 +56,11 @@ def hollow_ball_distance(centre: Floats, radius: float, inner: float) -> Distanc
     return look
 
 
-def box(low: Floats, high: Floats, rounding: float = 0.0) -> Distance:
-    """Return the distance to a box between corners, m, with rounded edges: the nearest point clamps each coordinate."""
+def box_distance(low: Floats, high: Floats, rounding: float = 0.0) -> Distance:
+    """Return the distance function of a box between corners, m, with rounded edges.
+
+    The nearest point is found by clamping each coordinate.
+    """
     a, b = np.asarray(low) + rounding, np.asarray(high) - rounding
 
     def look(x: Floats) -> tuple[Floats, Floats]:
@@ -63,18 +70,22 @@ def box(low: Floats, high: Floats, rounding: float = 0.0) -> Distance:
 
 
 def _add_rounding(x: Floats, nearest: Floats, deep: Floats, by: float) -> tuple[Floats, Floats]:
-    """Return gaps and normals for a rounded core from nearest points, and the depth `deep` of points inside it, m."""
+    """Return gaps and normals at points x of a body whose core is rounded by the radius `by`, m.
+
+    `nearest` are the nearest points of the core, and `deep` is the depth of points inside the core, m.
+    """
     off = x - nearest
     far = np.sqrt((off**2).sum(axis=1))
     out = off / np.maximum(far, LEAST)[:, None]
     return np.where(far > 0.0, far, -deep) - by, out
 
 
-def polygon(corners: Floats, rounding: float = 0.0, mirrored: bool = False) -> Section:
-    """Return the distance in a plane to a polygon of corners (c, 2), m, with `rounding`, by complex numbers.
+def polygon_distance(corners: Floats, rounding: float = 0.0, mirrored: bool = False) -> Section:
+    """Return the distance function in a plane of a polygon with corners (c, 2), m, and `rounding`, m.
 
-    The nearest point of each side is w = t, t = Re((p - a) / (b - a)) clamped to [0, 1]; a point is inside if the sides
-    wind once around it. `mirrored`: the polygon is half of a section, and sides on the axis a = 0 are no surface.
+    Points are complex numbers. The nearest point of each side from a to b is a + t (b - a), with t = Re((p - a) / (b -
+    a)) clamped to [0, 1]. A point is inside if the sides wind once around it. If `mirrored`, the polygon is half of a
+    section, and sides on the axis are no surface.
     """
     z = np.asarray(corners) @ np.array([1.0, 1.0j])
     start, end = z, np.roll(z, -1)
@@ -102,7 +113,10 @@ def polygon(corners: Floats, rounding: float = 0.0, mirrored: bool = False) -> S
 
 
 def revolved_distance(section: Section, origin: Floats, axis: Floats) -> Distance:
-    """Return the distance to the body of revolution of a half-section of (r, z), z from `origin` along the axis."""
+    """Return the distance function of the body of revolution of a half-section in (r, z).
+
+    z is measured from `origin` along `axis`.
+    """
     e = np.asarray(axis, dtype=np.float64) / np.sqrt(np.sum(np.square(axis)))
 
     def look(x: Floats) -> tuple[Floats, Floats]:
@@ -116,8 +130,11 @@ def revolved_distance(section: Section, origin: Floats, axis: Floats) -> Distanc
     return look
 
 
-def prism(section: Section, order: tuple[int, int, int], low: float, high: float) -> Distance:
-    """Return the distance to a polygon extruded along a coordinate: `order` has the two of its plane, and the third."""
+def prism_distance(section: Section, order: tuple[int, int, int], low: float, high: float) -> Distance:
+    """Return the distance function of a polygon extruded along a coordinate axis from `low` to `high`, m.
+
+    `order` lists the two coordinates of the plane of the polygon, then the coordinate of the extrusion.
+    """
     i, j, k = order
 
     def look(x: Floats) -> tuple[Floats, Floats]:
@@ -135,9 +152,10 @@ def prism(section: Section, order: tuple[int, int, int], low: float, high: float
 
 
 def closed_surface_distance(points: Floats, triangles: Ints) -> Distance:
-    """Return the distance to the volume inside a closed surface, testing every triangle. Raises ValueError if too many.
+    """Return the distance function of the volume inside a closed surface, by testing every triangle.
 
-    The nearest point of a triangle is on its plane if it is inside all three sides, and else on one of these.
+    The nearest point of a triangle is on its plane if it is inside all three sides, and otherwise on a side. Raises
+    ValueError for too many triangles.
     """
     X = points[triangles]
 
@@ -158,9 +176,7 @@ def closed_surface_distance(points: Floats, triangles: Ints) -> Distance:
 
 
 def _nearest(x: Floats, X: Floats) -> tuple[Floats, Floats]:
-    """Return the vectors from the nearest point of triangles X (t, 3, 3) to points x (n, 3): (n, 3), and distances
-    (n,), m.
-    """
+    """Return vectors (n, 3) from the nearest points of triangles X (t, 3, 3) to x (n, 3), and distances (n,), m."""
     best, far = np.zeros_like(x), np.full(len(x), np.inf)
     rows = np.arange(len(x))
 
@@ -185,9 +201,9 @@ def _nearest(x: Floats, X: Floats) -> tuple[Floats, Floats]:
 
 
 def solid_angle(x: Floats, X: Floats, on: float = 0.0) -> Floats:
-    """Return the solid angle of a closed surface seen from points (n,): 4 pi from inside.
+    """Return the solid angle of a closed surface of triangles X (t, 3, 3), seen from points (n,): 4 pi from inside.
 
-    Triangles (t, 3, 3) whose planes contain the point contribute nothing; `on` is the sine of the tolerated angle.
+    Triangles whose planes contain the point contribute nothing; `on` is the sine of the tolerated angle.
     """
     a, b, c = (X[None, :, i] - x[:, None] for i in range(3))
     p, q, r = (np.sqrt((v**2).sum(axis=2)) for v in (a, b, c))
@@ -202,7 +218,7 @@ def solid_angle(x: Floats, X: Floats, on: float = 0.0) -> Floats:
 
 
 def moved_distance(distance: Distance, shift: Floats, rotation: Floats, through: Floats) -> Distance:
-    """Return the distance to a body rotated about a point by a vector, rad, and then shifted, m.
+    """Return the distance function of a body rotated about the point `through`, by a vector, rad, and then shifted, m.
 
     Points are transformed to the body's frame by the unit quaternion (cos(angle / 2), sin(angle / 2) axis).
     """
@@ -227,10 +243,10 @@ def moved_distance(distance: Distance, shift: Floats, rotation: Floats, through:
 # ------------------------------------------------------------------ what it does
 
 
-def pressure(g: Floats, distance: float, stiffness: float, bend: float) -> tuple[Floats, Floats]:
-    """Return the barrier pressure of gaps (n,), m, in Pa, and its slope, Pa/m: k s^2 / (1 - s), s = (d - g) / d.
+def barrier_pressure(g: Floats, distance: float, stiffness: float, bend: float) -> tuple[Floats, Floats]:
+    """Return the barrier pressure at gaps g (n,), m, in Pa, and its slope, Pa/m: k s^2 / (1 - s), s = (d - g) / d.
 
-    It continues linearly below the gap `bend`. Written with the relative gap c = 1 - s: k (1 / c - 2 + c).
+    It continues linearly below the gap `bend`, m. Written with the relative gap c = 1 - s: k (1 / c - 2 + c).
     """
     c = np.clip(g / distance, 1.0 - bend, 1.0)
     beyond = np.maximum(1.0 - bend - g / distance, 0.0)
@@ -239,10 +255,10 @@ def pressure(g: Floats, distance: float, stiffness: float, bend: float) -> tuple
 
 
 def nodal_areas(points: Floats, triangles: Ints, depth: float) -> Floats:
-    """Return the integrals of linear shape functions over flat triangles (t, 3) at each node (n,), m^2, by mid-sides.
+    """Return the area of each node (n,), m^2: integrals of linear shape functions over flat triangles (t, 3).
 
-    With a `depth`, m, of a slice, they are over whole rings around the y axis: of second degree, which mid-sides
-    integrate.
+    The quadrature points are the middles of sides. If `depth`, m, is given, the areas are those of whole rings around
+    the y axis. The integrands are then of second degree, which the rule integrates exactly.
     """
     X = points[triangles]
     side = [np.sqrt(((X[:, (k + 1) % 3] - X[:, k]) ** 2).sum(axis=1)) for k in range(3)]
@@ -258,7 +274,10 @@ def nodal_areas(points: Floats, triangles: Ints, depth: float) -> Floats:
 
 
 def facet_lattice(square: bool, steps: int) -> Ints:
-    """Return triangles (t, 3) between the points of a facet divided into `steps` along its sides, the second faster."""
+    """Return triangles (t, 3) between the lattice points of a facet that is divided into `steps` along its sides.
+
+    Lattice points are numbered with the second local coordinate varying fastest.
+    """
     rows = [[(i, j) for j in range(steps + 1 if square else steps + 1 - i)] for i in range(steps + 1)]
     number = {place: k for k, place in enumerate(place for row in rows for place in row)}
     found = []

@@ -12,9 +12,11 @@ SAME = 1e-8  # tolerance of shape functions: points that differ by less coincide
 
 
 def match_points(of: Ints, N: Floats, known: Ints, shares: Floats) -> Ints:
-    """Return the index (p,) of points, given by nodes `of` (p, b) and shares N (p, b), among known points, or -1.
+    """Return the index among known points of each point (p,), or -1 if it is not among them.
 
-    Points are identified by two sums of their shares, with node numbers mapped to values that no few of them relate.
+    A point is given by nodes `of` (p, b) and shape functions N (p, b), and known points by `known` and `shares` in the
+    same way. Points are identified by two weighted sums of their shape functions; the weights of nodes are unrelated
+    numbers, so that different points have different sums.
     """
 
     from scipy.spatial import cKDTree  # 0.1 s, and only friction needs it
@@ -28,11 +30,10 @@ def match_points(of: Ints, N: Floats, known: Ints, shares: Floats) -> Ints:
 
 
 def move_points(points: Floats, shift: Floats, rotation: Floats, through: Floats) -> Floats:
-    """Return the positions of points (n, 3), m, of a rigid body rotated by a vector, rad, about a point, then shifted.
+    """Return the positions of points (n, 3), m, of a rigid body that is rotated about a point and then shifted, m.
 
-    It uses the quaternion of half the angle: v + 2 w (q x v) + 2 q x (q x v).
-
-    By the quaternion of half the angle: v + 2 w (q x v) + 2 q x (q x v).
+    `rotation` is the rotation vector, rad, and `through` the point. The formula uses the quaternion (w, q) of half the
+    angle: v + 2 w (q x v) + 2 q x (q x v).
     """
     v, angle = points - through, float(np.sqrt(np.sum(np.square(rotation))))
     w, q = np.cos(0.5 * angle), 0.5 * np.sinc(0.5 * angle / np.pi) * np.asarray(rotation)
@@ -42,10 +43,10 @@ def move_points(points: Floats, shift: Floats, rotation: Floats, through: Floats
 
 
 def friction_traction(x: Floats, held: Floats, n: Floats, most: Floats, spring: float) -> Floats:
-    """Return the traction (n, 3), Pa, on points x (n, 3), m, towards their anchors `held` (n, 3), limited to `most`
-    (n,).
+    """Return the friction traction (n, 3), Pa, on points x (n, 3), m, that pulls them towards their anchors.
 
-    It acts along the tangential part of their distance d, for a surface with normals n (n, 3): n x (d x n).
+    `held` (n, 3), m, are the anchors, `spring` the stiffness, Pa/m, and `most` (n,), Pa, the largest traction. It acts
+    along the tangential part n x (d x n) of the vector d to the anchor, with n (n, 3) the surface normals.
     """
     pull = spring * np.cross(n, np.cross(held - x, n))
     size = np.sqrt((pull**2).sum(axis=1))

@@ -1,11 +1,12 @@
 """Independent forces and moments of a rod solution, from rotation matrices instead of quaternions.
 
-With theta the rotation vector from one node's frame to the next, in the axes of the first, J its left Jacobian (I + ...
-[theta] + ...) and R_m = R_a exp(theta / 2) the frame in the middle, an element of length l carries N = R_m C_N (R_m^T d
-/ l - e1) and M = R_a J^-T C_M theta / l. Virtual rotations of the nodes rotate the middle by (I - A) w_a + A w_b, A =
-R_a J(theta / 2) J^-1(theta) R_a^T / 2, so that the nodal forces are +-N and the moments -M - (I - A)^T (d x N), M - A^T
-(d x N). Source: Crisfield and Jelenic (1999), equations of the two-node element; the Jacobian of rotations: Sola, Deray
-and Atchuthan (2018), appendix B.
+Let theta be the rotation vector from one node's frame R_a to the next, in the axes of the first, J its left Jacobian (I
++ ... [theta] + ...) and R_m = R_a exp(theta / 2) the frame in the middle. An element of length l carries the force N =
+R_m C_N (R_m^T d / l - e1) and the moment M = R_a J^-T C_M theta / l, with d the vector from node to node. Virtual
+rotations w_a, w_b of the nodes rotate the middle by (I - A) w_a + A w_b, with A = R_a J(theta / 2) J^-1(theta) R_a^T /
+2. So the nodal forces are -N and N, and the nodal moments are -M - (I - A)^T (d x N) and M - A^T (d x N).
+Source: Crisfield and Jelenic (1999), equations of the two-node element; the Jacobian of rotations: Sola, Deray and
+Atchuthan (2018), appendix B.
 """
 
 from __future__ import annotations
@@ -20,13 +21,13 @@ from softmark.solvers.independent_forces.solid_forces import EPS, Floats
 
 @dataclass(frozen=True)
 class CheckedRod:
-    """A rod solution under test: node positions `x` (n, 3) m, frames `R` (n, 3, 3) with columns e1, e2, e3.
+    """A rod solution under test: node positions `x` (n, 3), m, and frames `R` (n, 3, 3) with columns e1, e2, e3.
 
-    `natural` are the same at rest, if the rod is not straight.
-
-    `l` (n - 1,) are the lengths at rest, `C` (6,) the stiffnesses EA, GA2, GA3 (N), GJ, EI2, EI3 (N m^2), or (n - 1, 6)
-    for each element; modes in `rigid` are constrained, and their internal forces are chosen to balance the rest best.
-    The strains `gone` (n - 1, 6), relaxed in a viscoelastic rod, are subtracted from the strains.
+    `natural` are positions and frames at rest, if the rod is not straight. `l` (n - 1,), m, are the lengths of the
+    elements at rest. `C` are the stiffnesses EA, GA2, GA3 (N), GJ, EI2, EI3 (N m^2): (6,), or (n - 1, 6) for each
+    element. Modes in `rigid` are constrained; their internal forces are unknown and chosen so that the other forces
+    balance best. The strains `gone` (n - 1, 6), which have relaxed in a viscoelastic rod, are subtracted from the
+    strains.
     """
 
     x: Floats
@@ -39,7 +40,7 @@ class CheckedRod:
 
     @cached_property
     def _at_rest(self) -> tuple[Floats, Floats]:
-        """Return Gamma + e1 and the rotations of the elements at rest, (n - 1, 3) each."""
+        """Gamma + e1 and the rotation vectors of the elements at rest, (n - 1, 3) each."""
         if self.natural is None:
             return np.array([1.0, 0.0, 0.0]), np.zeros(3)
         X, R = self.natural
@@ -48,9 +49,9 @@ class CheckedRod:
         return np.einsum("eki,ek->ei", middle, np.diff(X, axis=0)) / self.l[:, None], turns
 
     def forces(self) -> tuple[Floats, Floats]:
-        """Return internal forces and moments at the nodes (n, 6), N and N m in space.
+        """Return the internal forces, N, and moments, N m, at the nodes (n, 6), in space.
 
-        Their derivative by the forces of constrained modes, (n, 6, elements, modes), is returned as well.
+        The second result (n, 6, elements, modes) is their derivative by the internal forces of the constrained modes.
         """
         e, Ra = len(self.l), self.R[:-1]
         _, inverse, middle, d, A = self._elements
@@ -69,7 +70,7 @@ class CheckedRod:
 
     @cached_property
     def _elements(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        """Return theta, J^-1, R_m, d and A of every element."""
+        """Quantities theta, J^-1, R_m, d and A of every element (see the module docstring)."""
         Ra, d = self.R[:-1], np.diff(self.x, axis=0)
         theta = self._turns
         inverse: Floats = np.asarray(np.linalg.inv(left_jacobian(theta)), dtype=np.float64)
@@ -77,11 +78,11 @@ class CheckedRod:
         return theta, inverse, Ra @ exponential(0.5 * theta), d, A
 
     def pulled(self, tension: Floats, arms: Floats, slopes: Floats) -> Floats:
-        """Return the forces and moments of a tendon on the nodes (n, 6), N and N m in space.
+        """Return the forces, N, and moments, N m, of a tendon on the nodes (n, 6), in space.
 
-        Its `tension` (e,), N, and its position are given at the element centres: `arms` (e, 3), m, and their `slopes`
-        (e, 3), 1, in the axes there. Its tangent is R_m (R_m^T d / l + K x a + a'), and sections carry the opposite of
-        T along it.
+        The `tension` (e,), N, and the position of the tendon are given at the element centres: `arms` (e, 3), m, and
+        their `slopes` (e, 3), no unit, in the axes of the element. The tangent vector of the tendon is R_m (R_m^T d / l
+        + K x a + a'). Sections carry the opposite of the tension along it.
         """
         theta, inverse, middle, d, A = self._elements
         across = np.cross(theta / self.l[:, None], arms) + slopes
@@ -92,8 +93,9 @@ class CheckedRod:
         return -self._onto_nodes(pull[:, None], turning[:, None], d, A)[:, :, 0]
 
     def strain(self, arms: Floats) -> tuple[float, float]:
-        """Return the largest strains: of fibres at distances `arms` (3,), m, by twist and curvatures; by stretch and
-        shear.
+        """Return the largest strain by twist and curvatures, and the largest strain by stretch and shear.
+
+        The first is that of fibres at distances `arms` (3,), m, from the axis.
         """
         middle = self.R[:-1] @ exponential(0.5 * self._turns)
         Gamma = np.einsum("eki,ek->ei", middle, np.diff(self.x, axis=0)) / self.l[:, None] - self._at_rest[0]
@@ -102,30 +104,34 @@ class CheckedRod:
 
     @property
     def strains(self) -> Floats:
-        """Return stretch and shears, 1, twist and bending curvatures, 1/m, of each element (n - 1, 6)."""
+        """Stretch and shears, no unit, and twist and bending curvatures, 1/m, of each element (n - 1, 6)."""
         _, _, middle, d, _ = self._elements
         Gamma = np.einsum("eki,ek->ei", middle, d) / self.l[:, None] - self._at_rest[0]
         return np.concatenate([Gamma, self.curvatures], axis=1)
 
     @property
     def curvatures(self) -> Floats:
-        """Return twist and curvatures of each element about e1, e2 and e3 (n - 1, 3), 1/m, minus those at rest."""
+        """Twist and curvatures of each element about e1, e2 and e3 (n - 1, 3), 1/m, minus those at rest."""
         found: Floats = (self._turns - self._at_rest[1]) / self.l[:, None]
         return found
 
     @property
     def _turns(self) -> Floats:
-        """Return the rotation from each node to the next, about the axes of the first (n - 1, 3)."""
+        """Rotation vector from each node to the next, in the axes of the first (n - 1, 3), rad."""
         return rotation_vector(self.R[:-1].transpose(0, 2, 1) @ self.R[1:])
 
     def _ends(self, N: Floats, M: Floats, d: Floats, A: Floats) -> tuple[Floats, Floats]:
-        """Return forces and moments at the first and the second node, (e, k, 6) each, for N and M (e, k, 3)."""
+        """Return forces and moments at the first and the second node of each element, (e, k, 6) each.
+
+        N and M (e, k, 3) are the force and moment of the element, for k cases.
+        """
         arm = np.cross(d[:, None], N)
         first = -M - arm + np.einsum("eji,ekj->eki", A, arm)
         second = M - np.einsum("eji,ekj->eki", A, arm)
         return np.concatenate([-N, first], axis=2), np.concatenate([N, second], axis=2)
 
     def _onto_nodes(self, N: Floats, M: Floats, d: Floats, A: Floats) -> Floats:
+        """Return the sums at the nodes (n, 6, k) of the forces and moments of elements (see `_ends`)."""
         first, second = self._ends(N, M, d, A)
         g = np.zeros((len(self.x), 6, N.shape[1]))
         g[:-1] += first.transpose(0, 2, 1)
@@ -143,7 +149,7 @@ class CheckedRod:
 
 
 def rotation_vector(R: Floats) -> Floats:
-    """Return theta (n, 3) with exp(theta) = R, rotations below 180 degrees."""
+    """Return the rotation vectors theta (n, 3), rad, with exp(theta) = R, for rotations below 180 degrees."""
     axial = 0.5 * np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
     sine, cosine = np.linalg.norm(axial, axis=1), 0.5 * (np.trace(R, axis1=1, axis2=2) - 1.0)
     angle = np.arctan2(sine, cosine)
@@ -153,7 +159,7 @@ def rotation_vector(R: Floats) -> Floats:
 
 
 def cross_matrix(v: Floats) -> Floats:
-    """Return [v]x (n, 3, 3)."""
+    """Return the cross-product matrices [v]x (n, 3, 3) of v (n, 3)."""
     found = np.zeros((len(v), 3, 3))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         found[:, i, j], found[:, j, i] = -v[:, k], v[:, k]
@@ -161,7 +167,7 @@ def cross_matrix(v: Floats) -> Floats:
 
 
 def _series(theta: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return [theta]x, sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3."""
+    """Return [theta]x, sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3, with t = |theta|."""
     t = np.linalg.norm(theta, axis=1)
     safe, small = np.where(t > 1e-3, t, 1.0), t <= 1e-3
     a = np.where(small, 1.0 - t**2 / 6.0, np.sin(safe) / safe)
@@ -171,21 +177,24 @@ def _series(theta: Floats) -> tuple[Floats, Floats, Floats, Floats]:
 
 
 def exponential(theta: Floats) -> Floats:
-    """Return exp(theta) by Rodrigues' formula (n, 3, 3)."""
+    """Return the rotation matrices exp(theta) (n, 3, 3) of vectors theta (n, 3), by Rodrigues' formula."""
     W, a, b, _ = _series(theta)
     found: Floats = np.eye(3) + a * W + b * (W @ W)
     return found
 
 
 def left_jacobian(theta: Floats) -> Floats:
-    """Return J with exp(theta + d) = exp(J d) exp(theta) to first order (n, 3, 3)."""
+    """Return the left Jacobian J (n, 3, 3): exp(theta + d) = exp(J d) exp(theta) to first order in d."""
     W, _, b, c = _series(theta)
     found: Floats = np.eye(3) + b * W + c * (W @ W)
     return found
 
 
 def frames_from_arms(ends: Floats, length: Floats) -> Floats:
-    """Return rotations (n, 3, 3) that map arms along e2 and e3, of their `length` (2,), m, to `ends` (n, 2, 3)."""
+    """Return rotations (n, 3, 3) that map arms along e2 and e3 to `ends` (n, 2, 3), m.
+
+    `length` (2,), m, are the lengths of the arms.
+    """
     e2, e3 = ends[:, 0] / length[0], ends[:, 1] / length[1]
     found: Floats = np.stack([np.cross(e2, e3), e2, e3], axis=2)
     return found

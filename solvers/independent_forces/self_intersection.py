@@ -1,6 +1,6 @@
-"""Self-intersection of a triangle surface, by segment-triangle tests independent of contact.
+"""Self-intersection of a triangle surface, by segment-triangle tests independent of the contact algorithm.
 
-For a slice, the segments of its outline are tested. Contact up to rounding is no intersection.
+For a slice through a body, the segments of its outline are tested. Surfaces that touch up to rounding do not intersect.
 """
 
 from __future__ import annotations
@@ -18,14 +18,17 @@ ROUNDING = 1e-12  # relative to the products of lengths in a determinant
 
 
 def find_intersections(X: Floats, faces: Ints) -> Ints:
-    """Return pairs (p, 2) of faces (t, d) of points (n, d), m, that share no corner and intersect."""
+    """Return pairs (p, 2) of faces that share no corner and intersect.
+
+    The faces (t, d) are triangles in space, or segments in a plane, between points X (n, d), m.
+    """
     near = _overlapping_boxes(X, faces)
     found = [_intersecting_pairs(X, faces, near[i : i + PAIRS]) for i in range(0, len(near), PAIRS)]
     return np.concatenate([near[:0], *found])
 
 
 def _overlapping_boxes(X: Floats, faces: Ints) -> Ints:
-    """Return pairs of faces without a common corner whose boxes overlap."""
+    """Return pairs (p, 2) of faces without a common corner whose bounding boxes overlap."""
     corners = X[faces]
     low, high = corners.min(axis=1), corners.max(axis=1)
     middle, reach = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low, axis=1).max(initial=0.0))
@@ -39,6 +42,7 @@ def _overlapping_boxes(X: Floats, faces: Ints) -> Ints:
 
 
 def _intersecting_pairs(X: Floats, faces: Ints, pairs: Ints) -> Ints:
+    """Return the pairs (p, 2) of faces that intersect, among given pairs."""
     a, b = X[faces[pairs[:, 0]]], X[faces[pairs[:, 1]]]
     d = X.shape[1]
     if d == 2:
@@ -47,13 +51,16 @@ def _intersecting_pairs(X: Floats, faces: Ints, pairs: Ints) -> Ints:
     met = np.zeros(len(pairs), dtype=np.bool_)
     for one, other in ((a, b), (b, a)):
         for k in range(3):
-            met |= _does_pierce(one[:, k], one[:, (k + 1) % 3], other)
+            met |= _do_segments_pierce(one[:, k], one[:, (k + 1) % 3], other)
     found: Ints = pairs[met]
     return found
 
 
 def _do_segments_cross(a: Floats, b: Floats) -> Any:
-    """Return whether segments (p, 2, 2) cross: the ends of each lie on both sides of the other."""
+    """Return for which pairs (p,) the segments a and b (p, 2, 2) cross.
+
+    The ends of each segment must lie on both sides of the other.
+    """
     one = _side_of_plane(a[:, 0], a[:, 1], b[:, 0]) * _side_of_plane(a[:, 0], a[:, 1], b[:, 1])
     other = _side_of_plane(b[:, 0], b[:, 1], a[:, 0]) * _side_of_plane(b[:, 0], b[:, 1], a[:, 1])
     return (one < 0) & (other < 0)
@@ -64,8 +71,11 @@ def _side_of_plane(p: Floats, q: Floats, c: Floats) -> Floats:
     return _sign(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1))
 
 
-def _does_pierce(p: Floats, q: Floats, t: Floats) -> Any:
-    """Return whether segments pq (n, 3) pierce triangles t (n, 3, 3), by the signs of five volumes."""
+def _do_segments_pierce(p: Floats, q: Floats, t: Floats) -> Any:
+    """Return for which n the segment from p to q (n, 3) pierces the triangle t (n, 3, 3).
+
+    The test uses the signs of five volumes.
+    """
     ends = _volume(t[:, 0], t[:, 1], t[:, 2], p) * _volume(t[:, 0], t[:, 1], t[:, 2], q)
     round_ = [_volume(p, q, t[:, k], t[:, (k + 1) % 3]) for k in range(3)]
     same = np.all([r > 0 for r in round_], axis=0) | np.all([r < 0 for r in round_], axis=0)
@@ -79,5 +89,5 @@ def _volume(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
 
 
 def _sign(value: Floats, size: Floats) -> Floats:
-    """Return the sign of determinants (n,), zero if it is rounding."""
+    """Return the sign of determinants (n,), zero if they may be rounding errors; `size` (n,) is their scale."""
     return np.where(np.abs(value) <= ROUNDING * size, 0.0, np.sign(value))

@@ -4,8 +4,8 @@ The solver has compiled kernels, hand-written stresses and its own assembly, and
 wrong state look like an equilibrium. Here everything is plain numpy from the nodes of the mesh and their displacements:
 shape functions from a Vandermonde matrix, rotations by Newton's iteration or by singular values, Hooke's law by its two
 moduli, other laws by differences of the material's energy density (stress_by_differences.py), loads by the integrals
-that define them. It is slower, and done once. An energy density that is itself wrong is not detected here: closed forms
-and published stresses in tests/ verify it.
+that define them. This is slower, but done only once per solution. An energy density that is itself wrong is not
+detected here: closed forms and published stresses in tests/ verify it.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ Cell = str | int  # an element by its word, a facet by its number of nodes
 
 @cache
 def _cell_data(kind: Cell) -> Any:
-    """Return the data of a cell or facet class: node positions and monomials, without its formulas."""
+    """Return the class of a cell or facet, of which only node positions and monomials are used here."""
     return CELLS[kind] if isinstance(kind, str) else FACETS[kind]
 
 
 @cache
 def node_positions(kind: Cell) -> Floats:
-    """Return local points of the nodes of a cell or facet (a, d), in VTK order: corners, then intermediate nodes."""
+    """Return local positions of the nodes of a cell or facet (a, d), in VTK order: corners, then the others."""
     known, d = _cell_data(kind), len(_cell_data(kind).monomials[0])
     cube = [[-1, 1, 1, -1, -1, 1, 1, -1], [-1, -1, 1, 1, -1, -1, 1, 1], [-1, -1, -1, -1, 1, 1, 1, 1]]
     simplex, wedge = [[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], [[0, 1, 0] * 2, [0, 0, 1] * 2, [-1] * 3 + [1] * 3]
@@ -57,7 +57,7 @@ def node_positions(kind: Cell) -> Floats:
 
 
 def is_tensor_product(kind: Cell) -> bool:
-    """Return whether a cell is a cube, or a facet a square (else a wedge, a tetrahedron or a triangle)."""
+    """Return whether a cell is a cube or a facet a square, not a wedge, tetrahedron or triangle."""
     return bool(_cell_data(kind).corners == 2 ** len(_cell_data(kind).monomials[0]))
 
 
@@ -107,9 +107,8 @@ def shape_derivatives(kind: Cell, xi: Floats) -> Floats:
 def quadrature_rule(kind: Cell) -> tuple[Floats, Floats]:
     """Return local points (q, d) and weights (q,) that define the stiffness of a cell, or the load on a facet.
 
-    Gauss rules for cubes and squares; Hammer, Marlowe and Stroud (1956) for ten-node tetrahedra, Strang and Fix (1973)
-    for six-node triangles; and else the centre. For wedges one point of the triangle, or three, at two Gauss points
-    along.
+    Gauss rules for cubes and squares, Hammer, Marlowe and Stroud (1956) for ten-node tetrahedra, Strang and Fix (1973)
+    for six-node triangles, one or three points of the triangle at two Gauss points along for wedges, else the centre.
     """
     d, many = len(_cell_data(kind).monomials[0]), len(_cell_data(kind).quadrature()[1])
     if is_wedge(kind):
@@ -127,7 +126,7 @@ def quadrature_rule(kind: Cell) -> tuple[Floats, Floats]:
 
 
 def _gauss(kind: Cell, n: int) -> tuple[Floats, Floats]:
-    """Return n points along each direction of a cube or square."""
+    """Return points and weights of the Gauss rule with n points along each direction of a cube or square."""
     corners = node_positions(kind)[: _cell_data(kind).corners]
     d = corners.shape[1]
     if n == 2:
@@ -138,7 +137,7 @@ def _gauss(kind: Cell, n: int) -> tuple[Floats, Floats]:
 
 
 def cofactor(J: Floats) -> tuple[Floats, Floats]:
-    """Return the transposed inverse times the determinant (..., 3, 3), and the determinant (...)."""
+    """Return the cofactor of J, its transposed inverse times the determinant (..., 3, 3), and the determinant (...)."""
     a, cof = np.ascontiguousarray(np.moveaxis(J, (-2, -1), (0, 1))), np.empty((3, 3, *J.shape[:-2]))
     for i in range(3):
         for j in range(3):
@@ -151,7 +150,7 @@ def cofactor(J: Floats) -> tuple[Floats, Floats]:
 def kinematics(
     points: Floats, cells: Ints, kind: str, rule: tuple[Floats, Floats], depth: float = 0.0, mean: bool = False
 ) -> tuple[Floats, Floats, Any]:
-    """Return dN/dX (m, q, a, 3), 1/m, volumes (m, q), m^3, and in a ring N/r (m, q, a), 1/m; means have q = 1."""
+    """Return dN/dX (m, q, a, 3), 1/m, volumes (m, q), m^3, and with `depth` N/r (m, q, a), 1/m; q = 1 if `mean`."""
     dNdX, det = gradients(points, cells, kind, rule[0])
     w, hoop = rule[1] * det, None
     if depth:
@@ -165,13 +164,13 @@ def kinematics(
 
 
 def interpolate(N: Floats, nodal: Floats) -> Floats:
-    """Return values (m, q) from nodal values (m, a), by shape functions of all cells (q, a), or of each (m, q, a)."""
+    """Return values (m, q) from nodal values (m, a), by shape functions of all cells (q, a), or each (m, q, a)."""
     found: Floats = (N @ nodal[:, :, None])[:, :, 0]
     return found
 
 
 def gradients(points: Floats, cells: Ints, kind: str, xi: Floats) -> tuple[Floats, Floats]:
-    """Return dN/dX (m, q, a, 3), 1/m, and det dX/dxi (m, q), m^3, at local points xi (q, 3), or (m, q, 3)."""
+    """Return dN/dX (m, q, a, 3), 1/m, and det dX/dxi (m, q), m^3, at local points xi, (q, 3) or (m, q, 3)."""
     X = points[cells] - points[cells[:, :1]]  # far from the origin, positions have no digits to spare
     dN = shape_derivatives(kind, xi)
     cof, det = cofactor(X.swapaxes(1, 2)[:, None] @ dN)
@@ -183,7 +182,7 @@ def gradients(points: Floats, cells: Ints, kind: str, xi: Floats) -> tuple[Float
 
 
 def polar_rotation(F: Floats) -> Floats:
-    """Return the rotations nearest to F (n, 3, 3): R <- (R + R^-T)/2 (Higham 1986), by SVD if det F is not positive."""
+    """Return the rotations nearest to F (n, 3, 3): R <- (R + R^-T)/2 (Higham 1986), by SVD if det F <= 0."""
     R = F
     for _ in range(7):
         cof, det = cofactor(R)
@@ -199,7 +198,7 @@ def polar_rotation(F: Floats) -> Floats:
 
 
 def small_strain_stress(mu: Any, lam: Any) -> Stress:
-    """Return Hooke's law of H = F - I: 2 mu eps + lam tr(eps) I; moduli are numbers, or one for each F."""
+    """Return Hooke's law as a function of F: 2 mu eps + lam tr(eps) I, eps = sym(F) - I; moduli may be per F."""
     m, l = (np.reshape(modulus, (-1, 1, 1)) for modulus in (mu, lam))
 
     def stress(F: Floats) -> Floats:
@@ -236,12 +235,12 @@ class StressTerm:
 
 @dataclass(frozen=True)
 class CheckedBody:
-    """A deformed mesh under test: `points` (n, 3), `cells` (m, a), displacements `u` (n, 3), m; modulus `stiff`, Pa.
+    """A deformed mesh under test: `points` (n, 3), m, `cells` (m, a), displacements `u` (n, 3), m.
 
-    With `turned` each cell has one rotation, that of its mean deformation gradient, and forces of linear elasticity in
-    that frame. With a `depth`, m, it is a slice of that thickness through a body of revolution about the y axis, and
-    forces are those of whole rings. `rules` are local points (m, q, 3) and weights (m, q) of each cell, None if all
-    have those of their kind.
+    `stiff` is a modulus, Pa, for rounding errors. If `turned`, each cell has one rotation, that of its mean deformation
+    gradient, and the forces of linear elasticity in that frame. If `depth`, m, is given, the mesh is a slice of that
+    thickness through a body of revolution about the y axis, and forces are those of whole rings. `rules` are local
+    points (m, q, 3) and weights (m, q) of each cell; None if all cells have the rule of their kind.
     """
 
     points: Floats
@@ -259,15 +258,15 @@ class CheckedBody:
         return (slice(start, start + size) for start in range(0, len(cells), size))
 
     def _rule(self, at: slice, mean: bool = False) -> tuple[Floats, Floats]:
-        """Return local points (q, 3) or (m, q, 3), and weights, of a term in some cells; means need no finer rule."""
+        """Return local points, (q, 3) or (m, q, 3), and weights of the cells `at`; a `mean` needs no finer rule."""
         if self.rules is None or mean or len(node_positions(self.kind)) == 4:
             return quadrature_rule(self.kind)
         return self.rules[0][at], self.rules[1][at]
 
     def forces(self, cells: Ints) -> tuple[Floats, float]:
-        """Return the internal forces (n, 3), N, of cells (m, a) at nodes, and a bound of the norm of their rounding, N.
+        """Return nodal internal forces (n, 3), N, of cells (m, a), and a bound of the norm of their rounding, N.
 
-        If cells have `rules`, `cells` must be all cells of the body.
+        If the body has `rules`, `cells` must be all of its cells.
         """
         g, reach = np.zeros_like(self.points), np.zeros(len(self.points))
         for at in self._chunks(cells):
@@ -280,7 +279,7 @@ class CheckedBody:
         return g, float(np.linalg.norm(reach))
 
     def _local(self, cells: Ints, term: StressTerm, at: slice) -> tuple[Floats, Floats]:
-        """Return nodal forces of some cells (m, a, 3), N, and their error by rounding and differences (m, a), N."""
+        """Return nodal forces of some cells (m, a, 3), N, and their errors by rounding and differences (m, a), N."""
         own = self.points, cells, self.kind, self._rule(at, term.mean)
         dNdX, w, hoop = kinematics(*own, self.depth, term.mean)
         U = self.u[cells] - self.u[cells[:, :1]]
@@ -303,18 +302,19 @@ class CheckedBody:
         return (f @ R.transpose(0, 2, 1) if self.turned else f), size
 
     def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
-        """Return P at the points of cells at positions `at` in the body (n, 3, 3), Pa, and the error of its entries."""
+        """Return P (n, 3, 3), Pa, at the points of the cells at `at` in the body, and the error of its entries, Pa."""
         return stress_with_error(term.stress, F)
 
     def _rotation(self, cells: Ints, U: Floats) -> Floats:
+        """Return the rotation of each cell (m, 3, 3), from its mean deformation gradient."""
         G = kinematics(self.points, cells, self.kind, quadrature_rule(self.kind), mean=True)[0][:, 0]
         return polar_rotation(U.swapaxes(1, 2) @ G + np.eye(3))
 
     def volumes(self) -> tuple[Floats, Floats]:
         """Return the least det F of each cell at its integration points and nodes (m,), and its largest strain (m,).
 
-        Strain is Green-Lagrange, which is independent of rotation. A ring beyond its axis is inverted, though det F > 0
-        if a cell is also reflected within its plane.
+        Strain is Green-Lagrange, which is independent of rotation. A ring that has moved through the axis counts as
+        inverted, although det F > 0 if the cell is also reflected within its plane.
         """
         xi = np.concatenate([quadrature_rule(self.kind)[0], node_positions(self.kind)])
         if len(node_positions(self.kind)) == 4:  # uniform
@@ -343,7 +343,7 @@ class CheckedBody:
 
 
 def spring_forces(points: Floats, edges: Ints, k: Floats, u: Floats) -> tuple[Floats, float]:
-    """Return nodal forces (nodes, 3), N, of springs along `edges` (n, 2) of stiffness k (n,), and their rounding."""
+    """Return nodal forces (nodes, 3), N, of springs k (n,), N/m, along `edges` (n, 2), and their rounding, N."""
     a, b = edges.T
     rest = points[b] - points[a]
     now = rest + (u[b] - u[a])
@@ -363,8 +363,8 @@ def spring_forces(points: Floats, edges: Ints, k: Floats, u: Floats) -> tuple[Fl
 def surface_forces(points: Floats, facets: Ints, push: Callable[[Floats], Floats], depth: float = 0.0) -> Floats:
     """Return nodal forces (nodes, 3), N, of a load on facets (f, k) of a surface through `points`.
 
-    `push` returns the forces (f, q, 3) for outward area vectors dA (f, q, 3). With a `depth`, m, the surface is that of
-    a slice through a body of revolution about the y axis, and forces are those on whole rings.
+    `push` returns the forces (f, q, 3), N, on outward area vectors dA (f, q, 3), m^2. If `depth`, m, is given, the
+    surface is that of a slice through a body of revolution about the y axis, and forces are those on whole rings.
     """
     kind = facets.shape[1]
     xi, weights = quadrature_rule(kind)
@@ -400,9 +400,9 @@ def part_forces(
 
 @dataclass(frozen=True)
 class ForceBalance:
-    """Unbalanced forces on free degrees of freedom, relative to loads and reactions.
+    """Norm of the unbalanced forces on free degrees of freedom, relative to loads and reactions.
 
-    `rounding` is their possible rounding error, `nodes` the number of nodes that were evaluated.
+    `rounding` is the part of it that may be rounding error, `nodes` the number of nodes that were evaluated.
     """
 
     residual: float
@@ -418,9 +418,10 @@ def force_balance(
     chosen: Ints | None = None,
     lacking: float = 0.0,
 ) -> ForceBalance:
-    """Return the balance of nodal forces `inside` and loads `outside` (n, 3), N; `held` (n, 3) carry reactions.
+    """Return the balance of internal forces `inside` and loads `outside` (n, 3), N.
 
-    `chosen` are the nodes at which `inside` is complete, None for all; `lacking` is the residual of other equations, N.
+    `held` (n, 3) marks components with reactions. `noise` is the rounding error of the forces, N. `chosen` are the
+    nodes at which `inside` is complete; None means all. `lacking` is the residual of other equations, N.
     """
     some = np.arange(len(inside)) if chosen is None else chosen
     left, grown = (inside - outside)[some], np.sqrt(len(inside) / len(some))  # residual scaled to all nodes
@@ -434,7 +435,7 @@ def force_balance(
 
 
 def sample_nodes(nodes: int, cells: Ints, points: int) -> tuple[Ints | None, Ints]:
-    """Return nodes to evaluate and their cells: all, or for a large mesh a random but reproducible part."""
+    """Return the nodes to evaluate and their cells: all (None), or part of a large mesh, at random (seeded)."""
     if len(cells) * points <= MANY:
         return None, cells
     chosen = np.sort(np.random.default_rng(0).choice(nodes, min(SAMPLE, nodes), replace=False))
@@ -444,5 +445,5 @@ def sample_nodes(nodes: int, cells: Ints, points: int) -> tuple[Ints | None, Int
 
 
 def is_finite(values: Sequence[Floats] | Floats) -> bool:
-    """Return whether every number is finite."""
+    """Return whether every number of one or several arrays is finite."""
     return all(bool(np.all(np.isfinite(v))) for v in values)

@@ -1,9 +1,9 @@
 """First Piola-Kirchhoff stress of an energy density, by central differences of the energy.
 
-The solver's stress is hand-written, compiled, or split into invariants; a mistake in it is not the derivative of the
-material's energy. Differences need only the energy, so that they give the stress of every law, also a plugin's. The
-step is a small part of the least stretch; if the error estimated from differences of second, fourth and sixth order
-exceeds the rounding error, a smaller step is tried.
+The solver's stress is hand-written, compiled, or split into invariants; a mistake in it would make it differ from the
+derivative of the material's energy. Differences need only the energy, so that they give the stress of every law,
+including those of plugins. The step is a small part of the least stretch. If the error estimated from differences of
+second, fourth and sixth order exceeds the rounding error, a smaller step is tried.
 """
 
 from __future__ import annotations
@@ -32,26 +32,35 @@ ALL = tuple(product(range(3), range(3)))
 
 @dataclass(frozen=True)
 class EnergyStress:
-    """The derivative of an energy density `psi` (or of another scalar) with respect to F."""
+    """Derivative of an energy density `psi`, or of another scalar, with respect to F, by differences."""
 
     psi: Scalar
 
     def __call__(self, F: Floats) -> Floats:
-        """Return P (n, 3, 3), Pa, at F (n, 3, 3). Raises ValueError if F is outside the law's domain or at its edge."""
+        """Return P (n, 3, 3), Pa, at F (n, 3, 3).
+
+        Raises ValueError if F is outside the law's domain or at its edge.
+        """
         return self.with_error(F)[0]
 
     def with_error(self, F: Floats) -> tuple[Floats, Floats]:
-        """Return P (n, 3, 3) and a bound of the error of its entries (n,), Pa. Raises ValueError as the call does."""
+        """Return P (n, 3, 3) and a bound of the error of its entries (n,), Pa.
+
+        Raises ValueError if F is outside the law's domain or at its edge.
+        """
         P, error = self._slopes(F, ALL)
         return np.ascontiguousarray(P.T).reshape(F.shape), error
 
     def entry(self, F: Floats, i: int, J: int) -> Floats:
-        """Return P_iJ (n,), Pa. Raises ValueError as the call does."""
+        """Return the entry P_iJ (n,), Pa.
+
+        Raises ValueError if F is outside the law's domain or at its edge.
+        """
         found: Floats = self._slopes(F, ((i, J),))[0][0]
         return found
 
     def _slopes(self, F: Floats, entries: tuple[tuple[int, int], ...]) -> tuple[Floats, Floats]:
-        """Return derivatives by some entries of F (k, n), and a bound of their error (n,)."""
+        """Return the derivatives by some entries (i, J) of F (k, n), and a bound of their error (n,)."""
         f, h = np.ascontiguousarray(F.transpose(1, 2, 0)), STEP * np.clip(least_stretch(F), LEAST, 1.0)
         found, left, rounding = self._with_steps(f, h, entries)
         for _ in range(TIMES):
@@ -67,7 +76,7 @@ class EnergyStress:
         return found, left + rounding
 
     def _with_steps(self, f: Floats, h: Floats, entries: tuple[tuple[int, int], ...]) -> tuple[Floats, Floats, Floats]:
-        """Return derivatives at f (3, 3, n) by steps h (n,): (k, n), truncation error (n,), and rounding (n,)."""
+        """Return derivatives (k, n), truncation errors (n,) and rounding errors (n,) at f (3, 3, n) by steps h (n,)."""
         g = f.copy()
         apart = np.empty((len(ORDERS), len(entries), len(h)))  # psi(F + k h) - psi(F - k h), k = 1, 2, 3
         size = curvature = np.zeros(len(h))
@@ -104,26 +113,35 @@ def least_stretch(F: Floats) -> Floats:
 
 
 def stress_with_error(stress: Stress, F: Floats) -> tuple[Floats, Any]:
-    """Return P of F (n, 3, 3), Pa, and the error of its entries, Pa: (n,) for differences, 0 for a formula."""
+    """Return P (n, 3, 3), Pa, at F (n, 3, 3), and the error of its entries, Pa.
+
+    The error is (n,) for differences, and 0 for a formula.
+    """
     own = getattr(stress, "with_error", None)
     return (stress(F), 0.0) if own is None else own(F)
 
 
 @dataclass(frozen=True)
 class PlaneStressLaw:
-    """Plane stress of a solid's law: the stretch along z solves P33 = 0.
+    """Plane stress of a solid's law: the stretch along z is the solution of P33 = 0.
 
-    It is found by bisection, after a search from 1 outward for a sign change of P33.
+    The solution is found by bisection, after a search from 1 outward for a sign change of P33.
     """
 
     solid: Stress
 
     def __call__(self, F: Floats) -> Floats:
-        """Return P (n, 3, 3), Pa, at F (n, 3, 3). Raises ValueError if no stretch makes P33 zero."""
+        """Return P (n, 3, 3), Pa, at F (n, 3, 3).
+
+        Raises ValueError if no stretch makes P33 zero.
+        """
         return self.with_error(F)[0]
 
     def with_error(self, F: Floats) -> tuple[Floats, Any]:
-        """Return P (n, 3, 3) and the error of its entries, Pa. Raises ValueError if no stretch makes P33 zero."""
+        """Return P (n, 3, 3) and the error of its entries, Pa.
+
+        Raises ValueError if no stretch makes P33 zero.
+        """
         low, high, step = np.ones(len(F)), np.ones(len(F)), 1.25
         for _ in range(40):
             pulled, pushed = self._across(F, low) > 0.0, self._across(F, high) < 0.0

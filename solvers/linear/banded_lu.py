@@ -1,4 +1,4 @@
-"""Banded LU solver for unsymmetric systems of chains, such as the tangents of a rod in motion."""
+"""Banded LU solver for unsymmetric banded matrices, such as the tangents of a rod in motion."""
 
 from __future__ import annotations
 
@@ -17,7 +17,11 @@ from softmark.solvers.sparse.banded_cholesky import WIDEST
 
 @dataclass(frozen=True)
 class _Layout:
-    """Positions of the entries of a pattern in LAPACK's general band, and its lower and upper widths."""
+    """Band storage of a sparsity pattern in LAPACK's general band format.
+
+    `places` are the positions of the matrix entries in the band; `below` and `above` are the lower and upper
+    bandwidths.
+    """
 
     indptr: Any
     places: NDArray[Any]
@@ -26,15 +30,18 @@ class _Layout:
 
 
 class ChainSolver:
-    """Gaussian elimination with row pivoting within the band (LAPACK's `gbsv`); SuperLU if the band is wide."""
+    """Solver for unsymmetric banded systems by Gaussian elimination with row pivoting (LAPACK's `gbsv`).
+
+    SuperLU is used instead if the band is wide.
+    """
 
     def __init__(self) -> None:
-        """Start without a known pattern."""
+        """Create a solver without a stored band layout; the first solve computes it."""
         self._layout: _Layout | None = None
         self._solve = import_submodule("scipy.linalg._flapack").dgbsv
 
     def solve(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats:
-        """Return x with K x = b to rounding. Raises Singular."""
+        """Return the solution x of K x = b, accurate to rounding whatever the `tolerance`. Raises Singular."""
         layout = self._layout
         if layout is None or layout.indptr is not K.indptr:
             layout = self._layout = _layout(K)
@@ -53,7 +60,10 @@ class ChainSolver:
 
 
 def _layout(K: sparse.csr_matrix) -> _Layout:
-    """Return the band layout: entry i, j is in row below + above + i - j of column j, column by column."""
+    """Return the band layout of the pattern of K.
+
+    The entry in row i and column j is stored in row below + above + i - j of column j; columns are contiguous.
+    """
     columns = K.indices.astype(np.int64)
     rows = np.repeat(np.arange(K.shape[0]), np.diff(K.indptr))
     below, above = int((rows - columns).max(initial=0)), int((columns - rows).max(initial=0))

@@ -1,4 +1,4 @@
-"""Solvers of the linear systems in Newton's method: a model's options, and counts of the work done."""
+"""Solvers of the linear systems in Newton's method: options of a model, and counts of the work done."""
 
 from __future__ import annotations
 
@@ -22,22 +22,24 @@ if TYPE_CHECKING:
 
 Method = linear.Method | Literal["conjugate_gradients"]
 
-# relative residuals that a Newton step may be solved to; bending is last to come, and at 1e-1 it is hardly there: the
-# silicone beam then takes 42 Newton steps and 5089 iterations in all, at 1e-4 6 and 2722
+# limits of the relative residual of a Newton step's linear system; bending converges last, and at 1e-1 hardly at all:
+# the silicone beam then takes 42 Newton steps and 5089 iterations in all, but 6 and 2722 at 1e-4
 LOOSEST, TIGHTEST = 1e-4, 1e-10
-GAMMA = 0.9  # of Eisenstat and Walker's second choice
-ENOUGH = 0.1  # of what is still out of balance beyond the tolerance: solving better helps nothing
-MOST = 20_000  # iterations of conjugate gradients without a cap
+GAMMA = 0.9  # coefficient of Eisenstat and Walker's second choice
+ENOUGH = 0.1  # fraction of Newton's tolerance: a smaller linear residual helps nothing
+MOST = 20_000  # largest number of conjugate gradient iterations if there is no cap
 
 
 @dataclass(frozen=True)
 class Linear:
-    """Linear solver options: `method` as in `linear.factorisations.factor`, or diagonal-preconditioned CG.
+    """Options of the linear solver.
 
-    `cap` stops CG after that many iterations, converged or not. `reuse` keeps an earlier factor as the preconditioner
-    as long as that costs less than a new one. `modes` are the body's rigid motions. `spare` is the extra compliance of
-    systems with pressures (see `linear.saddle_point`), which have no cap, no reuse and double precision. `halved` marks
-    these systems as nearly symmetric, so that a factor of their symmetric part suffices.
+    `method` is a method of `linear.factorisations.factor`, or `conjugate_gradients` with a diagonal preconditioner.
+    `cap` stops these iterations after so many, converged or not. `reuse` keeps an earlier factor as a preconditioner as
+    long as that costs less than a new factor. `modes` are the rigid body modes of the body. `spare` is the additional
+    compliance of systems with pressure unknowns (see `linear.saddle_point`); these use neither `cap` nor `reuse`, and
+    double precision. `halved` marks such systems as nearly symmetric, so that a factor of their symmetric part
+    suffices.
     """
 
     method: Method = "auto"
@@ -45,29 +47,32 @@ class Linear:
     cap: int | None = None
     reuse: bool = False
     modes: Modes = None
-    spare: Floats | None = field(default=None, compare=False)  # of the unknowns, as in `saddle`; None: no pressures
+    spare: Floats | None = field(default=None, compare=False)  # (n,) as in `saddle_point`; None without pressures
     halved: bool = False
 
     @property
     def iterative(self) -> bool:
-        """True if systems are solved to a chosen tolerance."""
+        """True if systems are solved iteratively, to a tolerance that Newton's method chooses."""
         return self.reuse or self.method == "conjugate_gradients"
 
 
 @dataclass
 class Systems:
-    """Linear solver for all systems of one problem, with counts."""
+    """Linear solver for all systems of one problem; counts solves, factorisations and iterations."""
 
     choice: Linear = field(default_factory=Linear)
     name: str = linear.NAME
     solves: int = 0
     factorisations: int = 0
-    iterations: int = 0  # of conjugate gradients
-    capped: int = 0  # systems that were not solved because of the cap
+    iterations: int = 0  # conjugate gradient iterations
+    capped: int = 0  # systems that did not converge within the cap
     _kept: LinearSolver | None = None
 
     def factor(self, K: sparse.csr_matrix, symmetric: bool, goal: float) -> Factor:
-        """Return a solver of K x = b, to the relative residual `goal` if it is iterative. Raises Singular."""
+        """Return a solver for systems with K. Raises Singular.
+
+        An iterative solver reduces the relative residual to `goal`.
+        """
         self.solves += 1
         found: Any
         if self.choice.method == "conjugate_gradients":
@@ -81,14 +86,14 @@ class Systems:
         return made
 
     def direct(self, K: sparse.csr_matrix) -> Factor:
-        """Return a factor in double precision that counts negative pivots."""
+        """Return a factor that counts negative pivots, in double precision if the options ask for single."""
         if self.choice.reuse or self.choice.precision == "single":
             self.factorisations += 1
             return factor(K, modes=self.choice.modes)
         return self._factor(K, True)
 
     def _factor(self, K: sparse.csr_matrix, symmetric: bool) -> Factor:
-        """Return the solver of the selected method."""
+        """Return a solver for K by the method in the options."""
         method: Any = self.choice.method
         self.factorisations += 1
         if self.choice.spare is not None:
@@ -97,14 +102,15 @@ class Systems:
             return saddle_point.factor(K, self.choice.spare, lambda K: factor(K, own, method), halved)
         found = factor(K, symmetric, method, self.choice.precision, self.choice.modes)
         if isinstance(found, linear.RefinedFactor) and K.dtype == np.float32:
-            return SinglePrecisionFactor(found)  # single precision has no residual to refine by
+            return SinglePrecisionFactor(found)  # a float32 matrix gives no residual accurate enough to refine
         return CountedFactor(self, found) if found.tolerance else found
 
     def goal(self, residual: float, before: float, last: float, tolerance: float) -> float:
-        """Return the relative residual for the next linear system, from Newton's residuals now and before.
+        """Return the relative residual to which the next linear system is solved.
 
-        0.9 (r / r_before)^2, not far below the last goal while that was loose (Eisenstat and Walker 1996, choice 2),
-        and never smaller than the tolerance requires.
+        It follows from Newton's residual now (`residual`) and one step `before`: 0.9 (residual / before)^2. It is not
+        far below the `last` goal as long as that was loose (Eisenstat and Walker 1996, choice 2), and never smaller
+        than Newton's `tolerance` requires.
         """
         if not np.isfinite(before) or before == 0.0:
             return LOOSEST
@@ -116,7 +122,7 @@ class Systems:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """Data of the linear systems for the report."""
+        """Name and counts of the linear solver, for the report."""
         known: dict[str, Any] = {"linear_solver": self.name, "factorisations": self.factorisations}
         if self.choice.iterative or self.iterations:
             known["linear_iterations"] = self.iterations
@@ -126,17 +132,17 @@ class Systems:
 
 
 def warm_up(choice: Linear, kind: Any) -> None:
-    """Load the kernels of a solver choice for matrices of that number type, outside any timing."""
+    """Load the kernels of the selected solver for matrices of number type `kind`, so that loading is not timed."""
     K = sparse.csr_matrix(np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]], dtype=kind))
     method: Method = "cholesky" if choice.method == "auto" else choice.method
-    with suppress(Singular):  # it is for the solution to say so
+    with suppress(Singular):  # the real solve reports the error
         systems = Systems(replace(choice, method=method, modes=None, spare=None))
         systems.factor(K, True, TIGHTEST).solve(np.ones(3, dtype=kind))
 
 
 @dataclass(frozen=True)
 class CountedFactor:
-    """Iterative factor whose iterations are added to a counter."""
+    """Iterative solver whose iterations are added to the counter of `systems`."""
 
     systems: Systems
     factor: Factor
@@ -148,12 +154,12 @@ class CountedFactor:
 
     @property
     def negative_pivots(self) -> int | None:
-        """Number of negative pivots, if the factor has it."""
+        """Number of negative pivots; None if the solver does not know it."""
         return self.factor.negative_pivots
 
     @property
     def tolerance(self) -> float:
-        """Relative residual of `solve`."""
+        """Relative residual of solutions."""
         return self.factor.tolerance
 
     @property
@@ -170,7 +176,10 @@ class CountedFactor:
 
 @dataclass(frozen=True)
 class SinglePrecisionFactor:
-    """Cholesky factor in single precision without refinement; scaled, since single numbers overflow sooner."""
+    """Cholesky factor in single precision without refinement.
+
+    Right-hand sides are scaled to length one, because single precision overflows sooner.
+    """
 
     refined: linear.RefinedFactor
     name: str = "multifrontal Cholesky in single precision"
@@ -179,17 +188,17 @@ class SinglePrecisionFactor:
     iterations: int = 0
 
     def solve(self, b: Floats) -> Floats:
-        """Return x with K x = b, to single-precision rounding."""
+        """Return the solution x of K x = b, to single-precision rounding."""
         size = float(np.linalg.norm(b))
         return size * self.refined.cholesky.solve(b / size) if size > 0.0 else b
 
 
 @dataclass
 class DiagonalConjugateGradients:
-    """Conjugate gradients with the diagonal as preconditioner (Hestenes and Stiefel 1952), without a factor.
+    """Conjugate gradients with the diagonal of K as preconditioner (Hestenes and Stiefel 1952).
 
-    If the curvature along a direction is not positive they stop with the present x, as a truncated Newton method does
-    (Steihaug 1983): that is still a descent direction.
+    If the curvature along a search direction is not positive, the iterations stop with the present x. It is still a
+    descent direction, as in truncated Newton methods (Steihaug 1983).
     """
 
     systems: Systems
@@ -198,10 +207,10 @@ class DiagonalConjugateGradients:
     symmetric: bool
     name: str = "conjugate gradients, diagonal preconditioner"
     negative_pivots: int | None = None  # 1 once a direction of negative curvature was met
-    iterations: int = 0  # of the last solve
+    iterations: int = 0  # iterations in the last solve
 
     def solve(self, b: Floats) -> Floats:
-        """Return x with |b - K x| <= tolerance |b|, or the result at the cap. Raises Singular."""
+        """Return x with |b - K x| <= tolerance |b|, or x after `cap` iterations. Raises Singular."""
         if not self.symmetric:
             raise Singular("conjugate gradients need a symmetric matrix")
         linear.must_be_finite(self.K)
@@ -215,7 +224,7 @@ class DiagonalConjugateGradients:
         return x
 
     def _iterate(self, b: Floats, most: int) -> tuple[Floats, bool, float]:
-        """Return x after at most `most` iterations, whether it converged, and its residual."""
+        """Return x after at most `most` iterations, whether they converged, and the relative residual."""
         K, size = self.K, float(np.linalg.norm(b))
         diagonal = np.abs(K.diagonal())
         M = np.where(diagonal > 0, diagonal, 1.0)
@@ -242,22 +251,22 @@ class DiagonalConjugateGradients:
 
 @dataclass
 class ReusedFactor:
-    """Conjugate gradients with the factor of this matrix or of an earlier one, whichever costs less."""
+    """Conjugate gradients preconditioned by a factor of this matrix or of an earlier one, whichever costs less."""
 
     systems: Systems
     K: sparse.csr_matrix
     tolerance: float
-    negative_pivots: int | None = None  # 1 where no factor was positive; one in single precision proves nothing else
-    iterations: int = 0  # of the last solve
+    negative_pivots: int | None = None  # 1 if K is not positive definite, else unknown
+    iterations: int = 0  # iterations in the last solve
 
     @property
     def name(self) -> str:
         """Name of the method."""
-        return self._solver.name
+        return self._recycling_solver.name
 
     @property
-    def _solver(self) -> LinearSolver:
-        """Linear solver that keeps the earlier factor."""
+    def _recycling_solver(self) -> LinearSolver:
+        """Linear solver that stores the factor of an earlier matrix."""
         from softmark.solvers.linear.recycled_solves import LinearSolver
 
         if self.systems._kept is None:
@@ -267,9 +276,9 @@ class ReusedFactor:
     def solve(self, b: Floats) -> Floats:
         """Return x with |b - K x| <= tolerance |b|. Raises Singular."""
         linear.must_be_finite(self.K)
-        done = self._solver.statistics
+        done = self._recycling_solver.statistics
         before = done.indefinite, done.iterations, done.factorisations + done.fallbacks
-        x = self._solver.solve(self.K, b, self.tolerance)
+        x = self._recycling_solver.solve(self.K, b, self.tolerance)
         self.iterations = done.iterations - before[1]
         self.systems.iterations += self.iterations
         self.systems.factorisations += done.factorisations + done.fallbacks - before[2]

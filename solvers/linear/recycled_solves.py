@@ -1,4 +1,4 @@
-"""Solver for a sequence of linear systems with one pattern and similar values, which reuses factors."""
+"""Solver for a sequence of linear systems with one sparsity pattern and similar values, which reuses factors."""
 
 from __future__ import annotations
 
@@ -16,60 +16,62 @@ EPS = float(np.finfo(np.float64).eps)
 FLOPS, ENTRIES = (
     2e10,
     1.5e9,
-)  # a second: of a factorisation; entries of factor and matrix passed in an iteration
-FRESH = 12  # iterations within which a factor of this very matrix must do, else it is useless
-ROUGH = 1e-8  # relative residual above which rounding is no excuse: the matrix is singular to its last digits
-FORGET = 16  # solves after which a failure with an old factor is no reason any more
+)  # per second: operations of a factorisation; entries of factor and matrix read by an iteration
+FRESH = 12  # iterations within which those with a factor of the same matrix must converge
+ROUGH = 1e-8  # relative residual that is not excused as rounding: the matrix is singular to rounding
+FORGET = 16  # solves after which an old factor is tried again despite an earlier failure
 
 
 @dataclass
 class Statistics:
-    """Counts of a LinearSolver, and the method and residual of its last solve."""
+    """Counts of the work of a LinearSolver, and the method and relative residual of its last solve."""
 
     solves: int = 0
     factorisations: int = 0
-    iterations: int = 0  # of conjugate gradients; each passes once through the factor
-    fallbacks: int = 0  # solves that a general factorisation had to do
+    iterations: int = 0  # conjugate gradient iterations; each solves once with the factor
+    fallbacks: int = 0  # solves by a general factorisation
     analyses: int = 0
     indefinite: int = 0  # matrices found not to be positive definite
     method: str = ""
-    residual: float = np.nan  # relative, of the last solve, against the matrix itself
+    residual: float = np.nan  # relative residual of the last solve
 
 
 class LinearSolver:
-    """Conjugate gradient solver of K x = b with a Cholesky factor of this matrix or of an earlier one.
+    """Conjugate gradients for K x = b, preconditioned by a Cholesky factor of K or of an earlier matrix.
 
-    With a single-precision factor of K itself, two or three iterations give 1e-10; with that of a similar matrix a few
-    more, as long as they cost less than a new factorisation, by counts of operations. Matrices that are not positive
-    definite, or with unsymmetric pattern, go to `linear.factorisations.factor`. Every x is checked: |b - K x| is at
-    most `tolerance` |b|, or its rounding error if that is below ROUGH |b|; else Unsolved is raised.
+    With a single-precision factor of K itself, two or three iterations reduce the relative residual to 1e-10. The
+    factor of a similar earlier matrix needs a few more; it is used as long as these iterations cost less than a new
+    factorisation, estimated from counts of operations. Matrices that are not positive definite, or have an unsymmetric
+    pattern, are factorised by `linear.factorisations.factor`. Every solution is checked: Unsolved is raised if |b - K
+    x| exceeds `tolerance` |b|, unless the excess is due to rounding and below ROUGH |b|.
     """
 
     name = "multifrontal Cholesky with conjugate gradients"
 
     def __init__(self, precision: Precision = "single", reuse: bool = True) -> None:
+        """Create a solver whose factors have this `precision`; `reuse` allows factors of earlier matrices."""
         self.statistics = Statistics()
         self._precision: Precision = precision
         self._reuse = reuse
         self._indptr = self._indices = np.zeros(0, dtype=np.int32)
         self._cholesky: Cholesky | None = None
-        self._ready = False  # a factor of an earlier matrix is at hand
-        self._age = 0  # solves since it was made
-        self._failed: dict[int, int] = {}  # age of a factor: solve at which it did not do
+        self._ready = False  # True if a factor of an earlier matrix is stored
+        self._age = 0  # solves since that factor was made
+        self._failed: dict[int, int] = {}  # age of a factor -> number of the solve in which it failed
 
     def solve(self, K: sparse.csr_matrix, b: Floats, tolerance: float = 1e-10) -> Floats:
-        """Return x with |b - K x| <= tolerance |b|. Raises Unsolved, and Singular."""
+        """Return x with |b - K x| <= tolerance |b|. Raises Unsolved and Singular."""
         self.statistics.solves += 1
         if not np.any(b):
             self._note("nothing to solve", 0.0)
             return np.zeros_like(b)
-        self._recognise(K)
-        x = None if self._cholesky is None else self._definite(K, b, tolerance)
-        return self._general(K, b, tolerance) if x is None else x
+        self._analyse_pattern(K)
+        x = None if self._cholesky is None else self._solve_definite(K, b, tolerance)
+        return self._solve_general(K, b, tolerance) if x is None else x
 
-    def _recognise(self, K: sparse.csr_matrix) -> None:
-        """Analyse the pattern, if it is not the last one."""
-        if self._same(K.indptr, K.indices):
+    def _analyse_pattern(self, K: sparse.csr_matrix) -> None:
+        """Analyse the sparsity pattern of K if it differs from the pattern of the last matrix."""
+        if self._is_last_pattern(K.indptr, K.indices):
             return
         self._indptr, self._indices = K.indptr, K.indices
         self._ready, self._failed = False, {}
@@ -79,32 +81,38 @@ class LinearSolver:
         except ValueError:  # the pattern is not symmetric
             self._cholesky = None
 
-    def _same(self, indptr: np.ndarray, indices: np.ndarray) -> bool:
-        """Return whether a pattern is the last one."""
+    def _is_last_pattern(self, indptr: np.ndarray, indices: np.ndarray) -> bool:
+        """Return whether a pattern (CSR arrays) equals the pattern of the last matrix."""
         if indptr is self._indptr and indices is self._indices:
             return True
         return np.array_equal(indptr, self._indptr) and np.array_equal(indices, self._indices)
 
-    def _definite(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats | None:
-        """Return x by conjugate gradients; None if K is not positive definite or they do not converge."""
+    def _solve_definite(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats | None:
+        """Return the solution by preconditioned conjugate gradients.
+
+        Return None if K is not positive definite or the iterations do not converge.
+        """
         x = np.zeros_like(b)
         if self._worth_trying():
             x, done = self._iterate(K, b, x, tolerance, self._budget())
             if done:
                 self._age += 1
-                return self._checked("conjugate gradients, earlier factor", K, b, x, tolerance)
+                return self._check_residual("conjugate gradients, earlier factor", K, b, x, tolerance)
             self._failed[self._age] = self.statistics.solves
         if not self._refactorise(K):
             return None
         x, done = self._iterate(K, b, x, tolerance, FRESH)
         if not done and self._cholesky is not None and self._cholesky.precision == "single":
-            if not self._factorised(Cholesky(self._cholesky.plan, "double"), K):
+            if not self._try_factorise(Cholesky(self._cholesky.plan, "double"), K):
                 return None
             x, done = self._iterate(K, b, np.zeros_like(b), tolerance, FRESH)
-        return self._checked("conjugate gradients, own factor", K, b, x, tolerance) if done else None
+        return self._check_residual("conjugate gradients, own factor", K, b, x, tolerance) if done else None
 
     def _worth_trying(self) -> bool:
-        """Return whether there is an earlier factor, and one of its age has not failed recently."""
+        """Return whether the stored factor of an earlier matrix should be tried as preconditioner.
+
+        It is not tried if a factor of the same age (in solves) failed recently.
+        """
         when = self._failed.get(self._age, -FORGET)
         return self._reuse and self._ready and self.statistics.solves - when >= FORGET
 
@@ -116,19 +124,22 @@ class LinearSolver:
         return max(2, int(0.5 * plan.flops / FLOPS * ENTRIES / (2 * plan.factor_size + len(self._indices))))
 
     def _refactorise(self, K: sparse.csr_matrix) -> bool:
-        """Factorise K, in double precision if needed; False if K is not positive definite."""
+        """Factorise K, in double precision if single fails; return whether K is positive definite."""
         cholesky = self._cholesky
         assert cholesky is not None
         self._ready = False
-        if self._factorised(cholesky, K):
+        if self._try_factorise(cholesky, K):
             return True
-        if cholesky.precision == "single" and self._factorised(Cholesky(cholesky.plan, "double"), K):
+        if cholesky.precision == "single" and self._try_factorise(Cholesky(cholesky.plan, "double"), K):
             return True
         self.statistics.indefinite += 1
         return False
 
-    def _factorised(self, attempt: Cholesky, K: sparse.csr_matrix) -> bool:
-        """Return whether an attempt to factorise K succeeds."""
+    def _try_factorise(self, attempt: Cholesky, K: sparse.csr_matrix) -> bool:
+        """Factorise K with the memory of `attempt`; return whether K is positive definite.
+
+        If it is, `attempt` becomes the stored factor.
+        """
         self.statistics.factorisations += 1
         try:
             attempt.factorise(K.data)
@@ -140,9 +151,11 @@ class LinearSolver:
     def _iterate(
         self, K: sparse.csr_matrix, b: Floats, x: Floats, tolerance: float, budget: int
     ) -> tuple[Floats, bool]:
-        """Return x by conjugate gradients (Hestenes and Stiefel 1952), and whether it reached the tolerance.
+        """Return x after conjugate gradient iterations from a start x, and whether it reached the tolerance.
 
-        They stop early if the rate so far is too slow for the budget, or the curvature is not positive.
+        Iterations stop early if they converge too slowly for the `budget` of iterations, or if a curvature is not
+        positive.
+        Source: Hestenes and Stiefel (1952).
         """
         cholesky = self._cholesky
         assert cholesky is not None
@@ -168,17 +181,17 @@ class LinearSolver:
                 return x, size <= goal
         return x, size <= goal
 
-    def _general(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats:
-        """Return x by a factorisation for any matrix, refined once."""
+    def _solve_general(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats:
+        """Return the solution by a factorisation that works for any matrix, refined once."""
         self.statistics.fallbacks += 1
         symmetric = self._cholesky is not None and abs(K - K.T).max() <= 1e-12 * abs(K.data).max()
         lu = factor(K, symmetric=bool(symmetric))
         x = lu.solve(b)
         x += lu.solve(b - K @ x)
-        return self._checked(lu.name, K, b, x, tolerance)
+        return self._check_residual(lu.name, K, b, x, tolerance)
 
-    def _checked(self, method: str, K: sparse.csr_matrix, b: Floats, x: Floats, tolerance: float) -> Floats:
-        """Return x if it solves the system. Raises Unsolved."""
+    def _check_residual(self, method: str, K: sparse.csr_matrix, b: Floats, x: Floats, tolerance: float) -> Floats:
+        """Return x if its residual is small enough, and record the residual and the method. Raises Unsolved."""
         size = float(np.linalg.norm(b))
         residual = float(np.linalg.norm(b - K @ x))
         if not residual <= tolerance * size:
@@ -189,5 +202,5 @@ class LinearSolver:
         return x
 
     def _note(self, method: str, residual: float) -> None:
-        """Record the method and residual of a solve."""
+        """Record the method and the relative residual of a solve."""
         self.statistics.method, self.statistics.residual = method, residual

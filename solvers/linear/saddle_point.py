@@ -1,11 +1,12 @@
 """Saddle-point systems with pressures: [[A, B^T], [B, -C]] with a small C, zero for an incompressible solid.
 
-A factor without pivoting needs C away from zero, and pivoting costs more than it gains. So the system is factorised
-with slightly more compliance, 1/K of SLACK times 1/mu, whose L S L^T exists in every order (Vanderbei 1995, "Symmetric
-quasidefinite matrices"). Refinement removes the resulting error: each round leaves about SLACK / beta^2 of it, beta the
-inf-sup value of the element (Benzi, Golub and Liesen 2005, section 9). The few pressures for which that is not small,
-as in a body fixed nearly all around, are left to GMRES (Saad and Schultz 1986). A saddle point has as many negative
-pivots as pressures; more of them mean that the body is unstable.
+A factorisation without pivoting needs C away from zero, and pivoting costs more than it gains. So the system is
+factorised with some additional compliance: SLACK / mu is added to 1 / bulk modulus. The factor L S L^T of this matrix
+exists in every elimination order (Vanderbei 1995, "Symmetric quasidefinite matrices"). Iterative refinement removes the
+resulting error: each round leaves a fraction of about SLACK / beta^2, with beta the inf-sup constant of the element
+(Benzi, Golub and Liesen 2005, section 9). For a few pressure modes this fraction is not small, as in a body fixed
+nearly all around; GMRES removes their error (Saad and Schultz 1986). A saddle point has as many negative pivots as
+pressures; more negative pivots mean that the body is unstable.
 """
 
 from __future__ import annotations
@@ -20,12 +21,12 @@ from scipy import sparse
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Factor, Unsolved
 
-ROUNDS, ENOUGH, USABLE = 20, 1e-13, 1e-8  # of refinement: at most, and relative residuals
+ROUNDS, ENOUGH, USABLE = 20, 1e-13, 1e-8  # most refinement rounds; relative residuals: to stop at, to accept
 
 
 @dataclass
 class SaddlePointFactor:
-    """Factor of a slightly more compressible system, with refinement."""
+    """Factor of a slightly more compressible system, with refinement of solutions."""
 
     factor: Factor
     K: sparse.csr_matrix
@@ -40,22 +41,28 @@ class SaddlePointFactor:
 
     @property
     def negative_pivots(self) -> int | None:
-        """Number of negative pivots minus that of pressures; 0 for a stable equilibrium."""
+        """Number of negative pivots minus the number of pressures; 0 for a stable equilibrium."""
         found = self.factor.negative_pivots
         return None if found is None else max(0, found - self.pressures)
 
     def solve(self, b: Floats) -> Floats:
-        """Return x with K x = b. Raises Unsolved, e.g. if supports change the volume of an incompressible body."""
+        """Return the solution x of K x = b. Raises Unsolved.
+
+        There is no solution if, for example, supports change the volume of an incompressible body.
+        """
         size = float(np.linalg.norm(b))
-        x, left = self._refined(b, ENOUGH * size)
+        x, left = self._solve_refined(b, ENOUGH * size)
         if not left <= USABLE * size:
-            x, left = self._projected(b, x, left)
+            x, left = self._correct_by_gmres(b, x, left)
         if not left <= USABLE * size:
             raise Unsolved(left / size, USABLE)
         return x
 
-    def _refined(self, b: Floats, enough: float) -> tuple[Floats, float]:
-        """Return x and the norm of its residual, after refinement rounds that each lower it."""
+    def _solve_refined(self, b: Floats, enough: float) -> tuple[Floats, float]:
+        """Return x and the norm of its residual, after iterative refinement.
+
+        Rounds end when the residual is at most `enough`, or no longer decreases.
+        """
         x = self.factor.solve(b)
         best, least = x, np.inf
         for self.iterations in range(1, ROUNDS + 1):
@@ -69,11 +76,14 @@ class SaddlePointFactor:
             x = x + self.factor.solve(r)
         return best, least
 
-    def _projected(self, b: Floats, x: Floats, left: float) -> tuple[Floats, float]:
-        """Return the better of x and its correction by GMRES, with the norm of its residual."""
+    def _correct_by_gmres(self, b: Floats, x: Floats, left: float) -> tuple[Floats, float]:
+        """Correct x by GMRES; return the better of the two solutions and the norm of its residual.
+
+        `left` is the norm of the residual of x.
+        """
         if not np.isfinite(left):
             return x, left
-        # 0.14 s, asked for where plain refinement is not enough
+        # the import takes 0.14 s and is needed only if refinement is not enough
         from scipy.sparse.linalg import LinearOperator, gmres
 
         size = self.K.shape
@@ -86,12 +96,13 @@ class SaddlePointFactor:
 def factor(
     K: sparse.csr_matrix, spare: Floats, make: Callable[[sparse.csr_matrix], Factor], halved: bool = False
 ) -> Factor:
-    """Return a solver for K, by `make` of a matrix with `spare` (n,) >= 0 subtracted from the pressure diagonal.
+    """Return a solver for the saddle-point matrix K, refined from the factor of a more compressible matrix.
 
-    If K is nearly symmetric, `make` gets only its symmetric part (`halved`), and refinement corrects that. Raises
+    `spare` (n,) >= 0 is subtracted from the diagonal of K at the pressures, and `make` factorises the result. If K is
+    nearly symmetric, `halved` passes only the symmetric part to `make`; refinement corrects the difference. Raises the
     errors of `make`.
     """
     near = (0.5 * (K + K.T)).tocsr() if halved else K
     softened: Any = sparse.csr_matrix((near.data.copy(), near.indices, near.indptr), shape=K.shape)
-    softened.setdiag(near.diagonal() - spare)  # which the pattern holds: its structure stays that of K
+    softened.setdiag(near.diagonal() - spare)  # the pattern of K has these entries, so it does not change
     return SaddlePointFactor(make(softened), K, int(np.count_nonzero(spare)))

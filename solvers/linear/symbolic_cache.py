@@ -1,4 +1,4 @@
-"""Cache of symbolic factorisations: each sparsity pattern is analysed once, as long as its arrays live."""
+"""Cache of symbolic factorisations: each sparsity pattern is analysed once, as long as its arrays exist."""
 
 from __future__ import annotations
 
@@ -14,35 +14,36 @@ from softmark.solvers.sparse.symbolic_factorization import FactorEstimate, Symbo
 if TYPE_CHECKING:
     from softmark.solvers.sparse.rigid_body_modes import Modes
 
-KEPT = 8  # patterns known at a time
+KEPT = 8  # largest number of cached patterns
 _LOCK = threading.Lock()
 
 
 class KnownPattern:
-    """Analysis of a pattern: the cost of its factor and, once needed, its symbolic factorisation."""
+    """Cached analysis of a pattern: the estimated cost of its factor and, once needed, its symbolic factorisation."""
 
     def __init__(self, found: FactorEstimate) -> None:
-        """Store the estimate of the factor."""
+        """Store the estimate `found` of the factor's cost."""
         self.sketch = found
         self._plan: Symbolic | None = None
 
     def plan(self, K: sparse.csr_matrix) -> Symbolic:
-        """Return the symbolic factorisation for K, which has the pattern."""
+        """Return the symbolic factorisation of the pattern; K is any matrix with this pattern."""
         if self._plan is None:
             self._plan = plan_fronts(K, self.sketch)
         return self._plan
 
 
-# a weak reference to indptr, indices, what is known; the latest first
+# weak reference to indptr, the array indices, the analysis; the latest entry first
 _KNOWN: list[tuple[Any, Any, KnownPattern]] = []
 
 
 def cached_pattern(K: sparse.csr_matrix, motions: Modes = None) -> KnownPattern:
-    """Return the cached analysis of the pattern of K. Raises ValueError unless it is symmetric with a full diagonal.
+    """Return the cached analysis of the pattern of K; a new pattern is analysed first.
 
-    A pattern is identified by its two arrays, which must not be modified, or by equal ones, and removed with the array
-    `indptr` of the analysed matrix: scipy passes that on from a pattern to its matrices, while each of these has its
-    own view of the indices.
+    `motions` are the rigid body modes of the unknowns. A pattern is identified by its arrays `indptr` and `indices`, or
+    by arrays with equal numbers; the arrays must not be modified. The entry is removed together with the array `indptr`
+    of the analysed matrix: scipy shares this array between a pattern and its matrices, while each matrix has its own
+    view of the indices. Raises ValueError unless the pattern is symmetric with a full diagonal.
     """
     with _LOCK:
         for entry in _KNOWN:
@@ -62,10 +63,13 @@ def cached_plan(K: sparse.csr_matrix, motions: Modes = None) -> Symbolic:
 
 
 def _is_same_array(known: Any, array: Any) -> bool:
-    """Return whether an array equals a known one."""
+    """Return whether `array` is the known array, or has equal numbers."""
     return known is array or (known is not None and np.array_equal(known, array))
 
 
 def _remove_pattern(reference: Any) -> None:
-    """Remove a pattern when its array is collected, at any time: one atomic change, without a lock."""
+    """Remove the entry of a pattern from the cache after its array was garbage-collected.
+
+    This can happen at any time, so the list is replaced in one atomic step, without a lock.
+    """
     _KNOWN[:] = [e for e in _KNOWN if reference is not e[0]]

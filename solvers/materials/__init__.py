@@ -1,10 +1,12 @@
 """Materials, and the constitutive laws made from them.
 
-A material is a word of a scene: constants with units. A law is psi, P and dPdF over a batch of deformation
-gradients (constitutive_law.py); `law_for` makes one from a material and the strain measure of a model. To add a
-material: one file with a dataclass derived from `Isotropic` (hyperelastic.py describes its law), or, with its own
-constants, from `IsochoricInvariantMaterial` or `PrincipalStretchMaterial` (isochoric_split.py), and one line in
-MATERIALS. Constants may be arrays, one value per evaluation point, so do not branch on them with `if`.
+A material is a word of a scene: constants with units. A law is a set of functions psi, P and dPdF of a batch of
+deformation gradients (constitutive_law.py); `law_for` makes one from a material and the strain measure of a model.
+
+To add a material, write one file with a dataclass, and add one line to MATERIALS. If its constants are two elastic
+moduli, derive it from `Isotropic` (hyperelastic.py describes its law). If it has constants of its own, derive it from
+`IsochoricInvariantMaterial` or `PrincipalStretchMaterial` (isochoric_split.py). Constants may be arrays, one value per
+evaluation point, so do not branch on them with `if`.
 """
 
 from __future__ import annotations
@@ -81,7 +83,7 @@ WORDS: Mapping[str, type[Any]] = ChainMap({"viscoelastic": Viscoelastic, "biphas
 
 
 class NoFiniteLaw(Exception):
-    """The material has no law at finite strain."""
+    """Error raised if a material has no law at finite strain."""
 
     def __init__(self, material: Isotropic) -> None:
         super().__init__(f"{type(material).__name__} has no finite-strain law; use small or corotational strain")
@@ -89,14 +91,17 @@ class NoFiniteLaw(Exception):
 
 
 def _small(material: Isotropic) -> Law:
+    """Return the small-strain law with the moduli of the material at rest."""
     return SmallStrain(material.shear_modulus, material.lame_lambda)
 
 
 def _corotational(material: Isotropic) -> Law:
+    """Return the corotational law with the moduli of the material at rest."""
     return Corotational(material.shear_modulus, material.lame_lambda)
 
 
 def _finite(material: Isotropic) -> Law:
+    """Return the finite-strain law of the material. Raises NoFiniteLaw if it has none."""
     law = material.finite_law()
     if law is None:
         raise NoFiniteLaw(material)
@@ -111,10 +116,11 @@ STRAINS: dict[str, Callable[[Isotropic], Law]] = {
 
 
 def law_for(material: Isotropic, strain: str) -> Law:
-    """Return the law of `material` for a model with strain measure `strain`, a key of STRAINS.
+    """Return the law of `material` for a model with the strain measure `strain`, a key of STRAINS.
 
     `small` and `corotational` use the moduli at rest of any material; `finite` is the material's own law. For a plate
-    it is the law in plane stress. Raises NoFiniteLaw, and KeyError for a strain that is not in STRAINS.
+    the result is the law in plane stress. Raises NoFiniteLaw if the material has no finite-strain law, and KeyError for
+    a strain that is not in STRAINS.
     """
     law = STRAINS[strain](material)
     if material.thin:
@@ -126,7 +132,7 @@ def law_for(material: Isotropic, strain: str) -> Law:
 
 
 def _at_points(material: Isotropic, law: Any) -> Any:
-    """Return a law or damping tangent with constants per point, if the material's constants vary."""
+    """Return a law or damping tangent whose constants differ from point to point, if those of the material do."""
     if not material.sampled:
         return law
     from softmark.solvers.materials.heterogeneous import HeterogeneousLaw, iterate_arrays
@@ -136,10 +142,10 @@ def _at_points(material: Isotropic, law: Any) -> Any:
 
 
 def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
-    """Return two laws whose sum is `law_for`: the shear part, of modulus mu, and the volume part.
+    """Return two laws whose sum is `law_for`: the shear part, proportional to mu, and the volume part.
 
-    The modulus of the volume part is lam, or the bulk modulus if the law is written with it. None if the law cannot be
-    split.
+    The volume part is proportional to lam, or to the bulk modulus if the law is written with it. Return None if the law
+    cannot be split.
     """
     if material.thin:
         return None
@@ -148,6 +154,7 @@ def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
 
 
 def _parts(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
+    """Return the two laws of `parts_for`, without constants that differ from point to point."""
     mu, lam = material.shear_modulus, material.lame_lambda
     if strain == "small":
         return SmallStrain(mu, 0.0), SmallStrain(0.0, lam)
@@ -159,7 +166,7 @@ def _parts(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
 def mixed_for(material: Isotropic, strain: str) -> MixedSplit | None:
     """Return `law_for` split into a shape law and a volume constraint, for elements with pressures.
 
-    Valid for every Poisson's ratio, 0.5 included. None if the law cannot be split.
+    The split is valid for every Poisson's ratio, including 0.5. Return None if the law cannot be split.
     """
     if material.thin:
         return None
@@ -176,9 +183,9 @@ def mixed_for(material: Isotropic, strain: str) -> MixedSplit | None:
 
 
 def drags_for(material: Isotropic, strain: str) -> tuple[DampingTangent, DampingTangent] | None:
-    """Return the damping tangents of `law_for` as a whole, and of the second of `parts_for` only.
+    """Return the damping tangents of the whole law and of its volume part (the second of `parts_for`).
 
-    None for small strains, whose tangent contains no stress, and if the law cannot be split.
+    Return None for small strains, whose tangent contains no stress, or if the law cannot be split.
     """
     laws: Any = None if material.thin else _parts(material, strain)
     if strain == "small" or laws is None:
@@ -192,7 +199,10 @@ def drags_for(material: Isotropic, strain: str) -> tuple[DampingTangent, Damping
 
 
 def _volume_modulus(law: Any) -> Any:
-    """Return M of a volume law, Pa, per point if it varies; dg/dF is the identity at rest for every g."""
+    """Return the modulus M of a volume law M/2 g^2, Pa, for each point if it varies.
+
+    It is read from the stiffness at rest, because dg/dF is the identity there for every g.
+    """
     if hasattr(law, "at_rest"):
         return law.at_rest(lambda A: A[:, 0, 0, 0, 0])
     return float(law.dPdF(np.eye(3)[None])[0, 0, 0, 0, 0])

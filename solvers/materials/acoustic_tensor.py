@@ -1,11 +1,12 @@
 """Search for loss of strong ellipticity in anisotropic laws, by testing the acoustic tensor in sampled directions.
 
-For such laws, unlike isotropic ones (ellipticity.py), there is no exact criterion. If a law can prove by a bound that a
-state is elliptic (`elliptic`), nothing is computed. Otherwise the acoustic tensor Q(n) is tested in thirteen
-directions: the face, edge and corner axes of a cube aligned with fibres and sheets. Q comes from the law's own formula
-(`waves`) or from its stiffness. From the weakest direction the two vectors of a n : A : a n are then improved in turn,
-each by a 3x3 eigenvalue problem, which can only lower it: at the weakest fiftieth of the points, and at all points if
-that finds more. A loss that is found is certain; a state without a find is taken as elliptic.
+For anisotropic laws, unlike isotropic ones (ellipticity.py), there is no exact criterion. If a law can prove by a bound
+that a state is elliptic (its method `elliptic`), nothing is computed. Otherwise the acoustic tensor Q(n) is tested in
+thirteen directions: the face, edge and corner axes of a cube aligned with fibres and sheets. Q comes from the law's own
+formula (its method `waves`) or from its stiffness A. Then a n : A : a n is minimised from the weakest direction: the
+vectors a and n are improved in turn, each by a 3x3 eigenvalue problem, which can only lower the value. This is done at
+the weakest fiftieth of the points, and at all points if it finds losses there. A loss that is found is certain. A state
+where none is found is taken as elliptic.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ DIRECTIONS = np.array(_CUBE) / np.linalg.norm(_CUBE, axis=1)[:, None]
 
 
 def find_loss_in_directions(law: Any, F: Array, held: VolumePressure | None) -> Bools:
-    """Return for which states F (m, 3, 3) an anisotropic law was found to have lost strong ellipticity (m,).
+    """Return for which states F (m, 3, 3) a loss of strong ellipticity of an anisotropic law was found (m,).
 
     `held` is the separate volume constraint, or None.
     """
@@ -47,8 +48,8 @@ def find_loss_in_directions(law: Any, F: Array, held: VolumePressure | None) -> 
 
 
 def _search_without_bound(law: Any, F: Array, held: VolumePressure | None) -> Bools:
-    """Return for which states ellipticity is lost, without using a bound."""
-    least, positive, sound = _in_directions(law, F, held)
+    """Return for which states F (m, 3, 3) a loss of ellipticity is found (m,), without using a bound of the law."""
+    least, positive, sound = _acoustic_tensor_tests(law, F, held)
     found: Bools = sound & ~positive.all(axis=1)
     order = np.flatnonzero(sound & ~found)
     order = order[np.argsort(least[order].min(axis=1))]
@@ -64,8 +65,12 @@ def _search_without_bound(law: Any, F: Array, held: VolumePressure | None) -> Bo
     return found
 
 
-def _in_directions(law: Any, F: Array, held: VolumePressure | None) -> tuple[Array, Bools, Bools]:
-    """Return how weak acoustic tensors are, whether they are positive (m, 13), and whether the law is finite (m,)."""
+def _acoustic_tensor_tests(law: Any, F: Array, held: VolumePressure | None) -> tuple[Array, Bools, Bools]:
+    """Return, for m states and 13 directions, a measure of the acoustic tensor and whether it is positive definite.
+
+    Both are (m, 13). The measure is about its weakest eigenvalue. The third result (m,) is False for states outside the
+    domain of the law.
+    """
     passive = getattr(law, "passive", law)
     if hasattr(passive, "waves") and not (law is not passive and law.own is not None):
         K = 0.0 if held is None else np.minimum(held.modulus, STIFF * passive.stiffness)
@@ -86,7 +91,7 @@ def _axes(law: Any, count: int) -> Array:
 
 
 def _law_at_points(law: Any, some: Any) -> Any:
-    """Return the law at some of the points."""
+    """Return the law at the points `some`, whose constants and directions may differ."""
     return map_arrays(law, lambda a: np.ravel(a)[some]) if next(iterate_arrays(law), None) is not None else law
 
 
@@ -103,7 +108,10 @@ def _stiffness(law: Any, F: Array, held: VolumePressure | None) -> Array:
 
 
 def _weakest_eigenvalue(Q: Array) -> tuple[Array, Bools]:
-    """Return 1 / sum(1 / eigenvalues) (m, d) of symmetric Q (m, d, 3, 3), and whether Q is positive definite."""
+    """Return 1 / sum(1 / eigenvalues) (m, d) of Q (m, d, 3, 3), about the weakest eigenvalue, and definiteness.
+
+    Q is symmetric. The second result (m, d) is True where Q is positive definite.
+    """
     a, b, c, d, e, f = (Q[..., i, j] for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)))
     first, second, third = b * c - d * d, a * c - e * e, a * b - f * f
     det = a * first - f * (f * c - d * e) + e * (f * d - b * e)
@@ -111,15 +119,16 @@ def _weakest_eigenvalue(Q: Array) -> tuple[Array, Bools]:
 
 
 def _minimize_from_direction(A: Array, n: Array) -> Bools:
-    """Return whether a n : A : a n can be lowered to zero or less from a direction n (k, 3)."""
+    """Return whether a n : A : a n is lowered to zero or less (k,), starting from the directions n (k, 3)."""
     for _ in range(TURNS):
         value, vectors = np.linalg.eigh(np.einsum("miJkL,mJ,mL->mik", A, n, n, optimize=True))
         a = vectors[:, :, 0]
-        _, vectors = np.linalg.eigh(_even(np.einsum("miJkL,mi,mk->mJL", A, a, a, optimize=True)))
+        _, vectors = np.linalg.eigh(_symmetric_part(np.einsum("miJkL,mi,mk->mJL", A, a, a, optimize=True)))
         n = vectors[:, :, 0]
     found: Bools = value[:, 0] <= 0.0
     return found
 
 
-def _even(R: Array) -> Array:
+def _symmetric_part(R: Array) -> Array:
+    """Return the symmetric part of R (k, 3, 3)."""
     return 0.5 * (R + R.transpose(0, 2, 1))

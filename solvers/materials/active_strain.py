@@ -57,7 +57,10 @@ class ActiveStrain(ActiveMaterial):
         _transform_tangent(H, A)
 
     def _back(self, f: Array) -> Array:
-        """Return Fa^-1 (3, 3, m or 1) in the precision of f (3, 3, m): symmetric, of determinant one."""
+        """Return the inverse active stretch Fa^-1 (3, 3, m or 1), symmetric and of determinant one.
+
+        It has the floating-point type of f (3, 3, m).
+        """
         d, left = self.frame.axes(f.dtype)[0], 1.0 - np.asarray(self.shortening, dtype=f.dtype)
         across, along = np.sqrt(left), 1.0 / left
         A: Array = (along - across) * (d[:, None] * d[None])
@@ -67,7 +70,10 @@ class ActiveStrain(ActiveMaterial):
 
 
 def _transform_tangent(H: Array, A: Array) -> None:
-    """Transform a tangent by A = Fa^-1: H_iJkL <- H_iMkN A_MJ A_NL, upper triangle; A (3, 3, m or 1) symmetric."""
+    """Transform a tangent H by A = Fa^-1: H_iJkL <- H_iMkN A_MJ A_NL, on and above the diagonal.
+
+    A (3, 3, m or 1) is symmetric.
+    """
     for r in range(9):
         H[r + 1 :, r] = H[r, r + 1 :]
     whole = np.empty_like(H)

@@ -26,9 +26,9 @@ else:
 
 @dataclass(frozen=True)
 class ActiveTension(Anisotropic):
-    """Active part of the stress of muscle: second Piola-Kirchhoff stress T f (x) f, independent of the deformation.
+    """Active part of the stress of muscle: the second Piola-Kirchhoff stress T f (x) f along the fibres f.
 
-    psi = T/2 (|F f|^2 - 1)
+    It is independent of the deformation, with the energy psi = T/2 (|F f|^2 - 1).
     """
 
     tension: Any
@@ -48,7 +48,10 @@ class ActiveTension(Anisotropic):
         return super().sampled or hasattr(self.tension, "shape")
 
     def placed(self, X: Array, read: Any = None) -> Any:
-        """Return the law with directions and tension evaluated at points X (m, q, 3), m. Raises InvalidDirection."""
+        """Return the law with directions and tension evaluated at points X (m, q, 3), m; `read` reads field files.
+
+        Raises InvalidDirection.
+        """
         made = super().placed(X, read)
         if not hasattr(self.tension, "values"):
             return made
@@ -69,12 +72,12 @@ class ActiveTension(Anisotropic):
         self.add_stiffness(H, axes)
 
     def add_stiffness(self, H: Array, axes: Array) -> None:
-        """Add H (9, 9, m) += delta_ik T f_J f_L, on and above the diagonal."""
+        """Add the stiffness delta_ik T f_J f_L to H (9, 9, m), on and above the diagonal, Pa."""
         add_geometric_stiffness(H, self.tension * (axes[0][:, None] * axes[0][None]))
 
     @property
     def shear_modulus(self) -> float:
-        """Shear modulus due to its stress, Pa."""
+        """Shear modulus at rest that the tension adds, Pa."""
         return float(np.abs(self.tension).max())
 
 
@@ -84,9 +87,8 @@ class Active(ActiveMaterial):
 
     S = S of the law + T f (x) f, the second Piola-Kirchhoff stress; f are the fibres before deformation
     In a static analysis the tension is raised together with the loads. An `amplitude` scales it as it scales loads:
-    over the states of a static analysis, or over time in a quasistatic or dynamic one; by default the full tension
-    acts from
-    the start. Its work is part of the energy balance of a dynamic analysis and listed as `muscle_work`, a part of
+    over the states of a static analysis, or over time in a quasistatic or dynamic one; by default the full tension acts
+    from the start. Its work is part of the energy balance of a dynamic analysis and listed as `muscle_work`, a part of
     `load_work`. T is a second Piola-Kirchhoff stress (force per undeformed area, divided by the stretch), so the Cauchy
     stress along the fibres grows with the square of their stretch. T may vary in space, by an expression or a field.
     The fibres are those of the law; give `own` for a law without fibres, such as rubber.
@@ -105,7 +107,7 @@ class Active(ActiveMaterial):
 
     @property
     def pull(self) -> ActiveTension:
-        """Law of the active tension without the passive part."""
+        """Law of the active tension alone, without the passive part."""
         return ActiveTension(self.tension, self.fibres)
 
     # ------------------------------------------------------------------ sum of passive and active part

@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
 
 class ActiveMaterial(Anisotropic):
-    """A passive `law` activated along its fibres, or along its `own`; the field named `does` is the activation."""
+    """A passive `law` with an activation along its fibres, or along the direction `own`.
+
+    The class attribute `does` is the name of the field that holds the activation.
+    """
 
     law: Any
     own: Any
@@ -22,27 +25,27 @@ class ActiveMaterial(Anisotropic):
 
     @property
     def fibres(self) -> Any:
-        """Direction of activation; None if there are no fibres."""
+        """Direction of activation; None if neither the law nor the material has fibres."""
         return getattr(self.law, "fibres", None) if self.own is None else self.own
 
     @property
     def passive(self) -> Any:
-        """The material without activation."""
+        """Passive material, without activation."""
         return self.law
 
     @property
     def within(self) -> Any:
-        """Finite-strain law of the wrapped material, or its law if that is already known."""
+        """Finite-strain law of the wrapped material."""
         made = getattr(self.law, "finite_law", None)
         return self.law if made is None else made()
 
     @property
     def much(self) -> Any:
-        """Activation: a number, a function of position, or an array."""
+        """Value of the activation: a number, a function of position, or an array of one value per point."""
         return getattr(self, self.does)
 
     def part(self, share: float) -> Any:
-        """Return the material at a fraction of its activation."""
+        """Return the material with the fraction `share` of its activation."""
         return self._with(**{self.does: self.much * share})
 
     def _shape_psi(self, f: Array, axes: Array) -> Array:
@@ -62,7 +65,10 @@ class ActiveMaterial(Anisotropic):
 
     @property
     def polyconvex(self) -> bool:
-        """True if the wrapped energy is polyconvex: T/2 |F f|^2 is convex, and F Fa^-1 is linear in F."""
+        """True if the energy is polyconvex, which it is if the passive energy is.
+
+        Reason: T/2 |F f|^2 is convex, and F Fa^-1 is linear in F.
+        """
         return bool(getattr(self.within, "polyconvex", False))
 
     @property
@@ -82,7 +88,7 @@ class ActiveMaterial(Anisotropic):
 
     @property
     def bulk(self) -> float | None:  # type: ignore[override]
-        """Bulk modulus of the wrapped law; None if incompressible."""
+        """Bulk modulus of the wrapped law, Pa; None if it is incompressible."""
         return None if self.law.incompressible else self.law.bulk_modulus
 
     @property
@@ -97,7 +103,7 @@ class ActiveMaterial(Anisotropic):
 
     @property
     def _places(self) -> bool:
-        """True if its own fields are functions of position."""
+        """True if the direction `own` or the activation is a function of position."""
         return depends_on_position(self.own) or hasattr(self.much, "values")
 
     @property
@@ -107,9 +113,9 @@ class ActiveMaterial(Anisotropic):
         return bool(self.law.sampled) or bool(own)
 
     def placed(self, X: Array, read: Any = None) -> Any:
-        """Return the material with directions evaluated at points X (m, q, 3), m; `read` reads fields.
+        """Return the material with directions and activation evaluated at points X (m, q, 3), m.
 
-        Raises InvalidDirection.
+        `read` reads field files. Raises InvalidDirection.
         """
         law = self.law.placed(X, read) if hasattr(self.law, "placed") else self.law
         new: dict[str, Any] = {"law": law}
@@ -126,7 +132,7 @@ class ActiveMaterial(Anisotropic):
 
     @property
     def local_bulk(self) -> float:
-        """Part of K that stays in the point-wise law if a cell pressure carries the rest, Pa."""
+        """Part of the bulk modulus that stays in the point-wise law if a cell pressure carries the other part, Pa."""
         return math.inf if self.bulk is None else self.bulk - self.pressure_modulus
 
     @property

@@ -1,8 +1,8 @@
-"""Base class of anisotropic materials: everything that does not depend on the particular law.
+"""Base class of anisotropic materials, with everything that does not depend on the particular law.
 
-To add one: a dataclass derived from `Anisotropic` with `fibres`, `density` and `bulk` among its constants,
-`shear_modulus`, and its law without K/2 (J - 1)^2: `_shape_psi`, `_shape_P` and `_set_shape` (guccione.py). A law of
-fibre invariants derives from `FiberReinforced` (fiber_reinforced.py).
+To add a material, derive a dataclass from `Anisotropic`, with `fibres`, `density` and `bulk` among its constants. It
+defines `shear_modulus`, and its law without K/2 (J - 1)^2: `_shape_psi`, `_shape_P` and `_set_shape` (guccione.py shows
+an example). A law of fibre invariants derives from `FiberReinforced` (fiber_reinforced.py).
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ Bulk = Annotated[float | None, "Pa in (0, inf)", BULK]
 
 
 class Anisotropic(BatchedLaw):
-    """Anisotropic solid: psi = shape(F, f, s) + K/2 (J - 1)^2, J = det F > 0.
+    """Anisotropic solid: psi = shape(F, f, s) + K/2 (J - 1)^2, J = det F > 0, with fibres f and sheets s.
 
     `fibres` and `sheets` are directions, functions of position that return directions, or a `MaterialFrame` of points.
     """
@@ -62,15 +62,18 @@ class Anisotropic(BatchedLaw):
 
     @abstractmethod
     def _shape_psi(self, f: Array, axes: Array) -> Array:
-        """Return the energy density (m,) without the volume part, for f (3, 3, m) and directions (3, 3, m or 1)."""
+        """Return the energy density (m,) without the volume part, J/m^3.
+
+        f (3, 3, m) are the components of F, and `axes` (3, 3, m or 1) the material directions.
+        """
 
     @abstractmethod
     def _shape_P(self, f: Array, axes: Array) -> Array:
-        """Return the stress (3, 3, m) of `_shape_psi`."""
+        """Return the first Piola-Kirchhoff stress (3, 3, m) of `_shape_psi`, Pa."""
 
     @abstractmethod
     def _set_shape(self, f: Array, axes: Array, H: Array) -> None:
-        """Write the stiffness of `_shape_psi` into H (9, 9, m), on and above the diagonal."""
+        """Write the stiffness of `_shape_psi`, Pa, into H (9, 9, m), on and above the diagonal."""
 
     def _psi(self, f: Array) -> Array:
         j = volume_change(displacement_gradient(f))
@@ -95,28 +98,32 @@ class Anisotropic(BatchedLaw):
         return project(self.dPdF(F))
 
     def finite_law(self) -> Law | None:
-        """Return the law itself; for an incompressible solid, the law without the pressure."""
+        """Return the law itself; for an incompressible solid, the law without the volume energy."""
         return self
 
     def finite_parts(self) -> tuple[Law, Law] | None:
-        """Return None: the volume stiffness is not proportional to a single modulus."""
+        """Return None (no split): the volume stiffness is not proportional to a single modulus."""
         return None
 
     def isochoric(self) -> Law | None:
-        """Return None: the shape part depends on F itself, not on its isochoric part."""
+        """Return None (no isochoric part): the shape part depends on F itself, not on its isochoric part."""
         return None
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
-        """Return the law with K replaced by `local_bulk`, and the constraint J - 1, whose pressure carries the rest."""
+        """Return the law with K replaced by `local_bulk`, and the constraint J - 1.
+
+        The pressure of the constraint carries the remaining part of K.
+        """
         from softmark.solvers.materials.volumetric_constraints import VolumeRatio
 
         return self._with_bulk(self.local_bulk), VolumeRatio()
 
     def _with_bulk(self, bulk: float) -> Any:
+        """Return a copy with the bulk modulus `bulk`, Pa."""
         return self._with(bulk=bulk)
 
     def _with(self, **new: Any) -> Any:
-        """Return a copy with other field values; every law is a dataclass."""
+        """Return a copy with other field values; every material is a dataclass."""
         own: Any = self
         return replace(own, **new)
 
@@ -147,7 +154,7 @@ class Anisotropic(BatchedLaw):
         return isinstance(self.fibres, MaterialFrame) and self.fibres.sampled
 
     def placed(self, X: Array, read: Any = None) -> Any:
-        """Return the material with directions evaluated at points X (m, q, 3), m; `read` reads fields.
+        """Return the material with directions evaluated at points X (m, q, 3), m; `read` reads field files.
 
         Raises InvalidDirection.
         """
@@ -179,17 +186,17 @@ class Anisotropic(BatchedLaw):
 
     @property
     def lame_lambda(self) -> float:
-        """Lame constant lam of the isotropic solid with these two moduli, Pa."""
+        """Lame constant lam of the isotropic solid with this shear and bulk modulus, Pa."""
         return self.bulk_modulus - 2.0 / 3.0 * self.shear_modulus
 
     @property
     def young(self) -> float:
-        """Young's modulus of the isotropic solid with these two moduli, Pa; for orders of magnitude only."""
+        """Young's modulus of the isotropic solid with this shear and bulk modulus, Pa; for orders of magnitude only."""
         return 2.0 * self.shear_modulus * (1.0 + self.poisson)
 
     @property
     def poisson(self) -> float:
-        """Poisson's ratio of the isotropic solid with these two moduli: it indicates volumetric locking."""
+        """Poisson's ratio of the isotropic solid with this shear and bulk modulus; it indicates volumetric locking."""
         if self.bulk is None:
             return 0.5
         K, mu = self.bulk, self.shear_modulus
@@ -197,16 +204,17 @@ class Anisotropic(BatchedLaw):
 
     @property
     def local_bulk(self) -> float:
-        """Part of K that stays in the point-wise law if a cell pressure carries the rest, Pa.
+        """Part of the bulk modulus that stays in the point-wise law if a cell pressure carries the other part, Pa.
 
-        A third of the shear modulus, for the reasons that `Isotropic.local_lambda` has, or half of a smaller K.
+        It is a third of the shear modulus, for the reasons given in `Isotropic.local_lambda`, or half of K if that is
+        less.
         """
         third = self.shear_modulus / 3.0
         return third if self.bulk is None else min(third, 0.5 * self.bulk)
 
     @property
     def pressure_modulus(self) -> float:
-        """Modulus M of `finite_mixed`, Pa; infinite if incompressible."""
+        """Modulus M of the energy term M/2 g^2 of `finite_mixed`, Pa; infinite if incompressible."""
         return self.bulk_modulus - self.local_bulk
 
     @property
@@ -222,18 +230,21 @@ def lacks_sheets(material: Any) -> bool:
 
 
 def depends_on_position(direction: Any) -> bool:
-    """Return whether a direction is a function of position (expressions or a rule), not an evaluated frame."""
+    """Return whether a direction is a function of position (expressions or a rule) instead of an evaluated frame."""
     return hasattr(direction, "at") and not isinstance(direction, MaterialFrame)
 
 
 def constant_at(profile: Any, X: Array, read: Any) -> Array:
-    """Return a spatially varying constant at points X (m, q, 3), m: (m, q)."""
+    """Return the values (m, q) of a spatially varying constant at points X (m, q, 3), m; `read` reads field files."""
     found: Array = profile.values(X.reshape(-1, 3), read).reshape(X.shape[:-1])
     return found
 
 
 def directions_at(fibres: Any, sheets: Any, X: Array, read: Any) -> MaterialFrame:
-    """Return directions at points X (m, q, 3), m, evaluating functions of position. Raises InvalidDirection."""
+    """Return the material directions at points X (m, q, 3), m, by evaluating functions of position.
+
+    `read` reads field files. Raises InvalidDirection.
+    """
     flat = X.reshape(-1, 3)
     f, s = _direction_at(fibres, flat, read), _direction_at(sheets, flat, read)
     f, known = f if isinstance(f, tuple) else (f, None)
@@ -242,7 +253,10 @@ def directions_at(fibres: Any, sheets: Any, X: Array, read: Any) -> MaterialFram
 
 
 def _direction_at(direction: Any, X: Array, read: Any) -> Any:
-    """Return a direction at points (n, 3), m: (n, 3), or fibres and sheets from a rule that gives both."""
+    """Return a direction at points (n, 3), m: (n, 3).
+
+    A rule that defines both fibres and sheets returns both.
+    """
     if direction is None:
         return None
     if hasattr(direction, "at"):
@@ -251,13 +265,13 @@ def _direction_at(direction: Any, X: Array, read: Any) -> Any:
 
 
 def transform_direction(f: Array, d: Array) -> Array:
-    """Return F d (3, m) of f (3, 3, m) and d (3, m or 1)."""
+    """Return the deformed directions F d (3, m), from f (3, 3, m) and d (3, m or 1)."""
     found: Array = f[:, 0] * d[0] + f[:, 1] * d[1] + f[:, 2] * d[2]
     return found
 
 
 def squared_stretch_change(moved: Array, d: Array) -> Array:
-    """Return |F d|^2 - 1 (m,), accurate near rest, from F d - d (3, m) and unit vectors d (3, m or 1)."""
+    """Return |F d|^2 - 1 (m,), accurate near rest, from `moved` = F d - d (3, m) and unit vectors d (3, m or 1)."""
     found: Array = sum((2.0 * d[i] + moved[i]) * moved[i] for i in range(3))
     return found
 

@@ -50,11 +50,11 @@ class ArrudaBoyce(IsochoricInvariantMaterial):
         return self._derivative(2, i), None, None
 
     def _terms(self) -> list[tuple[int, float]]:
-        """Return n and m C_n / limit^(2n - 2), Pa."""
+        """Return the exponent n and the coefficient m C_n / limit^(2n - 2), Pa, of each term of the series."""
         return [(n, self.m * c / self.limit ** (2 * n - 2)) for n, c in enumerate(SERIES, 1)]
 
     def _derivative(self, order: int, i: Number) -> Number:
-        """Return dW/di, or its derivative, by Horner's rule."""
+        """Return the first or second derivative of W by i, Pa, by Horner's rule."""
         total: Number = 0.0 * i
         for n, c in reversed(self._terms()):
             factor = n if order == 1 else n * (n - 1)

@@ -1,6 +1,7 @@
 """Evaluation of stability criteria at many states, for each kind of law and in blocks.
 
-States are deformation gradients F (m, 3, 3), and the result has one entry per state (m,), or is None if unknown.
+States are deformation gradients F (m, 3, 3). A result has one entry per state (m,), or is None if it is unknown. The
+argument `look` is the criterion, and `held` the separate volume constraint, if there is one.
 """
 
 from __future__ import annotations
@@ -24,21 +25,25 @@ BLOCK = 4096  # points per block
 
 @dataclass(frozen=True, eq=False)
 class VolumePressure:
-    """Volume constraint besides a law: pressures (m,), Pa, the constraint, and its modulus (may be infinite)."""
+    """Volume constraint besides a law: pressures (m,), Pa, the constraint, and its modulus, Pa (may be infinite)."""
 
     constraint: Constraint
     modulus: Any
     pressure: Array
 
     def of(self, some: slice | NDArray[np.intp]) -> VolumePressure:
-        """Return the constraint at some of the states."""
+        """Return the constraint at the states `some`."""
         own = self.modulus[some] if np.ndim(self.modulus) else self.modulus
         return VolumePressure(self.constraint, own, self.pressure[some])
 
 
 def evaluate_by_law(look: Callable[[Any, Array, VolumePressure | None], Bools | None], law: Any, F: Array,
                held: VolumePressure | None) -> Bools | None:  # fmt: skip
-    """Evaluate `look`, using the solid's law for a plate, and blocks with their own constants if these vary."""
+    """Return the criterion `look` at the states F (m, 3, 3), for any kind of law.
+
+    For a plate it uses the law of the solid with the thickness stretch of the plate. For a law whose constants differ
+    from point to point it uses blocks with their own constants.
+    """
     if hasattr(law, "solid"):  # a plate (plane_stress.py)
         return evaluate_by_law(look, law.solid, law.opened(F), None)
     if not hasattr(law, "at_rest"):
@@ -55,7 +60,10 @@ def evaluate_by_law(look: Callable[[Any, Array, VolumePressure | None], Bools | 
 def evaluate_in_blocks(
     look: Callable[[Any, Array, VolumePressure | None], Bools], law: Any, F: Array, held: VolumePressure | None
 ) -> Bools:
-    """Evaluate `look` for one law in blocks; floating-point errors are ignored."""
+    """Return the criterion `look` of one law at the states F (m, 3, 3), evaluated in blocks.
+
+    Floating-point errors are ignored.
+    """
     found = np.zeros(len(F), dtype=np.bool_)
     with np.errstate(all="ignore"):
         for start in range(0, len(F), BLOCK):

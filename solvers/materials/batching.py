@@ -1,7 +1,7 @@
-"""Base class of the laws: evaluates a law over blocks of the batch that fit in the processor cache.
+"""Base class of laws, which evaluates a law over blocks of the batch that fit in the processor cache.
 
-A subclass writes `_psi`, `_P` and `_dPdF` on components f (3, 3, m) (see tensor_components.py), independent of the
-batch layout. Results have the precision of F.
+A subclass writes `_psi`, `_P` and `_dPdF` on components f (3, 3, m) (see tensor_components.py), so that it does not
+depend on the layout of the batch. Results have the precision of F.
 """
 
 from __future__ import annotations
@@ -23,15 +23,18 @@ BLOCK = 4096  # matrices per block; measured: shorter rows cost calls, longer on
 
 
 class BatchedLaw(ABC):
-    """Base of laws written on components: psi, P, dPdF; outside the domain psi is +inf, P and dPdF are NaN."""
+    """Base class of laws written on components.
+
+    Outside the domain of a law, psi is +inf, and P and dPdF are NaN.
+    """
 
     @abstractmethod
     def _psi(self, f: Array) -> Array:
-        """Return the energy density (m,) of f (3, 3, m)."""
+        """Return the energy density (m,), J/m^3, of f (3, 3, m)."""
 
     @abstractmethod
     def _P(self, f: Array) -> Array:
-        """Return the stress (3, 3, m) of f (3, 3, m)."""
+        """Return the first Piola-Kirchhoff stress (3, 3, m), Pa, of f (3, 3, m)."""
 
     @abstractmethod
     def _dPdF(self, f: Array, H: Array) -> None:
@@ -59,7 +62,10 @@ class BatchedLaw(ABC):
 
 
 def tensors(F: Array, write: Callable[[Array, Array], None]) -> Array:
-    """Return tensors (m, 3, 3, 3, 3) from `write`, which fills the upper triangle H (9, 9, m) for f (3, 3, m)."""
+    """Return the tensors (m, 3, 3, 3, 3) that `write` computes for F (m, 3, 3).
+
+    `write` fills the entries of H (9, 9, m) on and above the diagonal, from f (3, 3, m).
+    """
     out = np.empty((len(F), 3, 3, 3, 3), dtype=precision(F))
     scratch = np.empty((9, 9, min(len(F), BLOCK)), dtype=precision(F))
     with np.errstate(all="ignore"):

@@ -1,8 +1,8 @@
 """Interface of a constitutive law: energy density, stress, and the derivative of the stress.
 
-An energy sees only the `Law` of a material: plain arrays over a batch of deformation gradients F = dx/dX. To add a law,
-give a class these four methods; the base class in batching.py is the fast way to write them, and `project` serves as
-`dPdF_projected` if nothing better is known.
+An energy sees only the `Law` of a material: functions of plain arrays over a batch of deformation gradients F = dx/dX.
+To add a law, write a class with these four methods. The base class in batching.py makes it fast, and `project` serves
+as `dPdF_projected` if nothing better is known.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ else:
 
 
 class Law(Protocol):
-    """psi, P and dP/dF over a batch of deformation gradients F (m, 3, 3)."""
+    """Interface of a law: psi, P and dP/dF over a batch of deformation gradients F (m, 3, 3)."""
 
     def psi(self, F: Array) -> Array:
         """Return the energy per undeformed volume, J/m^3 (m,); +inf outside the law's domain."""
@@ -39,10 +39,11 @@ class Law(Protocol):
 
 
 def project(dPdF: Array) -> Array:
-    """Return the nearest positive semi-definite tensors (Frobenius): negative eigenvalues of the 9x9 become zero.
+    """Return the positive semi-definite tensors nearest to dPdF (m, 3, 3, 3, 3) in the Frobenius norm.
 
-    Slow, and valid for any law. dPdF (m, 3, 3, 3, 3) has major symmetry; units are kept. Source: Teran et al.
-    (2005), "Robust quasistatic finite elements and flesh simulation". Raises LinAlgError on NaN.
+    Negative eigenvalues of the 9x9 matrices become zero. The function is slow, but valid for any law. dPdF has major
+    symmetry; units are kept. Raises LinAlgError on NaN.
+    Source: Teran et al. (2005), "Robust quasistatic finite elements and flesh simulation".
     """
     H = dPdF.reshape(-1, 9, 9)
     w, v = np.linalg.eigh(H)  # (m, 9), (m, 9, 9)

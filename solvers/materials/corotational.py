@@ -35,13 +35,14 @@ FLOOR = 1e-6  # smallest divisor s_i + s_j in dR/dF; it is 2 at rest
 
 @dataclass(frozen=True)
 class Corotational(BatchedLaw):
-    """Corotational energy: mu |F - R|^2 + lam/2 tr(R^T F - I)^2, R the rotation nearest to F, mu and lam at rest, Pa.
+    """Corotational energy: mu |F - R|^2 + lam/2 tr(R^T F - I)^2, with R the rotation nearest to F.
 
-    P = 2 mu (F - R) + lam tr(R^T F - I) R: Hooke's law in the frame of R, with stress linear in stretch, and finite
-    energy for flat or inverted states. If the two smallest principal stretches cancel, s2 + s3 = 0, R is not unique:
-    it jumps there and its derivative is unbounded; denominators s_i + s_j are kept above FLOOR.
-    Source: McAdams et al. (2011), "Efficient elasticity for character skinning with contact and collisions";
-    its derivative: Smith, De Goes, Kim (2019), "Analytic eigensystems for isotropic distortion energies".
+    mu and lam are the moduli at rest, Pa. P = 2 mu (F - R) + lam tr(R^T F - I) R: Hooke's law in the frame of R, with
+    stress linear in stretch, and finite energy for flat or inverted states. If the sum of the two smallest principal
+    stretches vanishes, s2 + s3 = 0, R is not unique: it jumps there and its derivative is unbounded. Denominators s_i +
+    s_j are kept above FLOOR.
+    Source: McAdams et al. (2011), "Efficient elasticity for character skinning with contact and collisions"; its
+    derivative: Smith, De Goes, Kim (2019), "Analytic eigensystems for isotropic distortion energies".
     """
 
     mu: float
@@ -63,17 +64,17 @@ class Corotational(BatchedLaw):
         return d
 
     def _dPdF(self, f: Array, H: Array) -> None:
-        """Write 2 mu dF + lam (R : dF) R + c dR with c = lam t - 2 mu, dR/dF = Y_ab T_a (x) T_b (see _twists).
+        """Write the tangent 2 mu dF + lam (R : dF) R + c dR into H, with c = lam tr(S - I) - 2 mu.
 
-        With dR = R [w], R^T dF - dF^T R = [w] S + S [w], hence w = Y axial(R^T dF - dF^T R) with
-        Y = (tr S I - S)^-1.
+        dR/dF = Y_ab T_a (x) T_b (see `_twists`). Derivation: with dR = R [w], R^T dF - dF^T R = [w] S + S [w], hence w
+        = Y axial(R^T dF - dF^T R) with Y = (tr S I - S)^-1.
         """
         r = rotation(f)
         sums = _pair_sums(stretch(r, f))
         self._write(r, _inverse(sums) * self._twist_factor(f, r), H)
 
     def principal(self, e: Sequence[Any]) -> Principal:
-        """Return psi, tau and d tau/de for logarithmic principal stretches e (principal_axes_law.py)."""
+        """Return psi, tau and d tau/de for logarithmic principal stretches e (see principal_axes_law.py)."""
         h = [expm1(a) for a in e]
         t, s = h[0] + h[1] + h[2], [1.0 + a for a in h]
         tau = [b * (2.0 * self.mu * a + self.lam * t) for a, b in zip(h, s, strict=True)]
@@ -101,7 +102,7 @@ class Corotational(BatchedLaw):
         return self.lam * inner(r, f - r) - 2.0 * self.mu
 
     def _write(self, r: Array, y: Array, H: Array) -> None:
-        """Write H = 2 mu I + lam R (x) R + y_ab T_a (x) T_b, upper triangle; y (3, 3, m) symmetric."""
+        """Write H = 2 mu I + lam R (x) R + y_ab T_a (x) T_b, on and above the diagonal; y (3, 3, m) is symmetric."""
         rows = r.reshape(9, -1)
         set_outer(H, rows, self.lam * rows)
         _add_twists(H, r, y)
@@ -109,12 +110,12 @@ class Corotational(BatchedLaw):
 
 
 def add_rotation_derivative(H: Array, f: Array, r: Array, factor: Array) -> None:
-    """Add H += factor dR/dF, upper triangle, for the rotation r nearest to f; `factor` (m,)."""
+    """Add factor dR/dF to H, on and above the diagonal, with r the rotation nearest to f and `factor` (m,)."""
     _add_twists(H, r, _inverse(_pair_sums(stretch(r, f))) * factor)
 
 
 def _add_twists(H: Array, r: Array, y: Array) -> None:
-    """Add H += y_ab T_a (x) T_b, upper triangle; y (3, 3, m) symmetric."""
+    """Add y_ab T_a (x) T_b to H, on and above the diagonal; y (3, 3, m) is symmetric."""
     T = _twists(r)
     for a in range(3):
         add_outer(H, T[a], y[a, 0] * T[0] + y[a, 1] * T[1] + y[a, 2] * T[2], skip=a)
@@ -135,9 +136,9 @@ def _pair_sums(s: Array) -> Array:
 
 
 def _inverse(a: Array) -> Array:
-    """Return A^-1 (3, 3, m) of symmetric A >= 0, with eigenvalues below FLOOR raised to it.
+    """Return A^-1 (3, 3, m) of symmetric A >= 0, whose eigenvalues below FLOOR are raised to FLOOR.
 
-    det A > FLOOR (tr A / 2)^2 is enough for all eigenvalues to lie above FLOOR.
+    If det A > FLOOR (tr A / 2)^2, all eigenvalues lie above FLOOR.
     """
     cof = cofactor(a)
     det = determinant(a, cof)

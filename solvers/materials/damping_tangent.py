@@ -22,9 +22,9 @@ else:
 
 @dataclass(frozen=True)
 class DampingTangent:
-    """Damping tangent: the definite tangent of psi_shape + M/2 g^2 without M g d2g/dF2 (Gauss-Newton).
+    """Damping tangent: the definite tangent of psi_shape + M/2 g^2 without the term M g d2g/dF2 (Gauss-Newton).
 
-    `shape` is the law without the volume energy, None if there is nothing left; `modulus` is M, Pa.
+    `shape` is the law without the volume energy; None if there is no such part. `modulus` is M, Pa.
     """
 
     shape: Law | None

@@ -1,12 +1,13 @@
 """Loss of Drucker stability in Hencky strain: d tau : d ln V <= 0 for some strain increment.
 
 The Kirchhoff stress tau of an isotropic law is the derivative of its energy by ln V. Drucker's postulate requires that
-this energy is convex. In principal axes, e_a = ln s_a, this means that d tau_a/d e_b is positive definite, and that
-(tau_a - tau_b)/(e_a - e_b) is positive, for increments that rotate the axes. It is stricter than strong ellipticity,
-because it applies to all strain increments, not only waves, and weaker, because it ignores the stress that rotates with
-the material; neither implies the other. For incompressible solids only isochoric increments count. Sources: Drucker
-(1959), "A definition of stable inelastic material", J. Appl. Mech. 26:101; Hill (1968), "On constitutive inequalities
-for simple materials", J. Mech. Phys. Solids 16:229; Abaqus reports the same of hyperelastic constants.
+this energy is convex. In principal axes, e_a = ln s_a, this means two things: d tau_a/d e_b is positive definite, and
+(tau_a - tau_b)/(e_a - e_b) is positive, for increments that rotate the axes. The criterion is stricter than strong
+ellipticity, because it applies to all strain increments, not only waves. It is also weaker, because it ignores the
+stress that rotates with the material. Neither implies the other. For incompressible solids only isochoric increments
+count. Abaqus reports the same criterion for hyperelastic constants.
+Sources: Drucker (1959), "A definition of stable inelastic material", J. Appl. Mech. 26:101; Hill (1968), "On
+constitutive inequalities for simple materials", J. Mech. Phys. Solids 16:229.
 """
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ NEAR = 1e-5  # logarithmic stretches closer than this count as equal
 def find_instability(law: Any, F: Array, held: VolumePressure | None = None) -> Bools | None:
     """Return for which states F (m, 3, 3) a law is not Drucker-stable (m,); None for an anisotropic law.
 
-    States outside the law's domain, which have no stress, are not counted, nor are flattened ones (`FLAT`).
+    States outside the law's domain, which have no stress, are not counted. Neither are flattened ones (`FLAT`). `held`
+    is the separate volume constraint, or None.
     """
     return evaluate_by_law(_stability_by_law, law, F, held)
 
@@ -46,6 +48,7 @@ def _stability_by_law(law: Any, F: Array, held: VolumePressure | None) -> Bools 
 
 
 def _is_lost(law: Any, F: Array, held: VolumePressure | None) -> Bools:
+    """Return for which states F (m, 3, 3) of an isotropic law Drucker stability is lost (m,)."""
     f = components(F)
     s = stretches(f)
     e = np.log(s)
@@ -73,7 +76,10 @@ def _is_lost(law: Any, F: Array, held: VolumePressure | None) -> Bools:
 
 
 def _add_green_constraint(held: VolumePressure, s: Array, bent: list[list[Array]]) -> None:
-    """Add a constraint on tr E, whose derivatives by e are the squared stretches, to d tau_a/d e_b, Pa."""
+    """Add the contribution of a constraint on tr E to every d tau_a/d e_b in `bent`, Pa.
+
+    The derivatives of tr E by e are the squared stretches.
+    """
     most = STIFF * np.abs(bent).max(axis=(0, 1))
     own = s * s
     M = np.minimum(held.modulus, most / (own * own).sum(axis=0))

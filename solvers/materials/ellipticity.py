@@ -1,13 +1,14 @@
 """Loss of strong ellipticity: small waves can no longer travel, and strain localises in bands.
 
-A state F is strongly elliptic if a n : dP/dF : a n > 0 for all directions a and n (Hadamard): the acoustic tensor
-Q(n)_ik = A_iJkL n_J n_L is positive definite for every n. Positive second-order work is required of waves only, so
-structural buckling is not counted. A law with polyconvex energy never loses ellipticity.
+A state F is strongly elliptic if a n : dP/dF : a n > 0 for all directions a and n (Hadamard). Equivalently, the
+acoustic tensor Q(n)_ik = A_iJkL n_J n_L is positive definite for every n. Positive second-order work is required of
+waves only, so structural buckling is not counted. A law with polyconvex energy never loses ellipticity.
 
-For isotropic laws the decision is exact, without sampling. In principal axes Q_ii = sum_j d_ij n_j^2 and
-Q_ij = b_ij n_i n_j with d_ij = A_ijij and b_ij = A_iijj + A_ijji. So det Q is a cubic form of y = n^2 on the triangle
-y >= 0. Q is positive at one corner, and positive everywhere if that form is. The form is positive if all its Bernstein
-coefficients are. Otherwise the triangle is subdivided until they are, or until the form is not positive at a corner.
+For isotropic laws the decision is exact, without sampling. In principal axes Q_ii = sum_j d_ij n_j^2 and Q_ij = b_ij
+n_i n_j with d_ij = A_ijij and b_ij = A_iijj + A_ijji. So det Q is a cubic form of y = n^2 on the triangle y >= 0. If Q
+is positive definite at one corner and the form is positive on the whole triangle, Q is positive definite everywhere.
+The form is positive if all its Bernstein coefficients are. Otherwise the triangle is subdivided until all coefficients
+are positive, or until the form is not positive at a corner.
 Sources: Simpson and Spector (1983), "On copositive matrices and strong ellipticity for isotropic elastic materials";
 Farin (1986), "Triangular Bernstein-Bezier patches".
 """
@@ -45,8 +46,8 @@ PARTS = 0.5 * np.array([  # corners of the four parts of a triangle
 def find_ellipticity_loss(law: Any, F: Array, held: VolumePressure | None = None) -> Bools | None:
     """Return for which states F (m, 3, 3) a law is not strongly elliptic (m,); None if unknown.
 
-    For anisotropic laws it returns the losses that were found (acoustic_tensor.py). States outside the domain, which
-    have no stress, are not counted.
+    For anisotropic laws the result is the losses that were found (acoustic_tensor.py). States outside the domain, which
+    have no stress, are not counted. `held` is the separate volume constraint, or None.
     """
     return evaluate_by_law(_is_lost, law, F, held)
 
@@ -59,17 +60,23 @@ def _is_lost(law: Any, F: Array, held: VolumePressure | None) -> Bools | None:
     if not isinstance(law, Hyperelastic):
         return None
     return evaluate_in_blocks(
-        _of_invariants if isinstance(law, TwoInvariantLaw) and held is None else _isotropic, law, F, held
+        _find_invariant_law_loss if isinstance(law, TwoInvariantLaw) and held is None else _find_isotropic_loss,
+        law,
+        F,
+        held,
     )
 
 
-def _of_invariants(law: Any, F: Array, held: VolumePressure | None = None) -> Bools:
-    """Decide for psi(I1, J) linear in I1: Q = a 1 + d (C n) (C n)^T, C = cof F, without coupling of the two."""
+def _find_invariant_law_loss(law: Any, F: Array, held: VolumePressure | None = None) -> Bools:
+    """Return the states (m,) where a law psi(I1, J) without coupling of I1 and J has lost ellipticity.
+
+    For such a law, linear in I1, Q = a 1 + d (C n) (C n)^T with C = cof F.
+    """
     f = components(F)
     stretch, j = invariants(f)
     (a, _), (c, d) = law.slopes(stretch, j), law.curvatures(stretch, j)
     if c is not None:
-        return _isotropic(law, F, None)
+        return _find_isotropic_loss(law, F, None)
     found: Bools = (a <= 0.0) & np.isfinite(d)
     soft = np.flatnonzero(d < 0.0)
     if len(soft):
@@ -78,8 +85,8 @@ def _of_invariants(law: Any, F: Array, held: VolumePressure | None = None) -> Bo
     return found
 
 
-def _isotropic(law: Any, F: Array, held: VolumePressure | None) -> Bools:
-    """Decide for any isotropic law from its stiffness in principal axes."""
+def _find_isotropic_loss(law: Any, F: Array, held: VolumePressure | None) -> Bools:
+    """Return the states (m,) where an isotropic law has lost ellipticity, from its stiffness in principal axes."""
     s = stretches(components(F))
     s[0] *= np.where(np.linalg.det(F) < 0.0, -1.0, 1.0)
     state = np.zeros((len(F), 3, 3))

@@ -1,9 +1,9 @@
 """Fibre-reinforced solids: a matrix and families of fibres, in terms of invariants.
 
 psi = matrix(I1, J) + sum over families of strand(E_a) + K/2 (J - 1)^2, E_a = kappa (I1 - 3) + (1 - 3 kappa) (I4a - 1),
-I4a = |F a|^2. The fibre law k1/(2 k2) (exp(k2 E^2) - 1) has no resistance to compression: it is zero if E < 0.
-Invariants are those of F itself, not of its isochoric part, with which fibres would not see their true stretch
-(Helfenstein et al. 2010; Nolan et al. 2014).
+I4a = |F a|^2, with a the direction of a family. The fibre law (strand) is k1/(2 k2) (exp(k2 E^2) - 1), or zero if E < 0
+for fibres that do not resist compression. Invariants are those of F itself, not of its isochoric part: otherwise fibres
+would not be strained by their true stretch (Helfenstein et al. 2010; Nolan et al. 2014).
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ TAUT = 4.0 / 15.0  # fraction of k1 that fibres add to the direction-averaged sh
 class FiberLaw:
     """Fibre law: psi(E) = k1/(2 k2) (exp(k2 E^2) - 1), or k1/2 E^2 with k2 = 0; `k1` in Pa.
 
-    With an `onset` the fibres resist tension only: psi is zero if E < 0, and up to the onset the stress is a cubic that
-    matches the formula's stress and slope there, because otherwise the tangent would jump at E = 0. The stress never
+    With an `onset` the fibres resist tension only: psi is zero if E < 0. Otherwise the tangent would jump at E = 0, so
+    up to the onset the stress is a cubic that matches the formula's stress and slope at the onset. The stress never
     decreases with E.
     """
 
@@ -84,7 +84,7 @@ class FiberReinforced(Anisotropic):
     @property
     @abstractmethod
     def families(self) -> tuple[tuple[tuple[float, float], FiberLaw], ...]:
-        """Direction (components along f and s) and law of each fibre family."""
+        """Fibre families: the direction (components along f and s) and the law of each."""
 
     @property
     def coupled(self) -> FiberLaw | None:
@@ -93,7 +93,10 @@ class FiberReinforced(Anisotropic):
 
     @abstractmethod
     def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:
-        """Return, from I1 - 3 (m,), w without -m ln J, 2 dw/dI1, and 4 d2w/dI1^2 or None if zero, J/m^3 and Pa."""
+        """Return the energy w of the matrix and its derivatives, from `stretch` = I1 - 3 (m,).
+
+        They are w without the term -m ln J, J/m^3; 2 dw/dI1, Pa; and 4 d2w/dI1^2, Pa, or None if zero.
+        """
 
     @property
     @abstractmethod
@@ -117,7 +120,7 @@ class FiberReinforced(Anisotropic):
         return self.matrix_modulus + share * sum(strand.k1 for _, strand in self.families)
 
     def _family_strains(self, f: Array, axes: Array, stretch: Array) -> list[tuple[Array, Array, FiberLaw, Array]]:
-        """Return, for each family, its direction a, F a (3, m), its law and E (m,)."""
+        """Return, for each family, its direction a (3, m or 1), F a (3, m), its law and its strain E (m,)."""
         h, found = displacement_gradient(f), []
         k = self.dispersion
         for (c, s), strand in self.families:
@@ -127,7 +130,7 @@ class FiberReinforced(Anisotropic):
         return found
 
     def _shear(self, f: Array, axes: Array) -> tuple[Array, Array, Array]:
-        """Return F f, F s (3, m) and I8 (m,)."""
+        """Return the deformed directions F f and F s (3, m) and their product I8 (m,)."""
         a, b = transform_direction(f, axes[0]), transform_direction(f, axes[1])
         return a, b, np.add.reduce(a * b, axis=0)
 
@@ -156,7 +159,10 @@ class FiberReinforced(Anisotropic):
         return P
 
     def _set_shape(self, f: Array, axes: Array, H: Array) -> None:
-        """Write delta_ik M_JL + sum psi'' G (x) G and the matrix term, G = dE/dF, M from I4 and I8."""
+        """Write delta_ik M_JL + sum psi'' G (x) G plus the matrix term into H, with G = dE/dF.
+
+        M is the sum of the terms of all invariants I4 and I8.
+        """
         stretch, j = invariants(f)
         C, rows, k = cofactor(f).reshape(9, -1), f.reshape(9, -1), self.dispersion
         _, a, c = self._matrix(stretch)

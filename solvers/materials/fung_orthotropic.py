@@ -37,7 +37,10 @@ PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # index pairs of f, s 
 
 
 class ExponentialStrainLaw(Anisotropic):
-    """Exponential law psi = C/2 (exp Q - 1), Q = sum b_ab E_ab^2 over a, b of f, s, n, E_ab = a . E b."""
+    """Exponential law psi = C/2 (exp Q - 1) of a quadratic form Q of Green's strain E in material axes.
+
+    Q = sum b_ab E_ab^2 over the axes a, b of fibres f, sheets s and normals n, with E_ab = a . E b.
+    """
 
     stiffness: float
 
@@ -53,13 +56,13 @@ class ExponentialStrainLaw(Anisotropic):
         return self.stiffness * (2.0 * sum(b[:3]) + 3.0 * sum(b[3:])) / 30.0
 
     def _strains(self, f: Array, axes: Array) -> list[Array]:
-        """Return E_ab (m,) in the order of PAIRS, accurate near rest."""
+        """Return the strains E_ab (m,) in the order of PAIRS, accurate near rest."""
         E = green_strain(displacement_gradient(f))
         turned = [transform_direction(E, d) for d in axes]
         return [sum(axes[a][i] * turned[b][i] for i in range(3)) for a, b in PAIRS]
 
     def _form(self, e: list[Array]) -> Array:
-        """Return Q (m,)."""
+        """Return the quadratic form Q (m,) of strains e in the order of PAIRS."""
         found: Array = sum(  # type: ignore[assignment]
             (1.0 if a == b else 2.0) * w * x * x for (a, b), w, x in zip(PAIRS, self.exponents, e, strict=True)
         )
@@ -75,11 +78,12 @@ class ExponentialStrainLaw(Anisotropic):
         return found
 
     def waves(self, f: Array, directions: Array, bulk: Any, tension: float) -> Array:
-        """Return F^-1 Q(n) F^-T / (C exp Q) for f (3, 3, m), in fibre axes (d, 3, 3, m), without forming a stiffness.
+        """Return F^-1 Q(n) F^-T / (C exp Q), the scaled acoustic tensor, for f (3, 3, m), in fibre axes.
 
-        With S = C exp(Q) T, C' = F^T F and an additional volume stiffness `bulk`, Pa: (n.T n) C'^-1 + D(n) + 2 T n (x)
-        T n + K J^2/(C exp Q) C'^-1 n (x) C'^-1 n, D v.v = sum b_ab e_ab^2 of e = sym(v (x) n). It is positive where Q
-        is. A `tension`, Pa, acts along the fibres.
+        The shape is (d, 3, 3, m) for the d `directions`, and no stiffness is formed. With S = C exp(Q) T, C' = F^T F
+        and an additional volume stiffness `bulk` K, Pa, it is (n.T n) C'^-1 + D(n) + 2 T n (x) T n + K J^2/(C exp Q)
+        C'^-1 n (x) C'^-1 n, where D v.v = sum b_ab e_ab^2 of e = sym(v (x) n). It is positive definite where Q(n) is. A
+        `tension`, Pa, acts along the fibres.
         """
         e = self._strains(f, self.frame.axes(f.dtype))
         c = self.stiffness * np.exp(self._form(e))
@@ -101,7 +105,7 @@ class ExponentialStrainLaw(Anisotropic):
         return found
 
     def _shears(self, n: Array) -> Array:
-        """Return D(n) (3, 3), of b_ab e_ab^2 over all a and b."""
+        """Return D(n) (3, 3), with D v.v = sum b_ab e_ab^2 of e = sym(v (x) n) over all a and b."""
         found = np.zeros((3, 3))
         for (a, b), w in zip(PAIRS, self.exponents, strict=True):
             if a == b:

@@ -34,7 +34,7 @@ class Gent(IsochoricInvariantMaterial):
 
     @property
     def ends(self) -> str | None:
-        """Limit stretch in isochoric uniaxial tension: the largest root t of t^2 + 2/t - 3 = limit."""
+        """Limit stretch in isochoric uniaxial tension, in words: the largest root t of t^2 + 2/t - 3 = limit."""
         third = 1.0 + self.limit / 3.0
         t = 2.0 * third**0.5 * math.cos(math.acos(-(third**-1.5)) / 3.0)
         return (
@@ -55,5 +55,5 @@ class Gent(IsochoricInvariantMaterial):
         return 0.5 * self.mu / (self.limit * self._left(i) ** 2), None, None
 
     def _left(self, i: Array) -> Array:
-        """Return 1 - i/limit; NaN at the limit and beyond."""
+        """Return 1 - i/limit (m,); NaN at the limit and beyond."""
         return where(i < self.limit, 1.0 - i / self.limit, math.nan)

@@ -1,8 +1,8 @@
 """Laws whose constants differ from point to point: a material with arrays instead of numbers.
 
 A material is `sampled` if one of its constants is an array (m, q) over the q points of m cells. The laws that `law_for`
-and the like make of it are wrapped here, so that each batch of points gets its own constants. A law with uniform
-constants is never wrapped.
+and similar functions make from such a material are wrapped here, so that each batch of points gets its own constants. A
+law with uniform constants is never wrapped.
 """
 
 from __future__ import annotations
@@ -49,7 +49,10 @@ def iterate_arrays(thing: Any) -> Iterator[Array]:
 
 @dataclass(frozen=True, eq=False)
 class HeterogeneousLaw:
-    """A heterogeneous law: `law` has constants as arrays (m, q), in the order of the evaluation points."""
+    """A law whose constants differ from point to point.
+
+    The wrapped `law` has constants as arrays (m, q), in the order of the evaluation points.
+    """
 
     law: Any
 
@@ -69,7 +72,7 @@ class HeterogeneousLaw:
         return next(iterate_arrays(self.law)).shape
 
     def of(self, which: Any, kind: Any = None) -> HeterogeneousLaw:
-        """Return the law of some cells, with constants of the floating-point type `kind` if given."""
+        """Return the law of the cells `which`, with constants of the floating-point type `kind` if given."""
         return HeterogeneousLaw(map_arrays(self.law, lambda a: a[which].astype(kind or a.dtype, copy=False)))
 
     def psi(self, F: Array) -> Array:
@@ -89,11 +92,11 @@ class HeterogeneousLaw:
         return self._each("dPdF_projected", F, (3, 3, 3, 3))
 
     def opened(self, F: Array) -> Array:
-        """Return F with the thickness stretch that makes the stress across a plate zero (m q, 3, 3)."""
+        """Return F with the thickness stretch that makes the stress across a plate zero, (m q, 3, 3)."""
         return self._each("opened", F, (3, 3))
 
     def at_rest(self, measure: Callable[[Array], Array]) -> Array:
-        """Return `measure` of dP/dF in the undeformed state (k, 3, 3, 3, 3), at every point (m, q)."""
+        """Return `measure` of the tensors dP/dF (k, 3, 3, 3, 3) in the undeformed state, at every point (m, q)."""
         found = np.empty(int(np.prod(self.shape)))
         eye = np.eye(3)[None]
         for some, law in self._blocks(found.size):
@@ -101,6 +104,7 @@ class HeterogeneousLaw:
         return found.reshape(self.shape)
 
     def _each(self, name: str, F: Array, tail: tuple[int, ...]) -> Array:
+        """Return the results of the method `name` of the law at F, evaluated block by block."""
         if len(F) not in (1, int(np.prod(self.shape))):
             raise ValueError(f"{len(F)} deformation gradients for constants at {self.shape} points")
         out = np.empty((len(F), *tail), dtype=precision(F))
@@ -116,9 +120,10 @@ class HeterogeneousLaw:
 
 
 def average_moduli(material: Isotropic, w: Array) -> Isotropic:
-    """Return a material whose two moduli are cell means (m, 1) of a sampled one, with weights w (m, q).
+    """Return a material whose two moduli are the cell means (m, 1) of those of a sampled one.
 
-    For laws linear in their moduli and a uniform deformation in each cell, the integral is the same.
+    w (m, q) are the weights. For laws linear in their moduli and a uniform deformation in each cell, the integral of
+    the energy is the same.
     """
     mu, lam = (_mean(a, w) for a in (material.shear_modulus, material.lame_lambda))
     each = {"young": mu * (3.0 * lam + 2.0 * mu) / (lam + mu), "poisson": 0.5 * lam / (lam + mu)}
@@ -126,7 +131,7 @@ def average_moduli(material: Isotropic, w: Array) -> Isotropic:
 
 
 def with_constants(material: Isotropic, new: dict[str, Any]) -> Isotropic:
-    """Return the material with other constants, set in the wrapped law or solid if it holds them."""
+    """Return the material with the constants `new`, set in the law or solid that it wraps if that holds them."""
     own = vars(material)
     if "law" in own and (its := {name: value for name, value in new.items() if name not in own}):
         rest: Any = {name: value for name, value in new.items() if name in own}

@@ -1,7 +1,7 @@
-"""Isotropic hyperelastic laws: consequences of psi(Q1 F Q2) = psi(F).
+"""Isotropic hyperelastic laws: consequences of psi(Q1 F Q2) = psi(F) for rotations Q1 and Q2.
 
-To add a law: a dataclass derived from `Hyperelastic` and `Isotropic` (in this order) with `_psi`, `_P` and `_dPdF`, and
-one line in MATERIALS.
+To add a law, derive a dataclass from `Hyperelastic` and `Isotropic` (in this order) with `_psi`, `_P` and `_dPdF`, and
+add one line to MATERIALS.
 """
 
 from __future__ import annotations
@@ -57,7 +57,10 @@ def _diagonal(s: Array) -> Array:
 
 
 def _principal_blocks(H: Array) -> tuple[Array, list[Array], list[Array]]:
-    """Return the projected axes block (3, 3, m) and the clamped eigenvalues of twist and flip per plane."""
+    """Return the projected block (3, 3, m) of the principal axes, and the clamped eigenvalues of twist and flip.
+
+    There is one twist and one flip per plane of principal axes.
+    """
     full = H[AXES][:, AXES]
     full[1, 0], full[2, 0], full[2, 1] = full[0, 1], full[0, 2], full[1, 2]
     w, v = spectrum(full)
@@ -71,7 +74,10 @@ def _principal_blocks(H: Array) -> tuple[Array, list[Array], list[Array]]:
 
 
 def add_modes(H: Array, u: Array, v: Array, axes: Array, twist: list[Array], flip: list[Array]) -> None:
-    """Add H += sum axes_ab D_a (x) D_b + twist and flip modes, D_a = u_a v_a^T; upper triangle."""
+    """Add sum axes_ab D_a (x) D_b, with D_a = u_a v_a^T, and the twist and flip modes to H.
+
+    Only entries on and above the diagonal are written.
+    """
     D = np.stack([_dyad(u[:, a], v[:, a]) for a in range(3)])  # (3, 9, m)
     for a in range(3):
         add_outer(H, D[a], axes[a, 0] * D[0] + axes[a, 1] * D[1] + axes[a, 2] * D[2])

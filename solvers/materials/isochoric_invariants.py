@@ -40,13 +40,16 @@ Number = Any  # one value, or one per point (m,)
 
 
 class IsochoricInvariantMaterial(IsochoricMaterial):
-    """Base class of materials with energy W(i, k); a derivative by an invariant that W does not contain is None."""
+    """Base class of materials with energy W(i, k) of isochoric invariants (see the module docstring).
+
+    A derivative by an invariant that W does not contain is None.
+    """
 
     second = True  # whether W depends on k
 
     @property
     def convex(self) -> bool:
-        """True if W is convex and increasing in i, which is polyconvex; k is not polyconvex.
+        """True if W depends on i only, and is convex and increasing; it is then polyconvex. Terms in k are not.
 
         Source: Hartmann and Neff (2003), Int. J. Solids Struct. 40:2767.
         """
@@ -54,12 +57,15 @@ class IsochoricInvariantMaterial(IsochoricMaterial):
 
     @property
     def is_log_convex(self) -> bool:
-        """True if W is convex and increasing in i, which is a sum of exponentials of logarithmic stretches."""
+        """True if W is convex in logarithmic stretches, because it is convex and increasing in i.
+
+        i is a sum of exponentials of logarithmic stretches.
+        """
         return self.convex
 
     @abstractmethod
     def energy(self, i: Array, k: Array) -> Array:
-        """Return W (m,), J/m^3, for i and k (m,), both 0 at rest; +inf outside its domain."""
+        """Return W (m,), J/m^3, for i and k (m,), which are both 0 at rest; +inf outside the domain of W."""
 
     @abstractmethod
     def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
@@ -78,9 +84,9 @@ class IsochoricInvariantMaterial(IsochoricMaterial):
 class IsochoricInvariantLaw(Hyperelastic):
     """Law of a material with W(i, k) and bulk modulus K.
 
-    Source: Holzapfel (2000), "Nonlinear Solid Mechanics", section 6.4. With B = I1 F - F F^T F = dI2/dF / 2 and C = cof
-    F = dJ/dF, per point, di/dF = 2 x, x = J^(-2/3) F - (i + 3)/(3 J) C, and dk/dF = 2 y, y = J^(-4/3) B - 2 (k + 3)/(3
-    J) C.
+    With B = I1 F - F F^T F = dI2/dF / 2 and C = cof F = dJ/dF at each point, di/dF = 2 x with x = J^(-2/3) F - (i +
+    3)/(3 J) C, and dk/dF = 2 y with y = J^(-4/3) B - 2 (k + 3)/(3 J) C.
+    Source: Holzapfel (2000), "Nonlinear Solid Mechanics", section 6.4.
     """
 
     material: IsochoricInvariantMaterial

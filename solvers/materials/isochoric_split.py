@@ -1,9 +1,9 @@
 """Hyperelastic laws with isochoric-volumetric split: psi = W(J^(-1/3) F) + K/2 g(J)^2.
 
-To add one: a dataclass with its constants derived from `IsochoricInvariantMaterial` (isochoric_invariants.py), with W
-of the first two invariants, or from `PrincipalStretchMaterial` (principal_stretches.py), with W of principal stretches,
-and one line in MATERIALS. Young's modulus and Poisson's ratio at rest, the parts for selective integration and for
-pressures, and g are derived.
+To add a law, write a dataclass with its constants, and add one line to MATERIALS. If W depends on the first two
+invariants, derive it from `IsochoricInvariantMaterial` (isochoric_invariants.py); if W depends on principal stretches,
+from `PrincipalStretchMaterial` (principal_stretches.py). Young's modulus and Poisson's ratio at rest, the parts for
+selective integration and for pressures, and g are computed by the base classes.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ VOLUMETRIC: dict[str, type[VolumeRatioConstraint]] = {
 class IsochoricMaterial(Isotropic):
     """Base class of hyperelastic materials with isochoric-volumetric split.
 
-    The volume stiffness is given by Poisson's ratio at rest, 0.5 for incompressible, or by the bulk modulus, one of the
-    two. Young's modulus at rest follows from the constants.
+    The volume stiffness is given either by Poisson's ratio at rest (0.5 for incompressible) or by the bulk modulus.
+    Young's modulus at rest follows from the constants.
     """
 
     young: float = field(init=False, repr=False, compare=False)
@@ -82,9 +82,9 @@ class IsochoricMaterial(Isotropic):
         """Return the law with the bulk modulus `modulus`, Pa."""
 
     def __post_init__(self) -> None:
-        """Derive Young's modulus and, from `bulk`, Poisson's ratio.
+        """Compute Young's modulus and, if `bulk` is given, Poisson's ratio.
 
-        Raises ValueError if neither bulk nor ratio is given.
+        Raises ValueError if neither the bulk modulus nor Poisson's ratio is given.
         """
         mu, nu = self.initial_shear_modulus, self.poisson
         if nu is None and self.bulk is None:
@@ -100,7 +100,8 @@ class IsochoricMaterial(Isotropic):
     def polyconvex(self) -> bool:  # type: ignore[override]
         """True if the shape energy is polyconvex and `volumetric` is `squared`.
 
-        (ln J)^2 is not convex; that of `reciprocal` is, but not for points that share a pressure.
+        (ln J)^2 is not convex. The square of the `reciprocal` constraint is convex, but not for points that share a
+        pressure.
         """
         return self.volumetric == "squared" and self.convex
 
@@ -111,7 +112,10 @@ class IsochoricMaterial(Isotropic):
 
     @property
     def convex_above(self) -> float:  # type: ignore[override]
-        """Lower bound of J for convexity by ln J: (ln J)^2 and (J - 1/J)^2 are always convex, (J - 1)^2 above 1/2."""
+        """Lower bound of J above which the volume energy is convex in ln J.
+
+        (ln J)^2 and (J - 1/J)^2 are always convex, (J - 1)^2 is above 1/2.
+        """
         if not self.is_log_convex:
             return math.inf
         return 0.5 if self.volumetric == "squared" else 0.0
@@ -123,7 +127,7 @@ class IsochoricMaterial(Isotropic):
 
     @property
     def constraint(self) -> VolumeRatioConstraint:
-        """Volume constraint g."""
+        """Volume constraint g, selected by `volumetric`."""
         return VOLUMETRIC[self.volumetric]()
 
     def finite_law(self) -> Law | None:
@@ -135,7 +139,10 @@ class IsochoricMaterial(Isotropic):
         return self.with_bulk(0.0)
 
     def finite_parts(self) -> tuple[Law, Law] | None:
-        """Return the two parts; the shape part keeps 5 mu/3 of K (as at nu = 1/4) to be stable in tension."""
+        """Return the shear part and the volume part of the law.
+
+        The shear part keeps 5 mu/3 of K (as at nu = 1/4) to be stable in tension.
+        """
         kept = (2.0 / 3.0 + clamp_value(-1.0, self._ratio, 1.0)) * self.shear_modulus
         return self.with_bulk(kept), VolumetricLaw(self.constraint, self.bulk_modulus - kept)
 
@@ -174,7 +181,10 @@ def volumetric_derivatives(constraint: VolumeRatioConstraint, j: Array) -> tuple
 def add_volumetric_terms(
     constraint: VolumeRatioConstraint, modulus: Any, j: Any, tau: list[Any], bent: list[list[Any]]
 ) -> Any:
-    """Return K/2 g^2, J/m^3, from j = J - 1, and add its terms to tau and to its derivative (principal_axes_law.py)."""
+    """Return K/2 g^2, J/m^3, from j = J - 1, and add its derivatives to `tau` and `bent`.
+
+    They are the principal stresses and their derivatives (see principal_axes_law.py).
+    """
     known, J = constraint.of(j), 1.0 + j
     g, (swell, stiffen) = known[0], _profile_gradients(*known)
     add_volume_derivatives(tau, bent, modulus * swell * J, modulus * (swell + stiffen * J) * J)

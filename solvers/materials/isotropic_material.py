@@ -44,7 +44,7 @@ class Isotropic:
 
     @property
     def polyconvexity_violation(self) -> tuple[str, str] | None:
-        """Constant that rules out polyconvexity at finite strain, with the reason; None for most materials."""
+        """Constant that rules out polyconvexity at finite strain, by name, and the reason; None for most materials."""
         return None
 
     @property
@@ -75,19 +75,19 @@ class Isotropic:
 
     @property
     def pressure_modulus(self) -> float:
-        """Modulus M of `finite_mixed`, Pa; infinite at nu = 0.5."""
+        """Modulus M of the energy term M/2 g^2 of `finite_mixed`, Pa; infinite at nu = 0.5."""
         return self.lame_lambda - self.local_lambda
 
     @property
     def local_lambda(self) -> float:
-        """Part of lam that stays in the point-wise law if a cell pressure carries the rest, Pa (in `finite_mixed`).
+        """Part of lam that stays in the point-wise law of `finite_mixed`, Pa; a cell pressure carries the other part.
 
-        A pressure controls the mean volume of a cell, but volumes may still differ between its points. Only the rest of
-        the law resists that, and without any K (lam - K = -2 mu/3) it is unstable: stretched by t, a neo-Hookean solid
-        resists strains h along its axes by mu sum (b_i + 1/t) h_i^2 - 2 mu/3 (tr h)^2, b = (t^2, 1/t, 1/t), which is
-        indefinite for every t > 1. So mu/3 of lam stays. Then the remaining K is mu and nothing locks, as in grad-div
-        stabilisation of Taylor-Hood elements (Olshanskii and Reusken 2004, "Grad-div stabilization for Stokes
-        equations"). If lam < 4 mu/3 (nu < 2/7) the pressure keeps mu, or all of K if K is less.
+        A pressure controls the mean volume of a cell, but volumes may still differ between its points. Only the
+        point-wise law resists that, and without any K (lam = -2 mu/3) it is unstable: stretched by t, a neo-Hookean
+        solid resists strains h along its axes by mu sum (b_i + 1/t) h_i^2 - 2 mu/3 (tr h)^2, b = (t^2, 1/t, 1/t), which
+        is indefinite for every t > 1. So mu/3 of lam stays. Then the K of the point-wise law is mu and nothing locks,
+        as in grad-div stabilisation of Taylor-Hood elements (Olshanskii and Reusken 2004, "Grad-div stabilization for
+        Stokes equations"). If lam < 4 mu/3 (nu < 2/7) the pressure keeps mu, or all of K if K is less.
         """
         kept: float = self.shear_modulus * clamp_value(-2.0 / 3.0, self._ratio - 1.0, 1.0 / 3.0)
         return kept
@@ -124,7 +124,7 @@ class Isotropic:
     def finite_parts(self) -> tuple[Law, Law] | None:
         """Return two finite-strain laws whose sum is the law: the shear part and the volume part.
 
-        None if there is no such law, or if it cannot be split.
+        Return None if there is no finite-strain law, or if it cannot be split.
         """
         return None
 
@@ -135,13 +135,13 @@ class Isotropic:
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
         """Return the finite-strain law minus M/2 g^2, and the volume constraint g, with M = lam - `local_lambda`.
 
-        None if there is no such law, or if its volume energy is not such a square.
+        Return None if there is no finite-strain law, or if its volume energy is not of this form.
         """
         return None
 
 
 def constants(material: Any) -> dict[str, Any]:
-    """Return the spatially variable constants of a material by name."""
+    """Return the constants of a material that may vary in space, by name."""
     return {name: getattr(material, name) for name in material.varying}
 
 

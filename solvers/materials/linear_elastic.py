@@ -10,8 +10,8 @@ from softmark.solvers.materials.isotropic_material import Isotropic
 class LinearElastic(Isotropic):
     """Hooke's law: stress proportional to strain.
 
-    sigma = 2 mu eps + lam tr(eps) I. The law says nothing about finite strain: it is for models with small strain, in
-    the fixed frame (`strain = small`) or in the frame that rotates with the material (`strain = corotational`), and no
-    others. Valid for strains up to a few per cent.
+    sigma = 2 mu eps + lam tr(eps) I. The law is not defined for finite strain. Use it only in models with small strain:
+    in the fixed frame (`strain = small`) or in the frame that rotates with the material (`strain = corotational`).
+    Valid for strains up to a few per cent.
     Source: Timoshenko, Goodier, "Theory of Elasticity", chapter 1.
     """

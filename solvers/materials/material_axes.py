@@ -18,7 +18,7 @@ PARALLEL = 1e-6  # sine of the angle between fibres and sheets below which they 
 
 
 class InvalidDirection(ValueError):
-    """An invalid direction: zero, NaN, or a sheet direction along the fibres; `place` is the point, m."""
+    """Error of an invalid direction: zero, NaN, or a sheet direction along the fibres; `place` is the point, m."""
 
     def __init__(self, reason: str, place: tuple[float, float, float] | None = None) -> None:
         super().__init__(reason)
@@ -27,7 +27,7 @@ class InvalidDirection(ValueError):
 
 @dataclass(frozen=True)
 class MaterialFrame:
-    """Undeformed unit vectors: `f` along the fibres and `s` across them; the third is f x s.
+    """Undeformed unit vectors: `f` along the fibres and `s` (sheets) across them; the third is n = f x s.
 
     Components are numbers, or arrays (m, q), one for each of the q points of m cells.
     """
@@ -41,9 +41,10 @@ class MaterialFrame:
 
     @classmethod
     def of(cls, fibres: tuple[float, float, float], sheets: tuple[float, float, float] | None = None) -> MaterialFrame:
-        """Return the frame of two directions, without numpy.
+        """Return the frame of a fibre and a sheet direction, without importing numpy.
 
-        `sheets` is made perpendicular, by default any perpendicular. Raises InvalidDirection.
+        `sheets` is made perpendicular to `fibres`; by default it is any perpendicular direction. Raises
+        InvalidDirection.
         """
         f = _unit(fibres)
         s = _perpendicular(f) if sheets is None else _unit(sheets)
@@ -99,6 +100,6 @@ def _units(v: Array) -> Array:
 
 
 def _perpendicular(f: Any) -> Any:
-    """Return a perpendicular direction: the coordinate axis farthest from f, made perpendicular to it."""
+    """Return a direction perpendicular to f: the coordinate axis farthest from f, without its part along f."""
     least = min(range(3), key=lambda i: abs(f[i]))
     return tuple(float(i == least) for i in range(3))

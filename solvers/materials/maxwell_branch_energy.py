@@ -1,12 +1,12 @@
 """Stored and dissipated energy of Maxwell branches (terms of a Prony series) at finite strain.
 
-With Q = g S(0) - H, the stress that a branch has lost, the branch law is dQ/dt = (g S(0) - Q) / tau. Its energy per
-unit share is W(C) - q : C/2 + sup over C' of (q : C'/2 - W(C')), q = Q/g; for an isochoric W the sup is over C' of unit
-determinant. The sup is attained at C', in which the branch is at rest; (C - C') : (S(0)(C) - q) / 2 tau is the
-dissipation. It is never negative if every C is at rest under its own stress. That holds for convex W that increases
-with the isochoric I1, with C' = lam (2 W' 1 - q)^-1 (`FirstInvariantBranch`). Source: the free energy of Simo (1987),
-equation 3.12, with the energy of Q chosen so that no state of rest dissipates; S is that of the isochoric strain in
-strain_measures.py.
+With Q = g S(0) - H, the stress that a branch has lost, the branch law is dQ/dt = (g S(0) - Q) / tau. Let q = Q/g. The
+energy of the branch, divided by its share g, is W(C) - q : C/2 + sup over C' of (q : C'/2 - W(C')). For an isochoric W,
+the C' have unit determinant. The supremum is attained at the C' in which the branch is at rest, and the dissipation is
+(C - C') : (S(0)(C) - q) / 2 tau. It is never negative if every C is at rest under its own stress. That holds for convex
+W that increases with the isochoric I1, with C' = lam (2 W' 1 - q)^-1 (`FirstInvariantBranch`). S is the stress of the
+isochoric strain in strain_measures.py.
+Source: the free energy of Simo (1987), equation 3.12, with the energy of Q chosen so that no state of rest dissipates.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ HALVED = 100  # largest number of bisections
 
 @dataclass(frozen=True)
 class FirstInvariantBranch:
-    """Branch energy for W(i), i = I1 - 3 of isochoric C: the energy (n,), J/m^3, and twice its derivative, Pa.
+    """Branch energy of a law W(i), where i = I1 - 3 of the isochoric C.
 
-    Else NaN.
+    `energy` is W (n,), J/m^3, and `slope` twice its derivative, Pa, as functions of i; both are NaN outside the domain.
     """
 
     energy: Callable[[Array], Array]
@@ -42,14 +42,14 @@ class FirstInvariantBranch:
     keeps = True
 
     def stress(self, C: Array) -> Array:
-        """Return S(0) of C (n, 3, 3), Pa."""
+        """Return the instantaneous stress S(0) (n, 3, 3), Pa, at C (n, 3, 3)."""
         i = np.einsum("nii->n", C) - 3.0
         y = self.slope(i)[:, None, None]
         found: Array = y * (np.eye(3) - (i[:, None, None] / 3.0 + 1.0) * np.linalg.inv(C))
         return found
 
     def resting(self, q: Array) -> Array:
-        """Return C' (n, 3, 3) for q (n, 3, 3), Pa."""
+        """Return the strain C' (n, 3, 3) in which a branch with lost stress q (n, 3, 3), Pa, is at rest."""
         values, axes = np.linalg.eigh(q)
         y = self.slope(np.zeros(len(q))) if self.even else self._slopes(values)
         each = 1.0 / (y[:, None] - values)
@@ -58,7 +58,7 @@ class FirstInvariantBranch:
         return found
 
     def _slopes(self, q: Array) -> Array:
-        """Return 2 W' at C' (n,), Pa, from the eigenvalues of q (n, 3), by bisection for a consistent I1."""
+        """Return 2 W' at C' (n,), Pa, from the eigenvalues of q (n, 3), Pa, by bisection for a consistent I1."""
 
         def above(i: Array) -> Array:  # True if I1 of the resulting C' exceeds i + 3
             with np.errstate(all="ignore"):
@@ -89,17 +89,17 @@ class FirstInvariantBranch:
         return np.maximum(found, 0.0)  # negative only by rounding
 
     def rate(self, C: Array, q: Array) -> Array:
-        """Return (C - C') : (S(0)(C) - q)/2 (n,), J/m^3: tau times the dissipation per unit share, never negative."""
+        """Return tau times the dissipation, divided by the share (n,), J/m^3: (C - C') : (S(0)(C) - q)/2 >= 0."""
         found: Array = 0.5 * np.einsum("nij,nij->n", C - self.resting(q), self.stress(C) - q)
         return np.maximum(found, 0.0)  # negative only by rounding
 
 
 @dataclass(frozen=True)
 class IsotropicBranch:
-    """Branch energy for any isotropic `law`: C' has the axes of q, and its stretches are found by Newton's method.
+    """Branch energy of any isotropic `law`: C' has the axes of q, and its stretches are found by Newton's method.
 
-    There are two unknowns for an isochoric law (`keeps`), else three. If none is found, as for a law that is not convex
-    there, stored and dissipated energy are NaN.
+    There are two unknown stretches for an isochoric law (`keeps`), otherwise three. If no solution is found, for
+    example where the law is not convex, stored and dissipated energy are NaN.
     """
 
     law: Law
@@ -114,7 +114,7 @@ class IsotropicBranch:
         return found
 
     def rate(self, C: Array, q: Array) -> Array:
-        """Return (C - C') : (S(0)(C) - q)/2 (n,), J/m^3: tau times the dissipation per unit share."""
+        """Return tau times the dissipation, divided by the share (n,), J/m^3: (C - C') : (S(0)(C) - q)/2."""
         F = _root(C)
         S = np.linalg.solve(F, self.law.P(F))
         found: Array = 0.5 * np.einsum("nij,nij->n", C - self._resting(q)[1], S - q)
@@ -176,9 +176,9 @@ def _root(C: Array) -> Array:
 
 
 def first_invariant_branch(material: Any) -> FirstInvariantBranch | None:
-    """Return the first-invariant branch energy of a material.
+    """Return the branch energy of a material whose W depends on the first invariant only.
 
-    None if W depends on more, or may not be convex and increasing.
+    Return None if W depends on more, or may not be convex and increasing.
     """
     if isinstance(material, NeoHookeanIsochoric):
         mu: float = material.shear_modulus

@@ -29,19 +29,19 @@ class NeoHookean(TwoInvariantLaw, Isotropic):
 
     @property
     def polyconvexity_violation(self) -> tuple[str, str] | None:
-        """Reason for nu < 0: lam/2 (ln J)^2 has no lower bound, so energy falls without limit as the volume changes."""
+        """Reason for nu < 0: lam/2 (ln J)^2 has no lower bound, so that the energy falls without limit."""
         if is_array(self.poisson) or not isinstance(self.poisson, float | int) or self.poisson >= 0.0:
             return None
         return "poisson", "with a negative Poisson's ratio its energy has no lower bound as the volume vanishes"
 
     @property
     def convex_above(self) -> float:  # type: ignore[override]
-        """Zero: (ln J)^2 and powers of stretches are always convex in ln J."""
+        """Zero: (ln J)^2 and powers of stretches are convex in ln J for every J."""
         known = not is_array(self.poisson) and isinstance(self.poisson, float | int) and self.poisson >= 0.0
         return 0.0 if known else math.inf
 
     def finite_parts(self) -> tuple[Law, Law] | None:
-        """Return the two parts; the energy is linear in the two moduli."""
+        """Return the shear part and the volume part; the energy is linear in the two moduli."""
         return _Shear(**vars(self)), _Volume(**vars(self))
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:

@@ -31,7 +31,7 @@ class NeoHookeanIsochoric(TwoInvariantLaw, Isotropic):
     convex_above = 0.5  # (J - 1)^2 is convex in ln J above this J
 
     def finite_parts(self) -> tuple[Law, Law] | None:
-        """Return the two parts; the shear part keeps 5 mu/3 of K, as at nu = 1/4."""
+        """Return the shear part and the volume part; the shear part keeps 5 mu/3 of K, as at nu = 1/4."""
         return _Shear(**vars(self)), _Volume(**vars(self))
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
@@ -72,7 +72,7 @@ class NeoHookeanIsochoric(TwoInvariantLaw, Isotropic):
 
 
 class _Shear(NeoHookeanIsochoric):
-    """The part of the law proportional to mu; it keeps some volume stiffness, else it would be unstable in tension."""
+    """The part of the law proportional to mu, with some volume stiffness, without which it is unstable in tension."""
 
     volume_share = 0.0
 

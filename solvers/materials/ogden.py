@@ -68,7 +68,7 @@ class Ogden(PrincipalStretchMaterial):
 
     @property
     def polyconvexity_violation(self) -> tuple[str, str] | None:
-        """Reason for loss of shear stiffness: between two equal stretches, ln t = e, it is w''(e) / t^2.
+        """Reason for loss of shear stiffness, which is w''(e) / t^2 between two equal stretches t, e = ln t.
 
         The outermost powers decide. In simple shear the energy grows as |F| to the largest power of both signs; below
         power 1 its slope decreases.

@@ -30,14 +30,17 @@ ROUNDING = 1e-14  # relative change of stretch that counts as converged
 
 @dataclass(frozen=True)
 class Plate(Isotropic):
-    """A material in plane stress, with the moduli of the solid that it is made `of`."""
+    """A material in plane stress, with the moduli of the solid `of` that it consists of."""
 
     of: Isotropic | None = None
     thin = True
 
     @classmethod
     def made(cls, of: Isotropic) -> Isotropic:
-        """Return the plate of a material; one with fibres is returned unchanged, as such plates are refused (E365)."""
+        """Return the plate of a material.
+
+        A material with fibres is returned unchanged, because plates of such materials are refused (E365).
+        """
         if isinstance(of, cls) or getattr(of, "directed", False):
             return of
         return cls(of.young, of.poisson, of.density, of)
@@ -49,7 +52,7 @@ class Plate(Isotropic):
 
     @property
     def convex_above(self) -> float:  # type: ignore[override]
-        """Bound of the solid, if it does not depend on the volume."""
+        """Lower bound of J for convexity in ln J: 0 if the solid is convex for every J, else infinite."""
         return math.inf if self.of is None or self.of.convex_above else 0.0
 
     @property
@@ -58,17 +61,17 @@ class Plate(Isotropic):
         return () if self.of is None else self.of.branches
 
     def finite_law(self) -> Law | None:
-        """Return the law of the solid; `law_for` turns it into that of the plate."""
+        """Return the law of the solid; `law_for` turns it into the law of the plate."""
         return None if self.of is None else self.of.finite_law()
 
 
 @dataclass(frozen=True)
 class PlaneStress:
-    """Plane-stress law of a solid: psi(F) is the minimum of the solid's psi over F33, whatever F33 is given.
+    """Plane-stress law of a solid: psi(F) is the minimum of the solid's psi over F33; the given F33 is ignored.
 
-    P is the solid's at that stretch, with P33 = 0, and dP/dF = A - A_:33 (x) A_33: / A_3333 with the solid's A: the
-    stretch follows the motion (static condensation). Source: de Borst (1991), "The zero-normal-stress condition in
-    plane-stress and shell elastoplasticity".
+    P is the solid's stress at that thickness stretch, with P33 = 0. Because the stretch follows the motion (static
+    condensation), dP/dF = A - A_:33 (x) A_33: / A_3333 with the solid's A.
+    Source: de Borst (1991), "The zero-normal-stress condition in plane-stress and shell elastoplasticity".
     """
 
     solid: Law
@@ -76,7 +79,8 @@ class PlaneStress:
     def opened(self, F: Array) -> Array:
         """Return F (m, 3, 3) with the thickness stretch that makes the stress across the plate zero.
 
-        NaN if there is none. It uses Newton's method; each step changes the stretch by at most a factor of ten.
+        The stretch is NaN if there is none. It is found by Newton's method; each step changes it by at most a factor of
+        ten.
         """
         F = F.copy()
         F[:, 2, 2] = self._first(F)
@@ -95,7 +99,7 @@ class PlaneStress:
 
     @staticmethod
     def _across(solid: Any, F: Array) -> tuple[Array, Array]:
-        """Return P33 and dP33/dF33 (m,), Pa, of the solid; laws of invariants give them without full tensors."""
+        """Return P33 and dP33/dF33 (m,), Pa, of the solid; laws of two invariants give them without full tensors."""
         if not isinstance(solid, TwoInvariantLaw):
             return solid.P(F)[:, 2, 2], solid.dPdF(F)[:, 2, 2, 2, 2]
         f = components(F)
@@ -106,7 +110,7 @@ class PlaneStress:
         return a * along + s * C, slope if c is None else slope + 2.0 * c * along * C
 
     def _at(self, which: Any) -> Any:
-        """Return the law of the solid at some of the points: the same for all unless constants vary."""
+        """Return the law of the solid at the points `which`; it is the same for all unless constants vary."""
         if not any(is_array(v) for v in vars(self.solid).values()):
             return self.solid
         from softmark.solvers.materials.heterogeneous import map_arrays
@@ -115,7 +119,7 @@ class PlaneStress:
 
     @staticmethod
     def _rest(solid: Any, F: Array) -> Array:
-        """Return dP/dF of a solid at rest, shared (1, 3, 3, 3, 3), or per F if constants are arrays."""
+        """Return dP/dF of a solid at rest, Pa: (1, 3, 3, 3, 3), or one per F if its constants are arrays."""
         many = len(F) if any(is_array(v) for v in vars(solid).values()) else 1
         found: Array = solid.dPdF(np.broadcast_to(np.eye(3, dtype=F.dtype), (many, 3, 3)))
         return found
@@ -127,7 +131,10 @@ class PlaneStress:
         return found & (F[:, 2, 2] > FLAT)
 
     def _first(self, F: Array) -> Array:
-        """Return the initial stretch (m,): J^-(lam / (lam + 2 mu)) of the area ratio J, exact for small strains."""
+        """Return the initial thickness stretch for Newton's method (m,), which is exact for small strains.
+
+        It is A^-(lam / (lam + 2 mu)) for the area ratio A.
+        """
         A = self._rest(self.solid, F)
         area = F[:, 0, 0] * F[:, 1, 1] - F[:, 0, 1] * F[:, 1, 0]
         found: Array = np.maximum(area, LEAST) ** -(A[:, 2, 2, 0, 0] / A[:, 2, 2, 2, 2])
@@ -136,7 +143,7 @@ class PlaneStress:
     def psi(self, F: Array) -> Array:
         """Return the energy per undeformed volume, J/m^3 (m,).
 
-        +inf if no thickness stretch gives zero stress across the plate.
+        It is +inf if no thickness stretch gives zero stress across the plate.
         """
         energy = self.solid.psi(self.opened(F))
         return np.where(np.isnan(energy), np.inf, energy)
@@ -160,6 +167,6 @@ class PlaneStress:
 
 
 def thickness(law: Law, F: Array) -> Array:
-    """Return the thickness stretch of a plate (m,) under F (m, 3, 3); for other laws that of F."""
+    """Return the thickness stretch of a plate (m,) under F (m, 3, 3); for the law of a solid, it is F33 itself."""
     found: Array = (law.opened(F) if hasattr(law, "opened") else F)[:, 2, 2]
     return found

@@ -1,7 +1,7 @@
 """Polar decomposition: the rotation nearest to F and the principal axes of F, for every F, flat or inverted too.
 
-F = R S with det R = +1 and S symmetric. If det F < 0 the smallest principal stretch is negative (Irving,
-Teran, Fedkiw 2004): R is still the rotation that maximises tr(R^T F), and is continuous through inversion.
+F = R S with det R = +1 and S symmetric. If det F < 0 the smallest principal stretch is negative (Irving, Teran, Fedkiw
+2004): R is still the rotation that maximises tr(R^T F), and is continuous through inversion.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ def rotations(F: Array) -> Array:
 
 
 def rotation(f: Array) -> Array:
-    """Return R (3, 3, m), the rotation nearest to F (3, 3, m), to a few units of round-off over s2 + s3.
+    """Return R (3, 3, m), the rotation nearest to F (3, 3, m); its error is a few rounding errors / (s2 + s3).
 
     With g = F/|F| and the invariants I, II, III of S: R (I II - III) = I cof g + (I^2 - II) g - g g^T g, by
-    Cayley-Hamilton, where I = s1 + s2 + s3 is the largest root of a quartic (Lin, Chitalu, Komura 2022,
-    "Isotropic ARAP energy using Cauchy-Green invariants"). An error of I leaves R times a symmetric matrix,
-    which one Newton-Schulz step removes. Rows near the singular set s2 + s3 = 0, where R is not unique, are
-    decomposed one by one. NaN if F is not finite.
+    Cayley-Hamilton, where I = s1 + s2 + s3 is the largest root of a quartic (Lin, Chitalu, Komura 2022, "Isotropic ARAP
+    energy using Cauchy-Green invariants"). An error of I leaves R times a symmetric matrix, which one Newton-Schulz
+    step removes. Rows near the singular set s2 + s3 = 0, where R is not unique, are decomposed one by one. NaN if F is
+    not finite.
     """
     norm = np.sqrt(inner(f, f))
     g = f / norm
@@ -69,8 +69,8 @@ def _fine(a: Array) -> float:
 def _stretch_sum(cof: Array, det: Array) -> tuple[Array, Array, Array]:
     """Return I = s1 + s2 + s3 (m,) for |g| = 1, then I II - III, and the last Newton step.
 
-    I is the largest root of (x^2 - 1)^2 = 8 det x + 4 |cof|^2, approached from above, where Newton's method cannot
-    overshoot: all four roots +-s1 +-s2 +-s3 (even number of minuses) are real. The start is a bound, as x <= sqrt(3).
+    I is the largest root of (x^2 - 1)^2 = 8 det x + 4 |cof|^2. All four roots +-s1 +-s2 +-s3 (even number of minuses)
+    are real, so that Newton's method cannot overshoot from above. It starts from the bound x <= sqrt(3).
     """
     q = 4.0 * inner(cof, cof)
     x = np.sqrt(1.0 + np.sqrt(q + 8.0 * np.sqrt(3.0) * np.maximum(det, 0.0)))
@@ -85,7 +85,10 @@ def _stretch_sum(cof: Array, det: Array) -> tuple[Array, Array, Array]:
 
 
 def _orthonormalise(r: Array) -> Array:
-    """Iterate R <- R (3 I - R^T R)/2 until orthonormal, in place; return |R^T R - I| (m,) before the last step."""
+    """Iterate R <- R (3 I - R^T R)/2 in place until R is orthonormal.
+
+    Return |R^T R - I| (m,) before the last step.
+    """
     for _ in range(3):
         e = add_diagonal(product(transposed(r), r), -1.0)
         r -= 0.5 * product(r, e)

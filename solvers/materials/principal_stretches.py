@@ -1,7 +1,8 @@
-"""Laws W(t1, t2, t3) + K/2 g(J)^2 of isochoric principal stretches t = J^(-1/3) s, with W a sum of one-stretch terms.
+"""Laws W(t1, t2, t3) + K/2 g(J)^2 of isochoric principal stretches t = J^(-1/3) s, with W = sum w(ln t_a).
 
-Derivatives of such laws lose digits if two stretches are equal, because quotients of differences become 0/0. Here they
-are functions of m = (e_a + e_b)/2 and d = (e_a - e_b)/2, e = ln t, by sinh, without case distinction.
+Derivatives of such laws contain quotients of differences, which lose digits and become 0/0 if two stretches are equal.
+Here the quotients are functions of m = (e_a + e_b)/2 and d = (e_a - e_b)/2, e = ln t, by sinh, without case
+distinction.
 """
 
 from __future__ import annotations
@@ -38,11 +39,11 @@ class PrincipalStretchMaterial(IsochoricMaterial):
 
     @abstractmethod
     def energy(self, e: Array) -> Array:
-        """Return w, J/m^3, of logarithms e of any shape; 0 at e = 0, where its slope does not matter."""
+        """Return w, J/m^3, at logarithmic stretches e of any shape; w = 0 at e = 0, where its slope does not matter."""
 
     @abstractmethod
     def slope(self, e: Array) -> Array:
-        """Return dw/de minus its value at e = 0, Pa; that constant would affect only the volume."""
+        """Return dw/de minus its value at e = 0, Pa; a constant slope would affect only the volume."""
 
     @abstractmethod
     def curvature(self, e: Array) -> Array:
@@ -62,9 +63,10 @@ class PrincipalStretchLaw(Hyperelastic):
     """Law of a material of principal stretches, with bulk modulus K.
 
     F = U diag(s) V^T; tau_a = dpsi/d ln s_a are the principal Kirchhoff stresses. dP/dF couples the three axes by
-    d2psi/ds_a ds_b, and has in each plane ab (tau_a s_b + tau_b s_a) / (s_a s_b (s_a + s_b)) for the twist and (psi_a -
-    psi_b)/(s_a - s_b), psi_a = tau_a/s_a, for the flip. Sources: Ogden (1984), "Non-linear elastic deformations",
-    section 6.1; Smith, De Goes, Kim (2019), "Analytic eigensystems for isotropic distortion energies".
+    d2psi/ds_a ds_b. In each plane ab it has two more eigenvalues: (tau_a s_b + tau_b s_a) / (s_a s_b (s_a + s_b)) for
+    the twist and (psi_a - psi_b)/(s_a - s_b), psi_a = tau_a/s_a, for the flip.
+    Sources: Ogden (1984), "Non-linear elastic deformations", section 6.1; Smith, De Goes, Kim (2019), "Analytic
+    eigensystems for isotropic distortion energies".
     """
 
     material: PrincipalStretchMaterial
@@ -80,7 +82,7 @@ class PrincipalStretchLaw(Hyperelastic):
         return np.where(j > -1.0, shape + 0.5 * self.modulus * g * g, np.inf)
 
     def _P(self, f: Array) -> Array:
-        """Return F S, S the second Piola-Kirchhoff stress."""
+        """Return P = F S (3, 3, m), Pa, with S the second Piola-Kirchhoff stress."""
         s, e, v, j = _principal(f)
         return product(f, product(v * (self._stress(e, j) / (s * s)), transposed(v)))
 
@@ -109,14 +111,14 @@ class PrincipalStretchLaw(Hyperelastic):
         return sum(of.energy(a) for a in t) + swelling, tau, bent
 
     def _stress(self, e: Array, j: Array) -> Array:
-        """Return tau (3, m), Pa."""
+        """Return the principal Kirchhoff stresses tau (3, m), Pa."""
         slope = self.material.slope(e)
         slope -= slope.sum(axis=0) / 3.0
         slope += self.modulus * volumetric_derivatives(self.constraint, j)[0] * (1.0 + j)
         return slope
 
     def _blocks(self, s: Array, e: Array, j: Array) -> tuple[Array, list[Array], list[Array]]:
-        """Return d2psi/ds_a ds_b (3, 3, m), and twist and flip of each plane, Pa."""
+        """Return d2psi/ds_a ds_b (3, 3, m), and the eigenvalues of twist and flip of each plane, Pa."""
         tau, bend, J = self._stress(e, j), self.material.curvature(e), 1.0 + j
         swell, stiffen = volumetric_derivatives(self.constraint, j)
         rest = bend.sum(axis=0) / 9.0 + self.modulus * (swell * J + stiffen * J * J)
@@ -134,7 +136,7 @@ class PrincipalStretchLaw(Hyperelastic):
 
 
 def _principal(f: Array) -> tuple[Array, Array, Array, Array]:
-    """Return stretches s (3, m), ln t (3, m), the axes v[:, a] (3, 3, m) and J - 1 (m,); NaN if J <= 0."""
+    """Return stretches s (3, m), ln t (3, m), the principal axes v[:, a] (3, 3, m) and J - 1 (m,); NaN if J <= 0."""
     h = displacement_gradient(f)
     j = volume_change(h)
     squares, v = spectrum(2.0 * green_strain(h))  # eigenvalues of F^T F - 1

@@ -18,9 +18,10 @@ else:
 
 @dataclass(frozen=True)
 class SmallStrain(BatchedLaw):
-    """Small-strain energy: mu eps : eps + lam/2 (tr eps)^2, eps = (F + F^T)/2 - I, mu and lam at rest, Pa.
+    """Small-strain energy: mu eps : eps + lam/2 (tr eps)^2, with eps = (F + F^T)/2 - I.
 
-    P = 2 mu eps + lam tr(eps) I. It is not objective: a rotation by th gives eps_xx = cos th - 1.
+    mu and lam are the moduli at rest, Pa. P = 2 mu eps + lam tr(eps) I. It is not objective: a rotation by th gives
+    eps_xx = cos th - 1.
     Source: Timoshenko, Goodier, "Theory of Elasticity", chapter 1.
     """
 
@@ -46,7 +47,10 @@ class SmallStrain(BatchedLaw):
 
 
 def hooke(mu: float, lam: float) -> Array:
-    """Return mu (delta_ik delta_JL + delta_iL delta_kJ) + lam delta_iJ delta_kL, Pa: (3, 3, 3, 3[, n])."""
+    """Return the elasticity tensor of Hooke's law, Pa, (3, 3, 3, 3), or (3, 3, 3, 3, n) for moduli (n,).
+
+    It is mu (delta_ik delta_JL + delta_iL delta_kJ) + lam delta_iJ delta_kL.
+    """
     d = np.eye(3)
     pairs = d[:, None, :, None] * d[None, :, None, :]  # delta_ik delta_JL
     shear, volume = pairs + pairs.swapaxes(2, 3), d[:, :, None, None] * d
@@ -56,6 +60,6 @@ def hooke(mu: float, lam: float) -> Array:
 
 
 def _strain(f: Array) -> Array:
-    """Return eps (3, 3, m)."""
+    """Return the small strain eps (3, 3, m)."""
     h = displacement_gradient(f)
     return 0.5 * (h + transposed(h))

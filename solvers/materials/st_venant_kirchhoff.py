@@ -42,7 +42,7 @@ class StVenantKirchhoff(Hyperelastic, Isotropic):
     """
 
     def finite_parts(self) -> tuple[Law, Law] | None:
-        """Return the two parts; the energy is linear in the two moduli."""
+        """Return the shear part and the volume part; the energy is linear in the two moduli."""
         return _Shear(**vars(self)), _Volume(**vars(self))
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:

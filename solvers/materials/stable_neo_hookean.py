@@ -42,7 +42,7 @@ class StableNeoHookean(Hyperelastic, Isotropic):
     polyconvex = True
 
     def finite_parts(self) -> tuple[Law, Law] | None:
-        """Return the two parts; the energy is linear in the two moduli, and the volume part is lam/2 (J - 1)^2."""
+        """Return the shear part and the volume part lam/2 (J - 1)^2; the energy is linear in the two moduli."""
         return _Shear(**vars(self)), _Volume(**vars(self))
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:

@@ -1,7 +1,8 @@
-"""Strain measures E(F) for stresses H kept from earlier times: H : E(F), its first derivative by F, and its second one.
+"""Strain measures E(F) for stresses H stored from earlier times: H : E(F) and its two derivatives by F.
 
-Four measures: small strain; U - 1 of F = R U (Biot), with the rotation removed; (C - 1)/2 with C = F^T F (Green); and
-its isochoric form with J^(-2/3) C. The last three do not change under a rotation, so neither does the kept stress.
+There are four measures: small strain; U - 1 of F = R U (Biot), with the rotation removed; (C - 1)/2 with C = F^T F
+(Green); and its isochoric form with J^(-2/3) C. The last three do not change under a rotation, so neither does the
+stored stress.
 """
 
 from __future__ import annotations
@@ -27,16 +28,16 @@ class StrainMeasure(Protocol):
     """
 
     def strain(self, F: Array) -> Array:
-        """Return E."""
+        """Return the strain E (n, 3, 3)."""
 
     def stress(self, law: Law, F: Array) -> Array:
-        """Return the stress of an isotropic law that is work-conjugate to E, Pa; `pulled` converts it to P."""
+        """Return the stress (n, 3, 3), Pa, of an isotropic law, work-conjugate to E; `pulled` converts it to P."""
 
     def pulled(self, F: Array, H: Array) -> Array:
-        """Return d(H : E)/dF, Pa: a first Piola-Kirchhoff stress."""
+        """Return the first Piola-Kirchhoff stress d(H : E)/dF (n, 3, 3), Pa, of a stress H that is conjugate to E."""
 
     def add_tangent(self, F: Array, H: Array, A: Array) -> None:
-        """Add A (n, 3, 3, 3, 3) += d2(H : E)/dF dF, Pa."""
+        """Add d2(H : E)/dF dF, Pa, to A (n, 3, 3, 3, 3)."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ class IsochoricStrain:
 
     @staticmethod
     def _parts(F: Array, H: Array) -> tuple[Array, Array, Array, Array]:
-        """Return J^(-2/3) (n,), F H, F^-T, and H : C (n,)."""
+        """Return J^(-2/3) (n,), F H (n, 3, 3), F^-T (n, 3, 3) and H : C (n,)."""
         FH, inverse = F @ H, np.linalg.inv(F)
         G: Any = inverse.swapaxes(1, 2)
         return np.linalg.det(F) ** (-2.0 / 3.0), FH, G, np.einsum("nij,nij->n", FH, F)
@@ -120,8 +121,8 @@ class IsochoricStrain:
 class BiotStrain:
     """Biot strain U - 1, with Biot's stress R^T P, R the rotation nearest to F.
 
-    H : dU = X : dC with U X + X U = H, so the first Piola-Kirchhoff stress is 2 F X. In the axes of U, with stretches
-    s, X is H / (s_i + s_j); differentiating that equation again gives the tangent.
+    H : dU = X : dC, where X is the solution of U X + X U = H, so the first Piola-Kirchhoff stress is 2 F X. In the axes
+    of U, with stretches s, X is H / (s_i + s_j). Differentiating that equation again gives the tangent.
     """
 
     def strain(self, F: Array) -> Array:

@@ -1,8 +1,8 @@
-"""Batches of 3x3 matrices stored component by component: a (3, 3, m), a[i, J] over the whole batch.
+"""Batches of 3x3 matrices stored component by component: a (3, 3, m), with a[i, J] over the whole batch.
 
-numpy is fast on long rows, so the laws compute in this layout. Fourth-order tensors H (9, 9, m) hold their
-entry iJkL at [3 i + J, 3 k + L]; they have major symmetry, and the functions here write only the entries on and
-above the diagonal.
+numpy is fast on long rows, so the laws compute in this layout. Fourth-order tensors H (9, 9, m) hold their entry iJkL
+at [3 i + J, 3 k + L]. They have major symmetry, and the functions here write only the entries on and above the diagonal
+("upper triangle").
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def precision(A: Array) -> Any:
 
 
 def transposed(a: Array) -> Array:
-    """Return A^T, a view."""
+    """Return the transposes A^T (3, 3, m), as a view."""
     swapped: Array = a.swapaxes(0, 1)
     return swapped
 
@@ -79,7 +79,10 @@ def add_diagonal(a: Array, value: Array | float) -> Array:
 
 
 def displacement_gradient(f: Array) -> Array:
-    """Return F - I (3, 3, m), which is exact in floating point for F near I and keeps energies accurate near rest."""
+    """Return F - I (3, 3, m), which is exact in floating point for F near I.
+
+    Computed from it, energies are accurate near rest.
+    """
     return add_diagonal(f.copy(), -1.0)
 
 
@@ -123,10 +126,10 @@ CROSS = _cross_entries()
 
 
 def add_cross(H: Array, a: Array) -> None:
-    """Add H_iJkL += e_ikm e_JLn A_mn, upper triangle: with A = F the derivative of cof F.
+    """Add e_ikm e_JLn A_mn to H_iJkL, upper triangle; for A = F it is the derivative of cof F.
 
-    Also A_iL A_kJ = A_iJ A_kL - e_ikm e_JLn (cof A)_mn. Source: Bonet, Gil, Ortigosa (2015), "A computational
-    framework for polyconvex large strain elasticity", the tensor cross product.
+    Also A_iL A_kJ = A_iJ A_kL - e_ikm e_JLn (cof A)_mn. Source: Bonet, Gil, Ortigosa (2015), "A computational framework
+    for polyconvex large strain elasticity", the tensor cross product.
     """
     for row, column, m, n, positive in CROSS:
         if positive:
@@ -150,7 +153,7 @@ def add_geometric_stiffness(H: Array, S: Array) -> None:
 
 
 def add_carried(H: Array, b: Array) -> None:
-    """Add H_iJkL += b_ik delta_JL, upper triangle; b (3, 3, m) symmetric."""
+    """Add b_ik delta_JL to H_iJkL, upper triangle; b (3, 3, m) is symmetric."""
     for J in range(3):
         for i in range(3):
             for k in range(i, 3):

@@ -16,10 +16,11 @@ if TYPE_CHECKING:
 class TransverselyIsotropic(FiberReinforced):
     """Transversely isotropic soft tissue with one family of parallel fibres: tendon, ligament, muscle.
 
-    psi = mu/2 (I1 - 3 - 2 ln J) + k1/(2 k2) (exp(k2 (I4 - 1)^2) - 1) + K/2 (J - 1)^2, I1 = tr F^T F, I4 = |F f|^2 With
-    k2 = 0 the fibre term is k1/2 (I4 - 1)^2: the fibres add 4 k1 to the initial modulus along them. With `resists =
-    tension` fibres carry no compression: the fibre term is zero for I4 < 1, and its stress is a cubic for I4 - 1 below
-    `onset`, so that the tangent is continuous. Without `bulk` J = 1, and `formulation = mixed` finds the pressure.
+    psi = mu/2 (I1 - 3 - 2 ln J) + k1/(2 k2) (exp(k2 (I4 - 1)^2) - 1) + K/2 (J - 1)^2, I1 = tr F^T F, I4 = |F f|^2
+    With k2 = 0 the fibre term is k1/2 (I4 - 1)^2: the fibres add 4 k1 to the initial modulus along them. With `resists
+    = tension` fibres carry no compression: the fibre term is zero for I4 < 1, and its stress is a cubic for I4 - 1
+    below `onset`, so that the tangent is continuous. Without `bulk` J = 1, and `formulation = mixed` finds the
+    pressure.
     Source: Holzapfel, Gasser, Ogden (2000), J. Elasticity 61:1, with one family; Weiss, Maker, Govindjee (1996),
     "Finite element implementation of incompressible, transversely isotropic hyperelasticity", with another exponential.
     """

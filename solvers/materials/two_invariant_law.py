@@ -26,10 +26,11 @@ if TYPE_CHECKING:
 
 
 class TwoInvariantLaw(Hyperelastic):
-    """Base of laws psi(I1, J): P = a F + s C, dP/dF = a 1 + s dC/dF + c (F (x) C + C (x) F) + d C (x) C, C = cof F.
+    """Base class of laws psi(I1, J), evaluated from a few numbers per point.
 
-    A subclass computes a, s, c, d from I1 - 3 and j = J - 1, which are known without cancellation. An energy may use
-    these numbers instead of tensors.
+    P = a F + s C, dP/dF = a 1 + s dC/dF + c (F (x) C + C (x) F) + d C (x) C, with C = cof F. A subclass computes a, s,
+    c, d from I1 - 3 and j = J - 1, which are known without cancellation. An energy may use these numbers instead of
+    tensors.
     """
 
     @abstractmethod

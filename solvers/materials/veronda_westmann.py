@@ -34,7 +34,7 @@ class VerondaWestmann(IsochoricInvariantMaterial):
 
     @property
     def polyconvexity_violation(self) -> tuple[str, str] | None:
-        """Reason for loss of shear stiffness: at stretch t it is 2 (W_i + t^2 W_k), zero if exp(a i) = t^2/2."""
+        """Reason for loss of shear stiffness, 2 (W_i + t^2 W_k) at stretch t: it is zero if exp(a i) = t^2/2."""
         if self.a > LEAST:
             return None
         return "a", f"in tension it loses its transverse shear stiffness, since a is not greater than {LEAST}"

@@ -1,8 +1,9 @@
-"""Elastic law of one time step of a viscoelastic solid, part of whose stress has relaxed.
+"""Elastic law of one time step of a viscoelastic solid, in which part of the stress has relaxed.
 
 Over a step from n to n + 1 the stress of branch i changes from H to exp(-h/tau) H + g f(h/tau) (S(F) - S_n), where f(z)
-= (1 - exp(-z)) / z is the exact mean of exp(-(t - s)/tau) over the step, so the result is exact if S grows linearly in
-time. The sum is again a law with an energy: of the state at the end, with the stress `held` left from the past.
+= (1 - exp(-z)) / z is the exact mean of exp(-(t - s)/tau) over the step. So the result is exact if S grows linearly in
+time. The sum of all stresses at the end of the step is again a law with an energy. It contains the stress `held` that
+remains from the past.
 """
 
 from __future__ import annotations
@@ -32,9 +33,10 @@ else:
 
 @dataclass(frozen=True, eq=False)
 class ViscoelasticStepLaw:
-    """Law of a viscoelastic step: psi = whole - lost part + held : E, with `held` (m, q, 3, 3), Pa, per point.
+    """Law of a viscoelastic step: psi = whole - lost part + held : E.
 
-    The law `part` is reduced by the share `lost`; E is the strain in a `measure`.
+    `whole` is the instantaneous law, `lost` the fraction by which its relaxing part, the law `part`, is reduced, and
+    `held` (m, q, 3, 3), Pa, the stress that remains from the past at each point. E is the strain in a `measure`.
     """
 
     whole: Law
@@ -45,18 +47,18 @@ class ViscoelasticStepLaw:
 
     @property
     def law(self) -> ViscoelasticStepLaw:
-        """The law itself, for code that expects the wrapped law of a heterogeneous law.
+        """The law itself, for code that expects the wrapped law of a `HeterogeneousLaw`.
 
-        It has no constants to distribute.
+        It has no constants that would differ from point to point.
         """
         return self
 
     def of(self, which: Any, kind: Any = None) -> ViscoelasticStepLaw:
-        """Return the law of some of the cells."""
+        """Return the law of the cells `which`, in the floating-point type `kind` if given."""
         return ViscoelasticStepLaw(self.whole, self.part, self.lost, self.held[which], self.measure)
 
     def at_rest(self, measure: Callable[[Array], Array]) -> Array:
-        """Apply `measure` to dP/dF of the whole law at rest and return the result at every point (m, q)."""
+        """Return `measure` of the tensors dP/dF of the whole law in the undeformed state, at every point (m, q)."""
         found: Array = np.broadcast_to(measure(self.whole.dPdF(np.eye(3)[None])), self.held.shape[:2])
         return found
 
@@ -87,10 +89,10 @@ class ViscoelasticStepLaw:
 
 @dataclass(frozen=True, eq=False)
 class PronySeries:
-    """Prony series of a material: the law of the relaxing stress, shares `g` (k,) and times `tau` (k,), s.
+    """Prony series of a material: the relaxing law `part`, with fractions `g` (k,) and times `tau` (k,), s.
 
-    `mu` and `bulk` are its moduli at rest in Pa; `bulk` is infinite if only the isochoric stress relaxes. `springs` is
-    the branch energy of a law whose stress is not linear in the strain measure.
+    `mu` and `bulk` are the moduli at rest of the material, Pa; `bulk` is infinite if only the isochoric stress relaxes.
+    `springs` is the branch energy of a law whose stress is not linear in the strain measure.
     """
 
     part: Law
@@ -102,7 +104,10 @@ class PronySeries:
     springs: FirstInvariantBranch | IsotropicBranch | None = None
 
     def compliant(self, S: Array) -> Array:
-        """Return S : C^-1 : S (...), J/m^3, with the moduli at rest: twice the small-strain energy of S (..., 3, 3)."""
+        """Return S : C^-1 : S (...), J/m^3, of stresses S (..., 3, 3), Pa, with C the elasticity tensor at rest.
+
+        It is twice the small-strain energy of S.
+        """
         square = np.einsum("...ij,...ij->...", S, S)
         if np.isinf(self.bulk):
             found: Array = square / (2.0 * self.mu)
@@ -126,9 +131,10 @@ class PronySeries:
     def relaxed(
         self, whole: Law, decay: Array, mean: Array, H: Array, S: Array, shape: tuple[int, int]
     ) -> ViscoelasticStepLaw:
-        """Return the law of a step from branch stresses H (k, n, 3, 3) and stress S (n, 3, 3), Pa, at points (m, q).
+        """Return the law of a step from branch stresses H (k, n, 3, 3) and stress S (n, 3, 3), Pa, at its start.
 
-        Over the step exp(-s/tau) falls to `decay` (k,) and has the mean `mean` (k,).
+        Over the step exp(-s/tau) falls to `decay` (k,) and has the mean `mean` (k,). `shape` is (m, q), for q points in
+        m cells.
         """
         held = np.einsum("k,knij->nij", decay, H) - (self.g @ mean) * S
         return ViscoelasticStepLaw(
@@ -137,7 +143,7 @@ class PronySeries:
 
 
 def relaxing_part(material: Viscoelastic, strain: str) -> Law | None:
-    """Return the law of the relaxing stress for a strain measure; None if a material has no such part."""
+    """Return the law of the relaxing part of the stress for a strain measure; None if there is no such part."""
     elastic: Any = material.law
     if material.of == "whole":
         return None if elastic.incompressible else law_for(elastic, strain)
@@ -149,7 +155,7 @@ def relaxing_part(material: Viscoelastic, strain: str) -> Law | None:
 
 
 def prony_series(material: Viscoelastic, strain: str) -> PronySeries:
-    """Return the Prony series of a material. Raises ValueError if its law has no part that relaxes."""
+    """Return the Prony series of a material. Raises ValueError if no part of its stress relaxes."""
     if (part := relaxing_part(material, strain)) is None:
         raise ValueError(f"no part of its stress relaxes in {strain} strain")
     g, tau = (np.array(column) for column in zip(*material.branches, strict=True))

@@ -1,7 +1,7 @@
 """Volume constraints g(F) = 0, one for each kind of strain, enforced by a pressure.
 
-A law with volume energy M/2 g(F)^2 has the same solutions as p g(F) - p^2 / (2 M) with a separate pressure p, and the
-latter stays finite if M does not: 1/M = 0 is the incompressible solid, with g = 0. p is positive in tension.
+A law with volume energy M/2 g(F)^2 has the same solutions as p g(F) - p^2 / (2 M) with a separate pressure p. The
+second form stays finite if M does not: 1/M = 0 is the incompressible solid, with g = 0. p is positive in tension.
 Sources: Herrmann (1965), "Elasticity equations for incompressible and nearly incompressible materials by a variational
 theorem"; Simo, Taylor and Pister (1985), Comput. Methods Appl. Mech. Eng. 51:177; Bonet and Wood (2008), section 8.5.
 """
@@ -39,7 +39,7 @@ else:
 
 
 class Constraint(ABC):
-    """Base class of volume constraints: g and its derivatives over F (m, 3, 3), zero at rest; NaN outside its domain.
+    """Base class of volume constraints g(F), which are zero at rest, and NaN outside their domain.
 
     A subclass writes `_value`, `_gradient` and `_add_curvature` on components f (3, 3, m) (see tensor_components.py).
     """
@@ -54,7 +54,7 @@ class Constraint(ABC):
 
     @abstractmethod
     def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
-        """Add H (9, 9, m) += p d2g/dF2, on and above the diagonal; p (m,), Pa."""
+        """Add p d2g/dF2, Pa, to H (9, 9, m), on and above the diagonal, for pressures p (m,), Pa."""
 
     def value(self, F: Array) -> Array:
         """Return g (m,), no unit."""
@@ -78,10 +78,10 @@ class Constraint(ABC):
 
 @dataclass(frozen=True)
 class MixedSplit:
-    """Mixed split of a law: the point-wise law `shape`, and M/2 g^2 of the constraint g.
+    """Split of a law for mixed elements: the point-wise law `shape`, and M/2 g^2 of the constraint g.
 
-    `modulus` is M in Pa, infinite if incompressible: the bulk modulus K for small or corotational strain, else lam
-    minus `Isotropic.local_lambda`.
+    `modulus` is M in Pa, infinite if incompressible. It is the bulk modulus K for small or corotational strain, and lam
+    minus `Isotropic.local_lambda` for finite strain.
     """
 
     shape: Law
@@ -127,11 +127,17 @@ class CorotationalDilatation(Constraint):
 
 
 class VolumeRatioConstraint(Constraint):
-    """Base class of constraints g that depend only on J = det F: a subclass gives g and two derivatives."""
+    """Base class of constraints g(J) that depend only on J = det F.
+
+    A subclass computes g and its two derivatives.
+    """
 
     @abstractmethod
     def of(self, j: Array) -> tuple[Array, Array, Array | None]:
-        """Return g, dg/dJ and d2g/dJ2 (m,), None if zero, from j = J - 1 (m,); g is NaN outside its domain."""
+        """Return g, dg/dJ and d2g/dJ2 (m,) from j = J - 1 (m,).
+
+        g is NaN outside its domain, and d2g/dJ2 is None if it is zero.
+        """
 
     def _value(self, f: Array) -> Array:
         """Return g, accurate near rest."""
@@ -176,10 +182,11 @@ class LogarithmicVolume(VolumeRatioConstraint):
 
 
 class ReciprocalVolume(VolumeRatioConstraint):
-    """Constraint g = (J - 1/J)/2, for J > 0: of equal size for halved and doubled volume.
+    """Constraint g = (J - 1/J)/2, for J > 0, whose size is equal for halved and doubled volume.
 
-    K/2 g^2 = K/8 (J^2 + J^-2 - 2). Source: Hartmann and Neff (2003), "Polyconvexity of generalized polynomial-type
-    hyperelastic strain energy functions for near-incompressibility", the family K/(2 n^2) (J^n + J^-n - 2) with n = 2.
+    K/2 g^2 = K/8 (J^2 + J^-2 - 2).
+    Source: Hartmann and Neff (2003), "Polyconvexity of generalized polynomial-type hyperelastic strain energy functions
+    for near-incompressibility", the family K/(2 n^2) (J^n + J^-n - 2) with n = 2.
     """
 
     def of(self, j: Array) -> tuple[Array, Array, Array | None]:

@@ -38,7 +38,10 @@ class Yeoh(IsochoricInvariantMaterial):
 
     @property
     def polyconvexity_violation(self) -> tuple[str, str] | None:
-        """Reason for loss of stiffness: stress in simple shear g = sqrt(i) peaks at c1 + 6 c2 i + 15 c3 i^2 = 0."""
+        """Reason for loss of stiffness: the stress in simple shear g = sqrt(i) has a maximum.
+
+        It is where c1 + 6 c2 i + 15 c3 i^2 = 0.
+        """
         if self.c3 < 0.0:
             return "c3", "its shear stress has a maximum, since c3 is negative"
         if self.c2 < 0.0 and 3.0 * self.c2**2 >= 5.0 * self.c1 * self.c3:

@@ -1,8 +1,9 @@
 """Prony series of Young's modulus for a solid whose shear modulus relaxes and whose bulk modulus does not.
 
-With s-multiplied transforms G(s) = G0 (1 - sum g a / (s + a)), a = 1 / tau, and E = 9 K G / (3 K + G): its poles are
-the roots of 3 K + G(s) = 0, one between each -a and the next. So it is a series with as many terms. Source: Tschoegl
-(1989), "The Phenomenological Theory of Linear Viscoelastic Behavior", section 11.1.
+In s-multiplied Laplace transforms, G(s) = G0 (1 - sum g a / (s + a)) with a = 1 / tau, and E = 9 K G / (3 K + G). The
+poles of E are the roots of 3 K + G(s) = 0, one between each -a and the next. So E is a Prony series with as many terms
+as G.
+Source: Tschoegl (1989), "The Phenomenological Theory of Linear Viscoelastic Behavior", section 11.1.
 """
 
 from __future__ import annotations
@@ -20,7 +21,11 @@ HALVED = 200  # largest number of bisections: full precision
 
 
 def young_series(g: Array, tau: Array, shear: float, bulk: float) -> tuple[Array, Array]:
-    """Return shares and times, s, of Young's modulus from those of the instantaneous shear modulus (Pa) and K."""
+    """Return shares and times, s, of the Prony series of Young's modulus.
+
+    `g` (k,) and `tau` (k,), s, are the series of the shear modulus; `shear` and `bulk` are the instantaneous shear
+    modulus and the bulk modulus, Pa.
+    """
     if np.isinf(bulk):
         return g, tau
     rates, which = np.unique(1.0 / tau, return_inverse=True)

@@ -1,9 +1,9 @@
-"""Adaptive quadrature over the cells of a mesh, for functions that vary within cells more than Gauss points can see.
+"""Adaptive quadrature over the cells of a mesh, for functions that vary between the Gauss points of a cell.
 
-The reference cell is halved along one of its edges, and its halves again, until two rules agree in every part and
-bounds of the function over a part leave no room for a feature between the points. Source of the scheme: Berntsen,
-Espelid and Genz (1991), "An adaptive algorithm for the approximate calculation of multiple integrals"; bounds by
-interval arithmetic are those of Moore (1966).
+The reference cell is halved across one of its edges, and the halves again. Halving ends when two quadrature rules agree
+in every part and when bounds of the function over a part leave no room for a feature between the points.
+Source: Berntsen, Espelid and Genz (1991), "An adaptive algorithm for the approximate calculation of multiple
+integrals"; bounds by interval arithmetic: Moore (1966).
 """
 
 from __future__ import annotations
@@ -53,10 +53,11 @@ SLICES = wedge_rule((1 / 6 + 0.5 * np.array(Tri3.rim), np.full(3, 1 / 6)), 3), w
 
 @dataclass(frozen=True)
 class FineRule:
-    """Quadrature points of some cells, sorted by cell: `cell` (n,), local points `xi` (n, 3), volumes `w` (n,), m^3.
+    """Quadrature points of all cells, sorted by cell, with error estimates.
 
-    `values` (g, n) are the functions at the points. `error` (g, m) estimates by how much the integral of each function
-    over each cell is off, and `hidden` (g, m) bounds what the points cannot see by the bounds of the function.
+    `cell` (n,) is the cell of each point, `xi` (n, 3) its local coordinates and `w` (n,) its volume, m^3. `values` (g,
+    n) are the functions at the points. `error` (g, m) estimates the error of the integral of each function over each
+    cell. `hidden` (g, m) is an upper bound of the integral of features between the points.
     """
 
     cell: Ints
@@ -68,12 +69,15 @@ class FineRule:
 
 
 def family_of(element: type[Element]) -> str:
-    """The reference cell of an element: `hexahedra`, `wedges` or `tetrahedra`."""
+    """Return the kind of reference cell of an element: `hexahedra`, `wedges` or `tetrahedra`."""
     return {8: "hexahedra", 6: "wedges", 4: "tetrahedra"}[element.corners]
 
 
 def rules_of(element: type[Element]) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
-    """A coarse and a fine rule of the reference cell, of degrees 3 and 5 (2 and 5 in tetrahedra, 2 and 4 in wedges)."""
+    """Return a coarse and a fine quadrature rule of an element's reference cell, each as points and weights.
+
+    Their degrees are 3 and 5 in hexahedra, 2 and 5 in tetrahedra, 2 and 4 in wedges.
+    """
     family = family_of(element)
     if family == "hexahedra":
         return CELLS["hex8"].quadrature(), CELLS["hex20"].quadrature()
@@ -84,12 +88,13 @@ def rules_of(element: type[Element]) -> tuple[tuple[Floats, Floats], tuple[Float
 def adaptive_rule(
     mesh: Mesh, values: Values, bounds: Bounds, tolerance: float, most: int, axes: Floats, floor: Floats, degree: int,
 ) -> FineRule:  # fmt: skip
-    """Quadrature points in every cell by which functions (g of them) are integrated to a tolerance.
+    """Return quadrature points in every cell that integrate the g functions `values` to a tolerance.
 
-    `tolerance` is relative to the integral of each function's magnitude over its cell, `most` the number of parts in
-    all. `axes` (3,) is 1 along coordinates that the functions depend on and else 0. `floor` (g,) is added to the
-    magnitude of each function, in its unit: a function that vanishes in a cell needs no relative accuracy. Each part is
-    given points that are exact for polynomials of a `degree` of five at most.
+    `bounds` returns bounds of the functions over boxes. `tolerance` is relative to the integral of each function's
+    magnitude over its cell. `most` is the largest total number of parts. `axes` (3,) is 1 for coordinates that the
+    functions depend on, else 0. `floor` (g,) is added to the magnitude of each function, in the unit of the function,
+    because a function that vanishes in a cell needs no relative accuracy. The points of each part are exact for
+    polynomials of `degree`, at most five.
     """
     element, count = mesh.element, len(mesh.cells)
     grid = whole_cells = _CellFunctions(mesh, values, bounds, axes)
@@ -116,11 +121,11 @@ def adaptive_rule(
         totals.enlarge_cells(parts, found)
     rule = _join_rules([(whole_cells, totals.done[:1]), (grid, totals.done[1:])], count, degree, totals)
     much = totals.cells_with_much_hidden()
-    return replace(rule, hidden=whole_cells.sampled_again(rule, much)) if len(much) else rule
+    return replace(rule, hidden=whole_cells.resample_hidden(rule, much)) if len(much) else rule
 
 
 def _keep_worst(rough: Bools, excess: Floats, room: int) -> Bools:
-    """Return the worst of the rough parts (n,), as many as there is room for."""
+    """Return a mask (n,) of the rough parts with the largest `excess`, at most `room` of them."""
     worst = np.where(rough, excess, 0.0)
     chosen = np.zeros_like(rough)
     chosen[np.argsort(worst)[::-1][: max(0, room)]] = True
@@ -130,7 +135,11 @@ def _keep_worst(rough: Bools, excess: Floats, room: int) -> Bools:
 def _join_rules(
     done: list[tuple[_CellFunctions, list[Parts]]], count: int, degree: int, totals: CellTotals
 ) -> FineRule:
-    """The points of all parts: by the fine rule in cells with few, else by the coarse where that is of the degree."""
+    """Join the quadrature points of all parts into one rule.
+
+    Cells with few parts get the fine rule in each part. Cells with many parts get the coarse rule, if it is exact for
+    polynomials of `degree`.
+    """
     parts = np.concatenate([own.cell for _, each in done for own in each])
     often, found = np.bincount(parts, minlength=count), []
     for grid, each in done:
@@ -145,9 +154,9 @@ def _join_rules(
 
 
 def closed_rule(element: type[Element]) -> tuple[Floats, Floats]:
-    """A rule of degree 3 with points at the corners of the reference cell, midway between any two, and in its centre.
+    """Return a rule of degree 3 with points at the corners, midway between each two corners, and in the centre.
 
-    In hexahedra it is Simpson's. Weights may be negative: it is only compared with others.
+    In hexahedra it is Simpson's rule. Weights may be negative, because this rule is only compared with others.
     """
     corners = element.places()[: element.corners]
     middles = [0.5 * (a + b) for a, b in combinations(corners, 2)]
@@ -162,7 +171,7 @@ def closed_rule(element: type[Element]) -> tuple[Floats, Floats]:
 
 
 def lattice_points(element: type[Element]) -> Floats:
-    """LATTICE points (n, 3) that are spread evenly over the reference cell, by multiples of irrational numbers."""
+    """Return LATTICE points (n, 3) spread evenly over the reference cell, by multiples of irrational numbers."""
     t = (0.5 + np.arange(1, LATTICE + 1)[:, None] * PLASTIC ** -np.arange(1.0, 4.0)) % 1.0
     if element.corners == 8:
         return 2.0 * t - 1.0
@@ -174,7 +183,7 @@ def lattice_points(element: type[Element]) -> Floats:
 
 
 def drop_straight_midnodes(mesh: Mesh) -> Mesh:
-    """Return the mesh with corner nodes only if all other nodes lie midway between corners; else the mesh itself."""
+    """Return the mesh with corner nodes only if all midside nodes lie midway between corners, else the mesh itself."""
     element = mesh.element
     if element.linear == mesh.kind:
         return mesh
@@ -187,7 +196,10 @@ def drop_straight_midnodes(mesh: Mesh) -> Mesh:
 
 
 def _affine_maps(mesh: Mesh) -> Floats | None:
-    """x = r_0 + xi R of every cell, as rows r_0 and R (m, 4, 3), m; None where a cell is not mapped like that."""
+    """Return the affine map x = r_0 + xi R of every cell as rows r_0 and R, shape (m, 4, 3), m.
+
+    Return None if the map of a cell is not affine.
+    """
     local = mesh.element.places()
     rows = np.column_stack([np.ones(len(local)), local])
     corners = mesh.points[mesh.cells]
@@ -197,7 +209,7 @@ def _affine_maps(mesh: Mesh) -> Floats | None:
 
 
 def _excess_over_samples(bounds: tuple[Floats, Floats], least: Floats, largest: Floats) -> Floats:
-    """Return by how much bounds (g, n) exceed the extremes of sampled values; 0 where the excess is negligible."""
+    """Return by how much bounds (g, n) exceed the least and largest sampled values; 0 if the excess is negligible."""
     low, high = bounds
     beyond = np.maximum(high - largest, 0.0) + np.maximum(least - low, 0.0)
     known = np.isfinite(beyond)  # else nothing is known of it
@@ -205,7 +217,7 @@ def _excess_over_samples(bounds: tuple[Floats, Floats], least: Floats, largest: 
 
 
 class _CellFunctions:
-    """Functions over parts of the cells of a mesh."""
+    """Functions to be integrated over parts of the cells of a mesh."""
 
     def __init__(self, mesh: Mesh, values: Values, bounds: Bounds, axes: Floats, sliced: bool = False) -> None:
         self.values, self.bounds, self.axes, self.sliced = values, bounds, axes, sliced
@@ -225,14 +237,17 @@ class _CellFunctions:
         self.bundles = [np.array(b) for b in BUNDLES[family_of(self.linear)]]
 
     def places(self, cell: Ints, xi: Floats) -> Floats:
-        """Positions (n, q, 3), m, of local points xi (n, q, 3) in cells (n,)."""
+        """Return the positions (n, q, 3), m, of local points xi (n, q, 3) in cells (n,)."""
         if self.affine is not None:
             return np.asarray(self.affine[cell, :1] + xi @ self.affine[cell, 1:])
         N = self.element.shape(xi.reshape(-1, 3)).reshape(*xi.shape[:2], -1)
         return np.asarray(N @ self.mesh.points[self.mesh.cells[cell]])
 
     def within(self, parts: Parts, rule: tuple[Floats, Floats]) -> tuple[Floats, Floats, Floats]:
-        """Local points (n, q, 3), positions (n, q, 3) in m and volumes (n, q) in m^3 of a rule in every part."""
+        """Apply a quadrature rule in every part.
+
+        Return local points (n, q, 3), positions (n, q, 3), m, and weights as volumes (n, q), m^3.
+        """
         xi = self.linear.shape(rule[0]) @ parts.vertices
         known = rule[0] if self.sliced else np.array([self.linear.centre])  # other parts are mapped by one matrix
         edges = parts.vertices.swapaxes(1, 2)[:, None] @ self.linear.gradient(known)
@@ -247,12 +262,12 @@ class _CellFunctions:
         return xi, self.places(parts.cell, xi), w
 
     def at(self, X: Floats) -> Floats:
-        """Values (g, n, q) at points (n, q, 3), m."""
+        """Return the values (g, n, q) of the functions at positions X (n, q, 3), m."""
         found = self.values(X.reshape(-1, 3))
         return found.reshape(len(found), *X.shape[:2])
 
     def box(self, parts: Parts) -> tuple[Floats, Floats]:
-        """Bounding boxes (n, 3) of parts, m."""
+        """Return the lowest and highest corner of the bounding box of each part, both (n, 3), m."""
         X = self.places(parts.cell, parts.vertices)
         low, high = X.min(axis=1), X.max(axis=1)
         if self.element.order > 1:
@@ -261,15 +276,16 @@ class _CellFunctions:
         return low, high
 
     def integrate(self, parts: Parts) -> Integrals:
-        """Integrate the functions over any number of parts, and compare the rules."""
+        """Integrate the functions over parts by several rules, in batches, and compare the results."""
         groups = range(0, len(parts), BATCH)
         return Integrals.joined([self._integrate(parts[at : at + BATCH]) for at in groups])
 
     def _integrate(self, parts: Parts) -> Integrals:
-        """Compare the fine rule with the others in a few parts.
+        """Integrate the functions over one batch of parts, and compare the fine rule with the other rules.
 
-        A function that is odd about the middle of a part has the same integral by any symmetric rule, but is not seen
-        by it unless it is a polynomial; times a coordinate it is even.
+        The integral of a function that is odd about the middle of a part vanishes in every symmetric rule, so the rules
+        agree although they may miss the function. Its product with a coordinate is even, so such products are compared
+        too.
         """
         xi, X, v = self.within(parts, self.all)
         c = self.at(X)
@@ -286,15 +302,16 @@ class _CellFunctions:
         beyond = _excess_over_samples(self.bounds(*self.box(parts)), least, largest)
         wide = np.flatnonzero((beyond > 0.0).any(axis=0))
         if len(wide):
-            closer = self.closer_bounds(parts[wide])
+            closer = self.tighten_bounds(parts[wide])
             beyond[:, wide] = _excess_over_samples(closer, least[:, wide], largest[:, wide])
         return Integrals(np.abs(weighed) @ self.weights, volume, off, error, beyond * volume)
 
-    def sampled_again(self, rule: FineRule, cells: Ints) -> Floats:
-        """Return what the points of a rule may miss (g, m), by points of a lattice in `cells` that have too few parts.
+    def resample_hidden(self, rule: FineRule, cells: Ints) -> Floats:
+        """Return tighter estimates (g, m) of the integral that a rule may miss, for `cells` with too few parts.
 
-        Bounds of parts say what could be missed at most, which is far more than is. They stay where the values of
-        many points do not reach the bounds of the function over the cell.
+        A lattice of many points is summed and compared with the rule. Bounds of the functions overestimate the missed
+        integral by far; they are kept only if the values at the lattice points do not come near the bounds over the
+        cell.
         """
         hidden = rule.hidden.copy()
         xi = lattice_points(self.element)
@@ -313,8 +330,8 @@ class _CellFunctions:
             hidden[:, cell] = np.minimum(hidden[:, cell], off)
         return hidden
 
-    def closer_bounds(self, parts: Parts) -> tuple[Floats, Floats]:
-        """Bounds of the functions over parts (g, n), from those over eight pieces of each."""
+    def tighten_bounds(self, parts: Parts) -> tuple[Floats, Floats]:
+        """Return tighter bounds (g, n) of the functions over parts, from bounds over eight pieces of each."""
         pieces = parts
         for _ in range(CLOSER):
             pieces = self.bisected(pieces)
@@ -323,7 +340,10 @@ class _CellFunctions:
         return low.reshape(each).min(axis=2), high.reshape(each).max(axis=2)
 
     def bisected(self, parts: Parts) -> Parts:
-        """Both halves of each part, one behind the other, cut across the edges that are longest along `axes`."""
+        """Return both halves of each part, one after the other.
+
+        A part is cut across the bundle of parallel edges that is longest along the coordinates in `axes`.
+        """
         X = self.places(parts.cell, parts.vertices)
         ends = [b.T for b in self.bundles]
         length = np.array([(np.abs(X[:, b] - X[:, a]).max(axis=1) * self.axes).max(axis=1) for a, b in ends])
@@ -336,8 +356,9 @@ class _CellFunctions:
         return Parts(np.repeat(parts.cell, 2), halves.reshape(-1, *parts.vertices.shape[1:]))
 
     def halved(self, parts: Parts, size: Floats) -> Parts:
-        """Both halves of each part, cut where bounds of the functions become narrowest, else across the longest edge.
+        """Return both halves of each part, one after the other.
 
+        A part is cut across the edges along which bounds of the functions become narrowest, or else across the longest.
         `size` (g,) is the order of magnitude of each function.
         """
         if not len(parts):
@@ -346,10 +367,11 @@ class _CellFunctions:
         return Parts(np.concatenate([p.cell for p in found]), np.concatenate([p.vertices for p in found]))
 
     def slices(self, parts: Parts, size: Floats) -> Parts:
-        """Cut tetrahedra into wedges between parallel planes through their vertices; some edges have no length.
+        """Cut tetrahedra into wedges between parallel planes through their vertices; some wedge edges have no length.
 
-        The planes are across the axis of the space along which slabs of the bounding box have the narrowest bounds.
-        Halves of such wedges are slabs of a function that varies along that axis; those of tetrahedra are not.
+        The planes are normal to the coordinate axis along which slabs of the bounding box have the narrowest bounds. If
+        a function varies along that axis, halves of the wedges are slabs of nearly constant value; halves of tetrahedra
+        are not. `size` (g,) is the order of magnitude of each function.
         """
         low, high = self.box(parts)
         width = np.zeros((3, len(parts)))
@@ -410,7 +432,10 @@ class _CellFunctions:
         return Parts(np.repeat(parts.cell, 2), every[which, :, rows].reshape(-1, *parts.vertices.shape[1:]))
 
     def points(self, parts: Parts, many: Bools) -> Iterator[tuple[Ints, Floats, Floats, Floats]]:
-        """Yield cells, local points, volumes and values by the fine rule, in parts that are `many` by the coarse."""
+        """Yield the cells, local points, volumes and values of the quadrature points of all parts.
+
+        Parts marked in `many` (n,) get the coarse rule, all others the fine one.
+        """
         for which, rule in ((~many, self.fine), (many, self.coarse)):
             some = parts[which]
             for at in range(0, len(some), BATCH):

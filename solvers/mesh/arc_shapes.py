@@ -1,4 +1,4 @@
-"""Arcs: bodies of constant section along part of a circle, for solid and beam models."""
+"""Arcs: bodies of constant section along a part of a circle, for solid and beam models."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ SIDEWAYS = 1e-6  # length of the unit vector's normal part below which it define
 
 @dataclass(frozen=True)
 class Arc(Swept):
-    """A body of constant section along part of a circle, from `origin` along `axis`, bent in the direction `towards`.
+    """A body of constant section along a part of a circle, from `origin` along `axis`, bent towards `towards`.
 
     The section is rectangular (`side`, and `height` if it differs) or round (`section_radius`). The mesh is that of a
-    straight box or cylinder, bent: every node lies on its exact position. Beams take the curved shape as stress-free at
-    rest; the far end points along `axis` turned by `angle`.
+    straight box or cylinder, bent: every node lies on its exact position. Beam models take the curved shape as
+    stress-free. At the far end the body points along `axis` rotated by `angle`.
     """
 
     gap = "curved"
@@ -52,8 +52,10 @@ class Arc(Swept):
 
     @property
     def fault(self) -> str:
-        """Return an error if there is no section or two, if it reaches past the circle's centre, or if there is no
-        plane.
+        """Return why the arc is invalid; "" if it is valid.
+
+        It is invalid without a section or with two, if the section reaches past the centre of the circle, or if the
+        directions define no plane.
         """
         if (self.side is None) == (self.section_radius is None):
             return "it needs a `side` (rectangular section) or a `section_radius` (round section)"
@@ -89,7 +91,7 @@ class Arc(Swept):
         return Rectangle(side, self.height or side)
 
     def frame(self, station: float) -> tuple[Vector3, Vector3, Vector3]:
-        """Return unit vectors at a station: along the axis, to the centre of the circle, and normal to its plane."""
+        """Return three unit vectors at a station: along the axis, to the circle's centre, and normal to both."""
         t, n, b = self._start
         c, s = math.cos(station / self.radius), math.sin(station / self.radius)
         return add_multiples((0.0, 0.0, 0.0), (c, t), (s, n)), add_multiples((0.0, 0.0, 0.0), (c, n), (-s, t)), b
@@ -117,7 +119,10 @@ class Arc(Swept):
         )
 
     def own(self, point: Vector3) -> Vector3:
-        """Return a point's station and its position in the section there, m; it jumps halfway round the circle."""
+        """Return a point's station and its two coordinates in the section there, m.
+
+        The station is discontinuous halfway round the circle.
+        """
         t, n, b = self._start
         off = [p - m for p, m in zip(point, self.middle, strict=True)]
         x, y = dot(off, t), -dot(off, n)
@@ -126,7 +131,7 @@ class Arc(Swept):
         return self.radius * turn, self.radius - math.hypot(x, y), dot(off, b)
 
     def coordinates(self, X: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the stations and section coordinates (see `own`) of points (n, 3), m, as three arrays (n,)."""
+        """Return the stations and both section coordinates of points X (n, 3), as three arrays (n,), m."""
         off = X - np.array(self.middle)
         x, y, v = (off @ np.array(e) for e in self._start)
         half = 0.5 * self.angle
@@ -135,10 +140,10 @@ class Arc(Swept):
         return self.radius * turn, self.radius - np.hypot(x, y), v
 
     def slab(self, first: float, last: float) -> Bounds:
-        """Return the exact lowest and highest coordinates of the body between two stations, m.
+        """Return the exact lowest and highest coordinates of the part between two stations, m.
 
-        A point is middle - (radius - u) n(turn) + v b: along a coordinate it is highest where -n is, for the section
-        reaches no farther than the circle's centre.
+        A point is middle - (radius - u) n(turn) + v b. Along a coordinate axis it is highest where -n is highest,
+        because the section does not reach beyond the centre of the circle.
         """
         section, (t, n, b) = self.section, self._start
         ends = first / self.radius, last / self.radius
@@ -151,7 +156,7 @@ class Arc(Swept):
 
     @staticmethod
     def _harmonic_range(a: float, b: float, first: float, last: float) -> tuple[float, float]:
-        """Return the least and the largest a sin(turn) + b cos(turn) between two turns."""
+        """Return the least and the largest value of a sin(turn) + b cos(turn) for turns from `first` to `last`, rad."""
         found = [a * math.sin(turn) + b * math.cos(turn) for turn in (first, last)]
         top = math.atan2(a, b)
         for sense, turn in ((1.0, top), (-1.0, top + math.pi)):
@@ -161,12 +166,12 @@ class Arc(Swept):
 
     @property
     def even(self) -> float:
-        """Cell size whose whole fractions give meshes with similar sections, m."""
+        """Cell size, m, such that this size and its whole fractions give meshes with similar sections."""
         section = self.section
         return section.radius / 2.5 if isinstance(section, Disc) else min(section.extents) / 2
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Return the number of cells of a mesh of a size (m): two numbers across the section, one along the axis."""
+        """Return the numbers of cells for a cell `size` (m): two across the section, one along the axis."""
         section, along = self.section, count_divisions(self.length, size)
         across = (
             count_disc_cells(section.radius, size)
@@ -176,7 +181,7 @@ class Arc(Swept):
         return *across, along
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Return a mesh of an element with edges of about `size` (m). Raises UnknownElement."""
+        """Return a mesh of the element `kind` with edges of about `size` (m). Raises UnknownElement."""
         from softmark.solvers.mesh.mesh import Mesh
         from softmark.solvers.mesh.structured_meshes import curve_sides, mesh_disc, mesh_extrusion, mesh_rectangle
 
@@ -190,7 +195,7 @@ class Arc(Swept):
         return Mesh(self._bend_points(straight.points), straight.cells, kind)
 
     def _bend_points(self, points: Floats) -> Floats:
-        """Return the positions in the arc of points (n, 3), m, of a straight body along z."""
+        """Map points (n, 3), m, of a straight body along z to their positions in the arc."""
         u, v, s = points.T
         t, n, b = (np.array(e) for e in self._start)
         c, d, turn = np.cos(s / self.radius), np.sin(s / self.radius), 0.5 * s / self.radius

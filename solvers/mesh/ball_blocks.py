@@ -1,7 +1,7 @@
 """Hexahedral meshes of the unit ball: shells of cells around a rounded cube or around a hollow.
 
-The cube is mapped to the ball by Nowell (2005, "Mapping a cube to a sphere"), with lines of equal angles along the
-middle circles of its faces; points of the shells lie on straight lines between its surface and the sphere.
+The cube is mapped to the ball as by Nowell (2005, "Mapping a cube to a sphere"), with lines of equal angles along the
+middle circles of its faces. Points of the shells lie on straight lines between the cube's surface and the sphere.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ CORNER, BULGE = 0.65, 0.4  # of the cube: radius of its corners, how far its sid
 
 @dataclass(frozen=True)
 class Blocks:
-    """Hexahedra (m, 8) of points (n, 3), with a chessboard colour 0 or 1 for each point (n,)."""
+    """Hexahedra (m, 8) over points (n, 3), and the colour of each point (n,), 0 or 1 as on a chessboard."""
 
     points: Floats
     cells: Ints
@@ -28,10 +28,10 @@ class Blocks:
 
 
 def build_ball(side: int, shells: int, beyond: Sequence[float] = ()) -> Blocks:
-    """Return a cube of `side` cells (an even number) along each edge, and shells around it up to the unit sphere.
+    """Return a cube with `side` cells along each edge and `shells` shells of cells between it and the unit sphere.
 
-    These counts keep the mean-ratio quality of tetrahedra above 0.5 from coarse to fine. Further shells reach spheres
-    of the radii `beyond`, each above 1.
+    `side` is an even number. These counts keep the mean-ratio quality of tetrahedra above 0.5 from coarse to fine
+    meshes. Further shells end at spheres with the radii `beyond`, each above 1.
     """
     cube, sphere = _cube(side)
     inner = CORNER * ((1.0 - BULGE) * cube.points / np.sqrt(3.0) + BULGE * sphere)
@@ -40,7 +40,7 @@ def build_ball(side: int, shells: int, beyond: Sequence[float] = ()) -> Blocks:
 
 
 def build_shell(side: int, radii: Sequence[float]) -> Blocks:
-    """Return shells of cells between spheres of increasing radii, the last 1."""
+    """Return shells of cells between concentric spheres of increasing `radii`, the last of which is 1."""
     cube, sphere = _cube(side)
     inner = radii[0]
     share = (np.array(radii[1:]) - inner) / (1.0 - inner)
@@ -63,10 +63,10 @@ def _cube(side: int) -> tuple[Blocks, Floats]:
 
 
 def _add_shells(core: Blocks, sphere: Floats, share: Floats, hollow: bool, beyond: Sequence[float] = ()) -> Blocks:
-    """Return a core with shells around it, or the shells only.
+    """Return a core with shells around it, or only the shells if `hollow`.
 
-    The shells lie at fractions `share` of the way from the core's surface to the sphere, and at the radii `beyond`,
-    above 1.
+    Shells end at the fractions `share` of the way from the core's surface to the points `sphere`, and at the radii
+    `beyond`, above 1.
     """
     quads = Mesh(core.points, core.cells, "hex8").facets
     rim, own = np.unique(quads, return_inverse=True)
@@ -85,9 +85,10 @@ def _add_shells(core: Blocks, sphere: Floats, share: Floats, hollow: bool, beyon
 
 
 def mesh_blocks(blocks: Blocks, kind: str, stretch: tuple[float, ...], origin: tuple[float, ...], kept: int) -> Mesh:
-    """Return a mesh of an element from blocks that are stretched along x, y and z and moved, m. Raises UnknownElement.
+    """Return a mesh of the element `kind` from blocks of the unit ball. Raises UnknownElement.
 
-    Only the part above the origin is kept along the first `kept` coordinates.
+    Blocks are scaled by `stretch` along x, y and z and moved to `origin`, m. Along the first `kept` of the axes only
+    the half above the origin is kept.
     """
     element = element_of(kind)
     inside = (blocks.points[blocks.cells][:, :, :kept] >= -1e-9).all(axis=(1, 2))

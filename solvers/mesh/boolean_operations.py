@@ -34,16 +34,19 @@ def import_manifold3d() -> Any:
 
 
 def combine_surfaces(operation: str, one: tuple[Floats, Ints], other: tuple[Floats, Ints]) -> ClosedSurface:
-    """Return the surface that an operation makes of two closed surfaces: points (n, 3), m, and triangles. Raises
-    UnreadableMesh.
+    """Return the closed surface that a Boolean `operation` makes of two closed surfaces. Raises UnreadableMesh.
+
+    Each surface is given by points (n, 3), m, and triangles (t, 3).
     """
     manifold = import_manifold3d()
     every = np.concatenate([one[0], other[0]])
     middle, extent = every.mean(axis=0), float(np.linalg.norm(np.ptp(every, axis=0)))
-    first, second = (_solid(manifold, np.round((X - middle) / extent, SAME), t) for X, t in (one, other))
+    first, second = (_convert_to_manifold(manifold, np.round((X - middle) / extent, SAME), t) for X, t in (one, other))
     found = getattr(manifold.Manifold, MEANING[operation])(first, second)
     if found.is_empty() or found.volume() <= NOTHING:
-        raise UnreadableMesh(_emptied(operation), EMPTY, "check their positions and sizes: `origin`, `axis`, units")
+        raise UnreadableMesh(
+            _empty_result_message(operation), EMPTY, "check their positions and sizes: `origin`, `axis`, units"
+        )
     mesh = found.to_mesh64()
     points = np.array(mesh.vert_properties[:, :3], dtype=np.float64) * extent + middle
     # Touching sides leave slivers with close points, which are no flaw of a file and are not reported.
@@ -55,7 +58,10 @@ def combine_surfaces(operation: str, one: tuple[Floats, Ints], other: tuple[Floa
 
 
 def refine_surface(points: Floats, triangles: Ints, sides: Sequence[CurvedSide]) -> tuple[Floats, Ints]:
-    """Split each triangle (t, 3) into four, with new points of edges on curved sides moved onto these."""
+    """Split each triangle (t, 3) into four at the middles of its edges.
+
+    The new points of edges on curved sides are projected onto these sides.
+    """
     edges, number = np.unique(np.sort(edges_of_triangles(triangles), axis=1), axis=0, return_inverse=True)
     number = number.reshape(-1, 3)
     middles = points[edges].mean(axis=1)
@@ -70,21 +76,22 @@ def refine_surface(points: Floats, triangles: Ints, sides: Sequence[CurvedSide])
 
 
 def too_many_triangles_error(count: float, facets: float) -> UnreadableMesh:
-    """Return the error for a surface that needs about so many triangles of a size, m."""
+    """Return the error for a surface that needs about `count` triangles of the size `facets`, m."""
     return UnreadableMesh(
         f"its curved surfaces would need about {count:.1e} triangles of {1e3 * facets:.3g} mm", ENDLESS,
         "use a larger `size` of the model (facets have half of it), or larger `facets`",
     )  # fmt: skip
 
 
-def _emptied(operation: str) -> str:
+def _empty_result_message(operation: str) -> str:
+    """Return the error text for an operation that leaves no body."""
     return {
         "difference": "nothing is left: the subtracted shape contains the whole body",
         "intersection": "nothing is left: its parts do not overlap",
     }.get(operation, "it has no volume")
 
 
-def _solid(manifold: Any, points: Floats, triangles: Ints) -> Any:
+def _convert_to_manifold(manifold: Any, points: Floats, triangles: Ints) -> Any:
     """Return a closed surface as a solid of manifold3d. Raises UnreadableMesh if the library refuses it."""
     mesh = manifold.Mesh64(np.ascontiguousarray(points), np.ascontiguousarray(triangles, dtype=np.uint64))
     found = manifold.Manifold(mesh)

@@ -1,4 +1,4 @@
-"""Bodies made of two others by union, difference or intersection."""
+"""Bodies made of two other bodies by union, difference or intersection."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class Combined(SurfaceBody):
     operation: ClassVar[Operation]
     gap = "not a convex body"
 
-    one: Annotated[Any, "shape", "a body"]
-    other: Annotated[Any, "shape", "another body that meets it"]
+    one: Annotated[Any, "shape", "first shape"]
+    other: Annotated[Any, "shape", "second shape, which overlaps the first"]
     facets: Annotated[float | None, "m in (0, inf)", "facet size on curved sides; default: half the cell size"] = None
     tolerance: Annotated[
         float | None,
@@ -46,7 +46,7 @@ class Combined(SurfaceBody):
 
     @property
     def fault(self) -> str:
-        """Return an error of one of the two bodies, or that they do not meet."""
+        """Return an error of one of the two bodies, or the error that they do not meet; "" if valid."""
         for shape in self.pair:
             if shape.flat:
                 return "a plane region cannot be combined: it has no volume"
@@ -58,24 +58,24 @@ class Combined(SurfaceBody):
 
     @property
     def apart(self) -> str:
-        """Return an error if the bounds of both have nothing in common and that leaves no body, or two."""
+        """Return an error if the bounding boxes do not overlap, so that the result is empty or in two pieces."""
         one, other = (shape.bounds for shape in self.pair)
         return _APART[self.operation] if _are_separate(one, other, self.operation == "union") else ""
 
     @property
     def pair(self) -> tuple[Shape, Shape]:
-        """The two bodies."""
+        """The two bodies that are combined."""
         return self.one, self.other
 
     @property
     def file(self) -> str:
-        """File that one of them is read from; "" if none."""
+        """Mesh file of one of the two bodies; "" if neither is read from a file."""
         files: tuple[str, str] = (self.one.file, self.other.file)
         return files[0] or files[1]
 
     @property
     def bounds(self) -> Bounds | None:
-        """Lower and upper bounds of the coordinates of the body, m."""
+        """Lowest and highest coordinates of a box that contains the body, m; None if unknown."""
         one, other = (shape.bounds for shape in self.pair)
         if one is None or other is None:
             return one if self.operation == "difference" else None
@@ -87,7 +87,7 @@ class Combined(SurfaceBody):
 
     @property
     def least(self) -> float:
-        """Lower bound of the volume, m^3, that needs no surface."""
+        """Lower bound of the volume, m^3, computed without the surface."""
         if self.operation == "union":
             return float(max(self.one.least, self.other.least))
         if self.operation == "intersection" or self.other.bounds is None:
@@ -96,7 +96,7 @@ class Combined(SurfaceBody):
         return float(max(0.0, self.one.least - most))
 
     def contains(self, point: Vector3) -> bool:
-        """Return whether the body contains a point, within 1e-9 of its size; the border of a hole belongs to it."""
+        """Return whether the body, with the surface of its holes, contains a point, within 1e-9 of its size."""
         if self.operation == "union":
             return any(shape.contains(point) for shape in self.pair)
         if self.operation == "intersection":
@@ -108,20 +108,26 @@ class Combined(SurfaceBody):
         return not all(self.other.contains(near) for near in around)
 
     def fineness(self, size: float | None) -> float:
-        """Return the facet size for cells of a size, m."""
+        """Return the size of the surface's facets, m, for cells of `size` (m)."""
         return self.facets or FACETS * (size or USUAL * self.diagonal)
 
     def closed(self, size: float | None = None) -> ClosedSurface:
-        """Return the surface, with facets for cells of a size (m). Raises UnreadableMesh."""
+        """Return the surface of the body, with facets suited to cells of `size` (m). Raises UnreadableMesh."""
         return _closed_surface(self, file_stamp(self), self.fineness(size))
 
     def halved(self, size: float) -> tuple[ClosedSurface, ClosedSurface]:
-        """Return the surface for cells of a size (m), and with facets of half the size. Raises UnreadableMesh."""
+        """Return the surface for cells of `size` (m) twice: as used, and with facets of half the size.
+
+        Raises UnreadableMesh.
+        """
         here, now = self.fineness(size), file_stamp(self)
         return _closed_surface(self, now, here), _closed_surface(self, now, here, 1)
 
     def missed(self, size: float) -> float:
-        """Return the volume that the facets miss, m^3, estimated from halved facets, which miss a fourth of it."""
+        """Return the volume between the facets and the curved surface, m^3.
+
+        It is estimated by comparison with facets of half the size, which miss a fourth of it.
+        """
         coarse, fine = self.halved(size)
         return 4.0 / 3.0 * (fine.volume - coarse.volume)
 
@@ -131,7 +137,7 @@ class Combined(SurfaceBody):
         return _tetrahedralize(self, file_stamp(self), self.fineness(least), size, self.near(least), graded)
 
     def surface(self, size: float) -> Surface:
-        """Return points (n, 3) in m and triangles (t, 3) of the surface, outward. Raises UnreadableMesh."""
+        """Return points (n, 3), m, and triangles (t, 3) of the surface, facing outward. Raises UnreadableMesh."""
         surface = self.closed(size)
         return surface.points, surface.triangles
 
@@ -145,15 +151,15 @@ _APART = {
 
 @dataclass(frozen=True)
 class Union(Combined):
-    """The union of two bodies of any shapes, also those read from files; they must meet.
+    """The union of two bodies of any shapes, including those read from files; the two bodies must overlap or touch.
 
-    Curved sides are approximated by flat facets, half the size of a model's cells (of the smallest, in a graded mesh).
-    The two surfaces are united exactly (manifold3d, the extra `solids`: `pip install "softmark[solids]"`). The volume
-    inside is filled with tetrahedra by the extra `meshing`, as for `tetrahedralized`. The report gives the volume that
-    the facets miss and how the mesh deviates from its surface. Conditions are evaluated on the facets, which lie inside
-    a ball and inside a hole: selections along curved sides need some margin. The area that a load selects is compared
-    with the surfaces of the shapes themselves, or with finer facets if one of them comes from a file. For three bodies
-    write a union of a union.
+    Curved sides are approximated by flat facets, half the size of a model's cells (of the smallest cells in a graded
+    mesh). The two surfaces are united exactly (by manifold3d, the extra `solids`: `pip install "softmark[solids]"`).
+    The volume inside is filled with tetrahedra by the extra `meshing`, as for `tetrahedralized`. The report gives the
+    volume that the facets miss and how the mesh deviates from its surface. Conditions such as selections are evaluated
+    on the facets, which lie inside a ball and inside a hole: selections along curved sides need some margin. The area
+    that a load selects is compared with the surfaces of the shapes themselves, or with finer facets if one of them
+    comes from a file. For three bodies write a union of a union.
     """
 
     operation = "union"
@@ -161,9 +167,9 @@ class Union(Combined):
 
 @dataclass(frozen=True)
 class Difference(Combined):
-    """The rest of a body after another is subtracted from it, as a hole, a notch or a bore; in one piece.
+    """A body from which another body is subtracted, as a hole, a notch or a bore; the result must be in one piece.
 
-    Facets, extras and report are those of `union`. The border of the hole belongs to the body.
+    Facets, extras and report are those of `union`. The surface of the hole belongs to the body.
     """
 
     operation = "difference"
@@ -174,7 +180,7 @@ class Difference(Combined):
 
 @dataclass(frozen=True)
 class Intersection(Combined):
-    """The common part of two bodies, in one piece.
+    """The common part of two bodies, which must be in one piece.
 
     Facets, extras and report are those of `union`.
     """
@@ -183,7 +189,7 @@ class Intersection(Combined):
 
 
 def _are_separate(one: Bounds | None, other: Bounds | None, touching: bool = False) -> bool:
-    """Return whether two bounds are known to have nothing in common; with `touching`, also no common face."""
+    """Return whether two bounding boxes are known not to overlap; with `touching`, also not to share a face."""
     if one is None or other is None:
         return False
     slack = FLUSH * max(math.dist(*one), math.dist(*other))
@@ -192,14 +198,14 @@ def _are_separate(one: Bounds | None, other: Bounds | None, touching: bool = Fal
 
 
 def file_stamp(shape: Shape) -> Any:
-    """Return a value that changes when a file of one of the bodies changes."""
+    """Return a value that changes when the mesh file of one of the bodies changes."""
     if isinstance(shape, Combined):
         return tuple(file_stamp(own) for own in shape.pair)
     return modification_stamp(shape.file) if shape.file else None
 
 
 def _estimate_triangle_count(shape: Shape, facets: float) -> float:
-    """Return the approximate number of triangles of a size (m) on a shape's surface."""
+    """Return the approximate number of triangles of size `facets` (m) on the surface of a shape."""
     if isinstance(shape, Combined):
         return sum(_estimate_triangle_count(own, shape.facets or facets) for own in shape.pair)
     if not shape.sides or shape.bounds is None:
@@ -218,7 +224,10 @@ def _closed_surface(shape: Combined, files: Any, facets: float, halved: int = 0)
 
 
 def _faceted_surface(shape: Shape, facets: float, halved: int) -> Surface:
-    """Return points (n, 3), m, and triangles (t, 3) of surface, refined `halved` more times. Raises UnreadableMesh."""
+    """Return points (n, 3), m, and triangles (t, 3) of a shape's surface. Raises UnreadableMesh.
+
+    Facets of the size `facets` (m) are split `halved` more times.
+    """
     from softmark.solvers.mesh.boolean_operations import refine_surface
 
     if isinstance(shape, Combined):

@@ -1,4 +1,7 @@
-"""Search for the bounding boxes that contain points, by a uniform grid whose cubes list the boxes that meet them."""
+"""Search for the bounding boxes that contain points.
+
+A uniform grid is laid over the boxes, and each grid cube lists the boxes that it overlaps.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +14,10 @@ CHUNK = 20_000  # points processed at once
 
 
 def find_boxes_of_points(low: Floats, high: Floats, X: Floats) -> tuple[Ints, Ints]:
-    """Return pairs of a point X (n, 3) and a box that contains it (p,) each, sorted by point.
+    """Return pairs of a point and a box that contains it, as two arrays (p,) sorted by point.
 
-    Boxes reach from `low` to `high` (m, 3). Cubes are about as large as the boxes, so that time and memory grow with n
-    + m + p, not with n m.
+    Points are X (n, 3). Boxes reach from `low` to `high`, both (m, 3). Grid cubes are about as large as the boxes, so
+    that time and memory grow with n + m + p instead of n m.
     """
     start, edge, size = _grid(low, high)
     boxes, cubes = _list_boxes_by_cube(
@@ -34,9 +37,7 @@ def find_boxes_of_points(low: Floats, high: Floats, X: Floats) -> tuple[Ints, In
 
 
 def _grid(low: Floats, high: Floats) -> tuple[Floats, Floats, Ints]:
-    """Return the origin (3,) of a grid over all boxes, the edges of its cubes (3,) and their number along each axis
-    (3,).
-    """
+    """Return the grid over all boxes: its origin (3,), cube edges (3,) and numbers of cubes along the axes (3,)."""
     start, whole = low.min(axis=0), np.ptp(np.concatenate([low, high]), axis=0)
     edge = np.maximum((high - low).mean(axis=0), np.maximum(1e-3 * whole, np.finfo(float).tiny))
     while float(np.prod((high - low) / edge + 1.0, axis=1).sum()) > MOST * len(low):
@@ -45,13 +46,14 @@ def _grid(low: Floats, high: Floats) -> tuple[Floats, Floats, Ints]:
 
 
 def _cubes_of_points(X: Floats, edge: Floats, size: Ints) -> Ints:
-    """Return the grid cube of each point (n, 3); of points outside the grid, the nearest cube."""
+    """Return the grid cube of each point X (n, 3), shape (n,); points outside the grid get the nearest cube."""
     return np.clip(X / edge, 0, size - 1).astype(np.int64)
 
 
 def _list_boxes_by_cube(low: Ints, high: Ints, size: Ints) -> tuple[Ints, Ints]:
-    """Return pairs of a box and a cube that it meets (l,) each, sorted by cube; boxes span cubes `low` to `high` (m,
-    3).
+    """Return pairs of a box and a grid cube that it overlaps, as two arrays (l,) sorted by cube.
+
+    Box i spans the cubes from `low[i]` to `high[i]`, both (m, 3). `size` (3,) is the number of cubes along each axis.
     """
     count = high - low + 1
     box, entry = _expand_ranges(np.zeros(len(low), dtype=np.int64), count.prod(axis=1))
@@ -63,6 +65,9 @@ def _list_boxes_by_cube(low: Ints, high: Ints, size: Ints) -> tuple[Ints, Ints]:
 
 
 def _expand_ranges(first: Ints, length: Ints) -> tuple[Ints, Ints]:
-    """Return the numbers first[i], first[i] + 1, ..., length[i] of them for each i: i and the number (sum,)."""
+    """Return the integer ranges that start at `first` and have `length` elements, concatenated.
+
+    The result is two arrays: the number i of the range of each element, and the element itself.
+    """
     which = np.repeat(np.arange(len(first)), length)
     return which, np.arange(len(which)) - np.repeat(length.cumsum() - length - first, length)

@@ -12,25 +12,29 @@ OFF_CENTRE = 0.6  # of a disc's radius: a chord may be as far from the middle; c
 
 
 def count_divisions(length: float, size: float, least: int = 1) -> int:
-    """Return the number of edges of about `size` that fit in `length`."""
+    """Return the number of edges of about `size` that fit into `length`, at least `least`."""
     return max(least, round(length / size))
 
 
 def count_rectangle_cells(width: float, height: float, size: float) -> tuple[int, int]:
-    """Return the numbers of cells across a rectangle, m: even, so that splitting keeps its mirror symmetries."""
+    """Return the numbers of cells across a rectangle of `width` and `height`, m, with cells of `size` (m).
+
+    Both are even, so that splitting into tetrahedra preserves the mirror symmetries.
+    """
     return 2 * count_divisions(width, 2 * size), 2 * count_divisions(height, 2 * size)
 
 
 def count_disc_cells(radius: float, size: float) -> tuple[int, int]:
-    """Return the number of cells along a side of the square in a disc, a quarter of the circle, and of rings around it.
+    """Return two numbers of cells of a disc mesh: along a side of its inner square, and of rings around the square.
 
-    Both are in the proportion 4 to 1 at sizes of `radius` / 2.5 k, k = 1, 2, ...: meshes of these sizes are similar.
+    A side of the square spans a quarter of the circle. The numbers are in the proportion 4 to 1 at sizes of `radius` /
+    2.5 k, k = 1, 2, ...: meshes of these sizes are similar.
     """
     return 2 * count_divisions(math.pi * radius / 4, size), count_divisions(0.4 * radius, size)
 
 
 def circle_radii(radius: float, size: float, cuts: tuple[Cut, ...] = ()) -> list[float]:
-    """Return the radii (m) of the circular rings of a disc mesh, outward: of the core and of the rings around it."""
+    """Return the radii (m) of the circles in a disc mesh, outward: of the core and of the rings around it."""
     inner = [cut for cut in cuts_along(cuts, "radius") if SMALLEST * radius <= cut.at < radius]
     core, *ends = anchors(0.0, radius, size, inner)[1:]
     found = [core]

@@ -1,7 +1,6 @@
 """Splitting of hexahedra into tetrahedra, and insertion of midside nodes into cells of corner nodes.
 
-The choice of diagonals is a modelling choice: it changes the tip deflection of a beam of linear tetrahedra by several
-per cent.
+The choice of diagonals matters: it changes the tip deflection of a beam of linear tetrahedra by several per cent.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 
 class NotTwoColourable(Exception):
-    """The points of a mesh cannot be coloured so that every edge joins two colours."""
+    """Raised if the points of a mesh cannot have two colours such that every edge joins different colours."""
 
 
 # Six around the diagonal from corner 0 to corner 6, one for each path along three edges between them.
@@ -30,10 +29,10 @@ _MIRROR_X, _MIRROR_Z = np.array([1, 0, 3, 2, 5, 4, 7, 6]), np.array([4, 5, 6, 7,
 def mesh_hexahedra(
     points: Floats, hexahedra: Ints, colour: Ints, element: type[Element], same: Ints | None = None
 ) -> Mesh:
-    """Return a mesh of an element from hexahedra (m, 8); diagonals join points of one colour (n,), 0 or 1.
+    """Return a mesh of an element from hexahedra (m, 8); face diagonals join points of equal `colour` (n,), 0 or 1.
 
-    `same` (n,) gives the point that each point coincides with if hexahedra are degenerate (wedges); tetrahedra that
-    contain one point twice are dropped.
+    If hexahedra are degenerate (wedges), `same` (n,) gives for each point the point with which it coincides; tetrahedra
+    that contain a point twice are dropped.
     """
     even = colour[hexahedra[:, 0]] == 0
     own, other = (hexahedra[:, np.array(part)] for part in element.split)
@@ -47,25 +46,32 @@ def mesh_hexahedra(
 
 
 def split_into_five(mesh: Mesh) -> Mesh:
-    """Split each hexahedron into five tetrahedra; neighbours agree on their diagonals. Raises NotTwoColourable."""
+    """Split each hexahedron into five tetrahedra with diagonals that match between neighbours.
+
+    Raises NotTwoColourable.
+    """
     return mesh_hexahedra(mesh.points, mesh.cells, two_colour_points(mesh), element_of(Tetrahedron.linear))
 
 
 def split_into_five_alike(mesh: Mesh) -> Mesh:
-    """Split each hexahedron into five in the order of its nodes, alike in all; faces of neighbours need not match."""
+    """Split each hexahedron into five tetrahedra in the same way; faces of neighbours need not match."""
     return _mesh_without_matching(mesh, mesh.cells[:, np.array(Tetrahedron.split[0])].reshape(-1, 4))
 
 
 def split_into_six_kuhn(mesh: Mesh) -> Mesh:
-    """Split each hexahedron into six around its diagonal from corner 0 to 6 (Kuhn 1960); faces need not match."""
+    """Split each hexahedron into six tetrahedra around the diagonal from corner 0 to corner 6.
+
+    Faces of neighbours need not match.
+    Source: Kuhn (1960).
+    """
     return _mesh_without_matching(mesh, mesh.cells[:, _KUHN].reshape(-1, 4))
 
 
 def split_into_six_alternating(mesh: Mesh) -> Mesh:
-    """Split each hexahedron into six, mirrored by the parity of its number, as SOFA did in 2008 on unstructured meshes.
+    """Split each hexahedron into six tetrahedra, mirrored by the parity of its number, as SOFA did in 2008.
 
-    Cell i is mirrored along its first edge if i is even, and along its last if i/2 is odd, as if the mesh were a grid
-    of two by one cells. Faces of neighbours need not match.
+    Cell i is mirrored along its first edge if i is even, and along its last edge if i/2 is odd, as if the mesh were a
+    grid of two by one cells; SOFA did so on unstructured meshes too. Faces of neighbours need not match.
     Source: TetrahedronFEMForceField.inl of SOFA, July 2008.
     """
     hexahedra, number = mesh.cells.copy(), np.arange(len(mesh.cells))
@@ -84,7 +90,7 @@ SPLITS: dict[str, Callable[[Mesh], Mesh]] = {
 
 
 def _mesh_without_matching(mesh: Mesh, cells: Ints) -> Mesh:
-    """Return a mesh of tetrahedra made of hexahedra; if faces do not match, the boundary is that of the hexahedra."""
+    """Return a mesh of tetrahedra whose faces need not match; its boundary facets are those of the hexahedra."""
     cells = orient_positively(mesh.points, cells, element_of(Tetrahedron.linear))
     whole = Mesh(mesh.points, cells)
     if len(whole.facets) == 2 * len(mesh.facets):
@@ -100,7 +106,7 @@ def _mesh_without_matching(mesh: Mesh, cells: Ints) -> Mesh:
 
 
 def orient_positively(points: Floats, cells: Ints, element: type[Element]) -> Ints:
-    """Return cells of corner nodes, with those of negative volume reordered."""
+    """Return cells of corner nodes; the nodes of cells with negative volume are reordered."""
     flipped = np.where(Mesh(points, cells, element.linear).volumes < 0)[0]
     cells = cells.copy()
     cells[flipped] = cells[flipped][:, np.array(element_of(element.linear).turned)]
@@ -108,7 +114,7 @@ def orient_positively(points: Floats, cells: Ints, element: type[Element]) -> In
 
 
 def two_colour_points(mesh: Mesh) -> Ints:
-    """Return a colour 0 or 1 for every point (n,), different at the two ends of every edge. Raises NotTwoColourable."""
+    """Return a colour 0 or 1 for every point (n,), different at both ends of every edge. Raises NotTwoColourable."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import breadth_first_order, connected_components
 
@@ -128,9 +134,9 @@ def two_colour_points(mesh: Mesh) -> Ints:
 
 
 def add_midside_nodes(mesh: Mesh, element: type[Element]) -> Mesh:
-    """Return the same cells as an element of more nodes, placed by the cells' own map.
+    """Return the same cells as an element with more nodes, which are placed by the shape functions of the cells.
 
-    Nodes that both elements have come first in both.
+    The nodes that both elements have are the first nodes of each cell.
     """
     cells, points, skin = [mesh.cells], [mesh.points], [] if mesh.skin is None else [mesh.skin]
     count, more = len(mesh.points), element.between[mesh.element.nodes - element.corners :]
@@ -142,15 +148,18 @@ def add_midside_nodes(mesh: Mesh, element: type[Element]) -> Mesh:
         cell, place = np.divmod(first, len(some))
         points.append(np.einsum("na,nai->ni", N[some][place], mesh.points[mesh.cells[cell]]))
         cells.append(count + which.reshape(len(mesh.cells), -1))
-        skin += [] if mesh.skin is None else [count + _is_on_facets(mesh.skin, element, groups)]
+        skin += [] if mesh.skin is None else [count + _find_groups_of_facets(mesh.skin, element, groups)]
         count += len(groups)
     whole = np.concatenate(cells, axis=1).astype(np.int64)
     outer = None if mesh.skin is None else np.concatenate(skin, axis=1)
     return Mesh(np.concatenate(points), whole, element.name, outer, mesh.groups)
 
 
-def _is_on_facets(skin: Ints, element: type[Element], groups: Ints) -> Ints:
-    """Return which of the groups of corners (g, size), in order, lie between the corners of facets (f, k)."""
+def _find_groups_of_facets(skin: Ints, element: type[Element], groups: Ints) -> Ints:
+    """Return for each facet of `skin` (f, k) the numbers (f, s) of the corner groups that it contains.
+
+    `groups` (g, size) lists groups of corners; a midside node lies between the corners of a group.
+    """
     size = groups.shape[1]
     local = np.array([ends for ends in element.facet.between if len(ends) == size], dtype=np.int64).reshape(-1, size)
     sides = np.sort(skin[:, local], axis=2).reshape(-1, size)

@@ -1,6 +1,6 @@
-"""Planes and lines on which a mesh must have nodes: surfaces of constant coordinate, and the grid lines that fit them.
+"""Surfaces of constant coordinate on which a mesh must have nodes, and grid lines that fit them.
 
-They are plain numbers, known without making the mesh.
+They are plain numbers, computed without making the mesh.
 """
 
 from __future__ import annotations
@@ -20,14 +20,15 @@ THINNEST = 1e-6  # relative to the range: smallest thickness of a fully held lay
 
 @dataclass(frozen=True)
 class Cut:
-    """A surface on which nodes must lie: the coordinate `axis` of a shape equals `at` (m) there.
+    """A surface on which nodes must lie: where the coordinate `axis` of a shape equals `at` (m).
 
-    If `thin`, everything between the surface and the nearest end of the body is held, so that the layer may be
-    arbitrarily thin. `turn` (rad) is the direction of the normal of a chord of a disc, from the first transverse axis.
+    If `thin`, a support fixes everything between the surface and the nearest end of the body, so that this layer may be
+    arbitrarily thin. `turn` (rad) is the direction of the normal of a chord of a disc, measured from the first
+    transverse axis.
 
-    If `finer` is above 1, the cut is graded: cells are smaller by that factor there, and grow evenly to their usual
-    size over `reach` (m). For a filled surface, cells are finer where a condition `where` holds, called as
-    `where.holds(x, y, z, extent)`, and `axis` is no coordinate.
+    If `finer` is above 1, the cut is graded: there cells are smaller by this factor, and they grow linearly to their
+    usual size over the distance `reach` (m). In a body given by its surface, cells are finer where a condition holds,
+    called as `where.holds(x, y, z, extent)`; `axis` is then no coordinate.
     """
 
     axis: str
@@ -40,32 +41,36 @@ class Cut:
 
     @property
     def graded(self) -> bool:
-        """True if cells are finer at the cut; nodes need not lie on it."""
+        """True if cells are finer at the cut; nodes then need not lie on it."""
         return self.finer > 1.0
 
     def share(self, away: Any, reach: float) -> Any:
-        """Return the fraction of the usual cell size at a distance `away` (m): it grows evenly to 1 at `reach` (m).
+        """Return the fraction of the usual cell size at the distance `away` (m), a number or an array.
 
-        The distance is a number or an array.
+        The fraction grows linearly to 1 at the distance `reach` (m).
         """
         least = 1.0 / self.finer
         return least + (1.0 - least) * away / reach
 
 
 def smallest_size(size: float, cuts: Iterable[Cut]) -> float:
-    """Return the size of the smallest cells (m) for cells of a size (m); larger facets would act as notches."""
+    """Return the size of the smallest cells (m) in a mesh of cells of `size` (m), graded at cuts.
+
+    Facets larger than the smallest cells would act as notches.
+    """
     return size / max((cut.finer for cut in cuts), default=1.0)
 
 
 def cuts_along(cuts: Iterable[Cut], axis: str) -> tuple[Cut, ...]:
-    """Return the cuts of one coordinate."""
+    """Return the cuts that are normal to the coordinate `axis`."""
     return tuple(cut for cut in cuts if cut.axis == axis)
 
 
 def grid_lines(low: float, high: float, count: int, cuts: Sequence[Cut]) -> list[float] | None:
-    """Return grid lines from `low` to `high` (m) with nodes at the cuts; None if `count` even cells already have them.
+    """Return grid lines from `low` to `high` (m) with a line at each cut.
 
-    Intervals between cuts are divided into cells of about the even size. A cut too near to another is left out.
+    Return None if `count` even cells already have lines at all cuts. Intervals between cuts are divided into cells of
+    about the even size. A cut too near to another is left out.
     """
     span = high - low
     each = span / count
@@ -85,9 +90,10 @@ def grid_lines(low: float, high: float, count: int, cuts: Sequence[Cut]) -> list
 
 
 def _graded_lines(low: float, high: float, each: float, graded: Sequence[Cut], cuts: Sequence[Cut]) -> list[float]:
-    """Return lines at equal steps of the integral of 1 / size; `each` (m) is the size far away from all graded cuts.
+    """Return grid lines at equal steps of the integral of 1 / (local cell size).
 
-    Half the size gives twice the lines, and every other one lies on an old line.
+    `each` (m) is the cell size far from all graded cuts. Half this size gives twice as many lines, and every second
+    line lies on an old one.
     """
     span = high - low
     held = [c for c in (*graded, *cuts) if low + SAME * span < c.at < high - SAME * span]
@@ -105,13 +111,13 @@ def _graded_lines(low: float, high: float, each: float, graded: Sequence[Cut], c
 
 
 def _size_fraction(at: float, graded: Sequence[Cut]) -> float:
-    """Return the fraction of the usual size at a place: least at a graded cut, growing evenly away from it."""
+    """Return the fraction of the usual cell size at the coordinate `at`, m; it is least at graded cuts."""
     found: float = min(1.0, *(c.share(abs(at - c.at), c.reach) for c in graded))
     return found
 
 
 def anchors(low: float, high: float, each: float, cuts: Iterable[Cut]) -> list[float]:
-    """Return both ends and the cuts that are far enough from all others, in order."""
+    """Return, in order, both ends and the cuts that are far enough from all others, m."""
     found = [low, high]
     for cut in cuts:
         least = THINNEST * (high - low) if cut.thin else LEAST * each
@@ -121,6 +127,6 @@ def anchors(low: float, high: float, each: float, cuts: Iterable[Cut]) -> list[f
 
 
 def count_cells(low: float, high: float, count: int, cuts: Sequence[Cut]) -> int:
-    """Return the number of cells of the grid of `lines`."""
+    """Return the number of cells between the lines of `grid_lines`."""
     found = grid_lines(low, high, count, cuts)
     return count if found is None else len(found) - 1

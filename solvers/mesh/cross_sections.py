@@ -47,14 +47,14 @@ class Disc(CircularSection):
         return math.hypot(u, v) <= self.radius + slack
 
     def outside(self, u: Floats, v: Floats) -> Floats:
-        """Return the distances (n,), m, by which points of the section's plane (n,) lie outside."""
+        """Return how far points (u, v) of the section's plane lie outside the section, shape (n,), m."""
         far: Floats = np.maximum(np.hypot(u, v) - self.radius, 0.0)
         return far
 
 
 @dataclass(frozen=True)
 class Rectangle(Section):
-    """A rectangular cross-section: extents in m along the two axes of the section."""
+    """A rectangular cross-section, with its extents along the two axes of the section in m."""
 
     width: float  # along the first transverse axis
     height: float  # along the second transverse axis
@@ -76,7 +76,10 @@ class Rectangle(Section):
 
     @property
     def torsion(self) -> float:
-        """Saint-Venant torsion constant, m^4, by its series (Timoshenko and Goodier 1970, section 109)."""
+        """Saint-Venant torsion constant, m^4, as a series.
+
+        Source: Timoshenko and Goodier (1970), section 109.
+        """
         a, b = sorted((self.width, self.height))
         odd = range(1, 40, 2)
         series = sum(math.tanh(n * math.pi * b / (2 * a)) / n**5 for n in odd)
@@ -96,13 +99,13 @@ class Rectangle(Section):
         return abs(u) <= self.width / 2 + slack and abs(v) <= self.height / 2 + slack
 
     def outside(self, u: Floats, v: Floats) -> Floats:
-        """Return the distances (n,), m, by which points of the section's plane (n,) lie outside."""
+        """Return how far points (u, v) of the section's plane lie outside the section, shape (n,), m."""
         sides = np.abs(u) - 0.5 * self.width, np.abs(v) - 0.5 * self.height
         far: Floats = np.hypot(*(np.maximum(side, 0.0) for side in sides))
         return far
 
     def outline(self, around: int) -> Floats:
-        """Return points of the border (k, 2), m, as many on each side, counter-clockwise from its lowest corner."""
+        """Return border points (k, 2), m, counter-clockwise from the lowest corner, equally many on each side."""
         n = around // 4
         t = np.linspace(-0.5, 0.5, n + 1)[:-1]
         half = np.full(n, 0.5)

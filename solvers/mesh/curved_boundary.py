@@ -1,4 +1,4 @@
-"""Curved sides of shapes: which mesh facets approximate them, and the projection of points of a facet onto them."""
+"""Curved sides of shapes: the mesh facets that approximate them, and projection of points onto them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ON = 1e-6  # relative to the size: tolerance of nodes on a curved side, for mesh
 
 @dataclass(frozen=True)
 class CylinderSide(CurvedSide):
-    """The side of a cylinder: radius `radius` around an axis from `origin`, of length `length`, m."""
+    """The curved side of a cylinder of radius `radius` and length `length` around an axis from `origin`, m."""
 
     axis: Vector3
     origin: Vector3
@@ -32,11 +32,11 @@ class CylinderSide(CurvedSide):
 
     @property
     def radii(self) -> tuple[float, float]:
-        """Radii at both ends, m."""
+        """Radii at both ends of the axis, m."""
         return self.radius, self.radius
 
     def of(self, corners: Floats) -> NDArray[np.bool_]:
-        """Return which facets (f, k, 3) have all their nodes on it (f,)."""
+        """Return which facets, with nodes at (f, k, 3), m, have all their nodes on the cylinder; a mask (f,)."""
         axis, origin = np.array(self.axis), np.array(self.origin)
         along = (corners - origin) @ axis  # (f, k)
         radii = np.linalg.norm(corners - origin - along[..., None] * axis, axis=2)
@@ -46,7 +46,7 @@ class CylinderSide(CurvedSide):
         return found
 
     def onto(self, place: Any) -> Any:
-        """Return points projected radially away from the axis onto it."""
+        """Return points projected radially from the axis onto the cylinder, m."""
         off = [p - o for p, o in zip(place, self.origin, strict=True)]
         s, u, v = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
         out = (u**2 + v**2) ** -0.5 * self.radius
@@ -56,9 +56,9 @@ class CylinderSide(CurvedSide):
 
 @dataclass(frozen=True)
 class ConeSide(CurvedSide):
-    """The side of a cone around an axis: radius `first` at `origin` and `last` after a `length`, m; one may be zero.
+    """The curved side of a cone, with radius `first` at `origin` and `last` after a `length`, m; one may be zero.
 
-    Points are projected straight away from the axis.
+    Points are projected radially from the axis.
     """
 
     axis: Vector3
@@ -69,11 +69,11 @@ class ConeSide(CurvedSide):
 
     @property
     def radii(self) -> tuple[float, float]:
-        """Radii at both ends, m."""
+        """Radii at both ends of the axis, m."""
         return self.first, self.last
 
     def of(self, corners: Floats) -> NDArray[np.bool_]:
-        """Return which facets (f, k, 3) have all their nodes on it (f,)."""
+        """Return which facets, with nodes at (f, k, 3), m, have all their nodes on the cone; a mask (f,)."""
         off, largest = corners - np.array(self.origin), max(self.radii)
         along = off @ np.array(self.axis)  # (f, k)
         away = np.linalg.norm(off - along[..., None] * np.array(self.axis), axis=2)
@@ -85,7 +85,7 @@ class ConeSide(CurvedSide):
         return found
 
     def onto(self, place: Any) -> Any:
-        """Return points projected radially away from the axis onto it; the tip stays."""
+        """Return points projected radially from the axis onto the cone, m; the tip stays in place."""
         off = [p - o for p, o in zip(place, self.origin, strict=True)]
         s, u, v = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
         least = (TIP * max(self.radii)) ** 2
@@ -95,25 +95,28 @@ class ConeSide(CurvedSide):
 
 
 def cylinders_of_cuts(prism: RoundPrism, cuts: tuple[Cut, ...]) -> tuple[CylinderSide, ...]:
-    """Return the cylinders around the axis of a prism at its radial cuts."""
+    """Return the concentric cylinders at the radial cuts of a round prism."""
     return tuple(CylinderSide(prism.axis, prism.origin, prism.length, cut.at) for cut in cuts if cut.axis == "radius")
 
 
 @dataclass(frozen=True)
 class EllipsoidSide(CurvedSide):
-    """An ellipsoid with axes along x, y and z: semi-axes and centre, m. Points are projected away from the centre."""
+    """The surface of an ellipsoid with axes along x, y and z: semi-axes and centre, m.
+
+    Points are projected along rays from the centre.
+    """
 
     semiaxes: Vector3
     centre: Vector3
 
     def of(self, corners: Floats) -> NDArray[np.bool_]:
-        """Return which facets (f, k, 3) have all their nodes on it (f,)."""
+        """Return which facets, with nodes at (f, k, 3), m, have all their nodes on the ellipsoid; a mask (f,)."""
         unit = np.linalg.norm((corners - np.array(self.centre)) / np.array(self.semiaxes), axis=2)
         found: NDArray[np.bool_] = (np.abs(unit - 1.0) < ON).all(axis=1)
         return found
 
     def onto(self, place: Any) -> Any:
-        """Return points projected away from the centre onto it."""
+        """Return points projected along rays from the centre onto the ellipsoid, m."""
         off = [p - o for p, o in zip(place, self.centre, strict=True)]
         x, y, z = ((p * (1.0 / a)) ** 2 for p, a in zip(off, self.semiaxes, strict=True))
         out = (x + y + z) ** -0.5
@@ -122,9 +125,10 @@ class EllipsoidSide(CurvedSide):
 
 @dataclass(frozen=True)
 class TorusSide(CurvedSide):
-    """The side of a round rod along a circle: at `inner` from a circle of `radius` around an axis through `centre`, m.
+    """The curved side of a round rod along a circle: a torus with tube radius `inner` and circle radius `radius`, m.
 
-    Points are projected straight away from the circle.
+    The circle lies around an axis through `centre`. Points are projected along rays from the nearest point of the
+    circle.
     """
 
     axis: Vector3
@@ -133,7 +137,10 @@ class TorusSide(CurvedSide):
     inner: float
 
     def of(self, corners: Floats) -> NDArray[np.bool_]:
-        """Return which facets (f, k, 3) have all their nodes on it, and not all in one section (f,)."""
+        """Return which facets, with nodes at (f, k, 3), m, lie on the torus; a mask (f,).
+
+        All nodes of such a facet lie on the torus, and not all of them in one section.
+        """
         off = corners - np.array(self.centre)
         up, x, y = (off @ np.array(e) for e in (self.axis, *transverse(self.axis)))
         away = np.hypot(np.hypot(x, y) - self.radius, up)
@@ -143,7 +150,10 @@ class TorusSide(CurvedSide):
         return found
 
     def onto(self, place: Any) -> Any:
-        """Return points (off the circle and the axis) projected away from the circle onto it."""
+        """Return points projected from the circle onto the torus, m.
+
+        The points must not lie on the circle or on its axis.
+        """
         off = [p - o for p, o in zip(place, self.centre, strict=True)]
         up, x, y = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
         square = x**2 + y**2

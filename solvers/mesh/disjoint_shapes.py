@@ -1,4 +1,4 @@
-"""A body of two shapes that share no node: each has its own mesh, and only contact or a tie connects them."""
+"""A body of two shapes that share no node: each has its own mesh, and only contact or a tie connects the two."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ else:
 
 @dataclass(frozen=True)
 class DisjointShapes(Shape):
-    """One body of two separate shapes: they share no node, whether they touch or not.
+    """One body of two separate shapes: the shapes share no node, whether they touch or not.
 
-    Each has its own mesh, and the meshes need not match. `contact c = self_contact(BODY)` keeps them from penetrating
-    each other, `contact c = tied(BODY)` glues them where they touch; without either, nothing connects them. `region
-    upper = part(BODY, where = ..., material = ...)` gives one its own material. For three shapes, write two apart from
-    a third. Both are solids, or both plane regions.
+    Each shape has its own mesh, and the meshes need not match. `contact c = self_contact(BODY)` keeps the shapes from
+    penetrating each other, and `contact c = tied(BODY)` glues them where they touch; without either, nothing connects
+    them. `region upper = part(BODY, where = ..., material = ...)` gives one of them its own material. For three shapes
+    write a `disjoint` of a `disjoint`. Both shapes are solids, or both are plane regions.
     """
 
     gap = "separate pieces"
 
-    one: Annotated[Any, "shape", "a shape"]
-    other: Annotated[Any, "shape", "another"]
+    one: Annotated[Any, "shape", "first shape"]
+    other: Annotated[Any, "shape", "second shape"]
     coarser: Annotated[float, "1 in (0, inf)", "ratio of the cell size in the other shape to `size`"] = 1.0
 
     @property
@@ -41,12 +41,12 @@ class DisjointShapes(Shape):
 
     @property
     def flat(self) -> bool:  # type: ignore[override]
-        """True if they are plane regions; a file counts as whatever the other is."""
+        """True if both shapes are plane regions; a mesh file counts as whatever the other shape is."""
         return any(bool(shape.flat) for shape in self.pair)
 
     @property
     def fault(self) -> str:
-        """Return the error of one of them, or that one is plane and the other is not."""
+        """Return an error of one of the shapes, or the error that only one of them is plane; "" if valid."""
         found = next((shape.fault for shape in self.pair if shape.fault), "")
         if found or len({shape.flat for shape in self.pair if not shape.prebuilt}) < 2:
             return str(found)
@@ -54,13 +54,13 @@ class DisjointShapes(Shape):
 
     @property
     def file(self) -> str:
-        """File that one of them is read from; "" if none."""
+        """Mesh file of one of the shapes; "" if neither is read from a file."""
         files: tuple[str, str] = (self.one.file, self.other.file)
         return files[0] or files[1]
 
     @property
     def bounds(self) -> Bounds | None:
-        """Lowest and highest coordinates, m."""
+        """Lowest and highest coordinates of both shapes, m."""
         a, b = self.one.bounds, self.other.bounds
         if a is None or b is None:
             return None
@@ -69,24 +69,24 @@ class DisjointShapes(Shape):
 
     @property
     def ends(self) -> tuple[Place, Place]:
-        """Lowest and highest x and y of plane regions, m."""
+        """Lowest and highest x and y of both plane regions, m."""
         (a, b), (c, d) = (_plane_bounds(shape) for shape in self.pair)
         return (min(a[0], c[0]), min(a[1], c[1])), (max(b[0], d[0]), max(b[1], d[1]))
 
     @property
     def volume(self) -> float | None:
-        """Volume of both, m^3; None if unknown."""
+        """Sum of the volumes of both shapes, m^3; None if unknown."""
         one, other = (shape.volume for shape in self.pair)
         return None if one is None or other is None else one + other
 
     @property
     def lacks(self) -> str:
-        """Return why one of them has no mesh of hexahedra."""
+        """Return why one of the shapes has no hexahedral mesh; "" if both have one."""
         return str(self.one.lacks or self.other.lacks)
 
     @property
     def sides(self) -> tuple[CurvedSide, ...]:
-        """Curved sides of both."""
+        """Curved sides of both shapes."""
         found: tuple[CurvedSide, ...] = (*self.one.sides, *self.other.sides)
         return found
 
@@ -95,20 +95,26 @@ class DisjointShapes(Shape):
         return 1.0, self.coarser
 
     def contains(self, point: Vector3) -> bool:
-        """Return whether one of them contains a point."""
+        """Return whether one of the shapes contains a point."""
         return any(shape.contains(point) for shape in self.pair)
 
     def slice(self, depth: float) -> DisjointShapes:
-        """Return the slices of both plane regions with a thickness (m)."""
+        """Return the slices of both plane regions with the thickness `depth` (m)."""
         return DisjointShapes(_slice_region(self.one, depth), _slice_region(self.other, depth), self.coarser)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...] | None:
-        """Return the number of cells of both along their directions; None if the size does not determine them."""
+        """Return the numbers of cells of both shapes along their directions for cells of `size` (m).
+
+        Return None if the size does not determine them.
+        """
         both = [shape.counts(by * size) for shape, by in zip(self.pair, self._sizes, strict=True)]
         return None if None in both else (*both[0], *both[1])
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Return both meshes as one, unconnected. Raises UnknownElement, UnreadableMesh if they overlap."""
+        """Return both meshes as one mesh of two unconnected pieces. Raises UnknownElement.
+
+        Raises UnreadableMesh if the shapes overlap.
+        """
         from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh, find_overlap, format_position
         from softmark.solvers.mesh.mesh import Mesh
 
@@ -121,18 +127,18 @@ class DisjointShapes(Shape):
         if (found := find_overlap(made)) is not None:
             raise UnreadableMesh(
                 f"the shapes of `disjoint(...)` overlap: {format_position(found[0])} lies in both",
-                "E569", "move one of them: matter there would count twice",
+                "E569", "move one of the shapes: the material there would be counted twice",
             )  # fmt: skip
         return made
 
     def surface(self, size: float) -> Surface:
-        """Return points (n, 3) in m and triangles (t, 3) of both surfaces, outward."""
+        """Return points (n, 3), m, and triangles (t, 3) of both surfaces, facing outward."""
         (a, s), (b, t) = (shape.surface(by * size) for shape, by in zip(self.pair, self._sizes, strict=True))
         return np.concatenate([a, b]), np.concatenate([s, t + len(a)])
 
 
 def _slice_region(region: Any, depth: float) -> Any:
-    """Return a slice of a region, or of the region in a file, with a thickness, m."""
+    """Return the slice of a plane region, or of the plane region in a mesh file, with the thickness `depth` (m)."""
     if not region.prebuilt:
         return region.slice(depth)
     from softmark.solvers.mesh.plane_region_files import FileSlice
@@ -141,7 +147,10 @@ def _slice_region(region: Any, depth: float) -> Any:
 
 
 def _plane_bounds(region: Any) -> tuple[Place, Place]:
-    """Return the lowest and highest x and y of a region, m; nothing for an unreadable file, reported elsewhere."""
+    """Return the lowest and highest x and y of a plane region, m.
+
+    They are zero for an unreadable mesh file, whose error is reported elsewhere.
+    """
     if not region.prebuilt:
         ends: tuple[Place, Place] = region.ends
         return ends

@@ -1,4 +1,4 @@
-"""Interpolation by finite elements on a mesh: gradients at integration points, and location of points in cells."""
+"""Interpolation by finite elements on a mesh: shape function gradients, and location of points in cells."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ CHUNK = 32  # points whose distances to all cells are held at once
 
 @dataclass(frozen=True)
 class Integration:
-    """Shape-function gradients dNdX (m, q, a, 3) in 1/m and weights times det J, w (m, q) in m^3, of every cell.
+    """Shape functions and weights at the integration points of all cells.
 
-    Shape functions `N` are (q, a) if all cells have the same local points, and else (m, q, a).
+    `dNdX` (m, q, a, 3) are gradients, 1/m, and `w` (m, q) the quadrature weights times det J, m^3. The shape functions
+    `N` are (q, a) if all cells have the same local points, else (m, q, a).
     """
 
     dNdX: Floats
@@ -29,15 +30,15 @@ class Integration:
     N: Floats
 
     def at_points(self, nodal: Floats) -> Floats:
-        """Return values (m, q) at the integration points from values at the nodes of cells (m, a)."""
+        """Return values (m, q) at the integration points from values (m, a) at the nodes of cells."""
         found: Floats = nodal @ self.N.T if self.N.ndim == 2 else np.einsum("mqa,ma->mq", self.N, nodal)
         return found
 
 
 def integrate_cells(mesh: Mesh, element: type[Element] | None = None, rule: Rule | None = None) -> Integration:
-    """Return shape function gradients with respect to the undeformed position X, by the chain rule through dX/dxi.
+    """Return shape functions and weights at integration points, with gradients in the undeformed position X.
 
-    By default the mesh's own element and its own quadrature are used, and the result is cached.
+    By default the element and the quadrature rule of the mesh are used, and the result is cached.
     """
     if element is None and rule is None:
         if integrate_cells not in mesh.selections:
@@ -54,13 +55,14 @@ def integrate_cells(mesh: Mesh, element: type[Element] | None = None, rule: Rule
 
 
 def mean_gradients(mesh: Mesh, revolved: bool = False) -> Integration:
-    """Return one point for each cell, with the cell mean of every gradient, and the volume of the cell.
+    """Return one integration point for each cell, with cell means of all gradients and the volume of the cell.
 
-    The mean gradient is exact for a displacement of constant gradient, as is the gradient at the centre. Its nodal
-    forces of a constant stress are int dN_a/dX dV, which the gradient at the centre gives in parallelepipeds only. So
-    cells of any shape pass the patch test. Source: Flanagan and Belytschko (1981), "A uniform strain hexahedron and
-    quadrilateral with orthogonal hourglass control". For cells that are `revolved` about the y axis, gradients are
-    means over whole rings, and shape functions means over the slice.
+    Like the gradient at the centre, the mean is exact for a displacement with constant gradient. Under constant stress
+    the mean also gives the exact nodal forces, int dN_a/dX dV, whereas the gradient at the centre does so only in
+    parallelepipeds. So cells of any shape pass the patch test. For cells that are `revolved` about the y axis,
+    gradients are means over whole rings, and shape functions means over the slice.
+    Source: Flanagan and Belytschko (1981), "A uniform strain hexahedron and quadrilateral with orthogonal hourglass
+    control".
     """
     parts = integrate_cells(mesh)
     w, N = parts.w[:, None, :], np.broadcast_to(parts.N, parts.dNdX.shape[:3])
@@ -75,10 +77,10 @@ KEPT = (4, 64, 50_000)  # sets of points whose places in a mesh are kept: always
 
 @dataclass(frozen=True)
 class PointLocations:
-    """Locations of points in a mesh: `nodes` (n, a) of each point's cell and the shape functions `N` (n, a) there.
+    """Locations of points in a mesh: the nodes (n, a) of each point's cell and the shape functions `N` (n, a) there.
 
-    `outside` (n,) is the approximate distance, m, of a point from its cell: 0 inside, else its distance to the farthest
-    of the face planes that it lies beyond, or to a point of a cell with curved faces.
+    `outside` (n,) is the approximate distance, m, of a point from its cell, and 0 inside. For plane faces it is the
+    distance to the farthest of the face planes beyond which the point lies; for curved faces, to a point of the cell.
     """
 
     nodes: Ints
@@ -92,11 +94,11 @@ class PointLocations:
 
 
 def locate_points(mesh: Mesh, X: Floats) -> PointLocations:
-    """Return the cell and the shape functions at each point X (n, 3) of the undeformed body.
+    """Return the cell and the shape functions at each point X (n, 3), m, of the undeformed body.
 
-    A point between an inscribed mesh and the curved surface that it approximates is assigned to the nearest cell and
-    extrapolated linearly, so the caller must check `outside`. A point on a face shared by two cells is assigned to
-    either. The last sets of points are cached with the mesh, since each probe requests its own repeatedly.
+    A point between a mesh and the curved surface in which it is inscribed gets the nearest cell and is extrapolated
+    linearly, so the caller must check `outside`. A point on a face between two cells gets either cell. The most recent
+    sets of points are cached with the mesh, because probes request their points repeatedly.
     """
     kept: list[tuple[Floats, PointLocations]] = mesh.selections.setdefault(locate_points, [])
     for number, (own, found) in enumerate(kept):
@@ -109,7 +111,10 @@ def locate_points(mesh: Mesh, X: Floats) -> PointLocations:
 
 
 def cache_locations(mesh: Mesh, X: Floats, found: PointLocations) -> None:
-    """Cache the locations of points X (n, 3) in a mesh, found in it or in a larger mesh with the same cells."""
+    """Cache the locations `found` of points X (n, 3) in a mesh.
+
+    They were found in this mesh, or in a larger mesh that contains the same cells.
+    """
     kept: list[tuple[Floats, PointLocations]] = mesh.selections.setdefault(locate_points, [])
     kept.insert(0, (X.copy(), found))
     always, most, points = KEPT
@@ -121,6 +126,7 @@ def cache_locations(mesh: Mesh, X: Floats, found: PointLocations) -> None:
 
 
 def _in_tetrahedra(mesh: Mesh, X: Floats) -> PointLocations:
+    """Locate points X (n, 3) in a mesh of four-node tetrahedra."""
     a = mesh.points[mesh.cells[:, 0]]
     inverse = np.linalg.inv(np.stack([mesh.points[mesh.cells[:, i]] - a for i in (1, 2, 3)], axis=2))
     found = _best_cells(mesh, X, a, inverse)
@@ -137,15 +143,16 @@ def _in_tetrahedra(mesh: Mesh, X: Floats) -> PointLocations:
 
 
 def _barycentric(X: Floats, a: Floats, inverse: Floats, cell: Ints) -> Floats:
-    """Return the barycentric coordinates (n, 4) of points X (n, 3), each in one cell."""
+    """Return the barycentric coordinates (n, 4) of points X (n, 3), each in one tetrahedron `cell` (n,)."""
     xi = np.einsum("nij,nj->ni", inverse[cell], X - a[cell])
     return np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
 
 
 def _nearest_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
-    """Return the cell nearest to each point X (n, 3) outside the mesh (n,); among equals, the one with X least outside.
+    """Return the cell nearest to each point X (n, 3) outside the mesh, shape (n,).
 
-    The nearest point lies on the boundary, and no farther than the nearest corner there.
+    Among equally near cells, it is the one from which X is least outside. The nearest point of the mesh lies on its
+    boundary, and no farther than the nearest boundary corner.
     """
     corners = mesh.points[mesh.facets]  # (f, 3, 3)
     middles = corners.mean(axis=1)
@@ -169,7 +176,7 @@ def _nearest_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
 
 
 def _distance_to_triangles(X: Floats, corners: Floats) -> Floats:
-    """Return the distance (p,) of each point X (p, 3) from a triangle (p, 3, 3)."""
+    """Return the distance (p,), m, between each point X (p, 3) and one triangle, with corners (p, 3, 3)."""
     from_corner = X[:, None] - corners  # (p, 3, 3)
     along = np.roll(corners, -1, axis=1) - corners
     part = np.einsum("pki,pki->pk", from_corner, along) / np.einsum("pki,pki->pk", along, along)
@@ -183,10 +190,10 @@ def _distance_to_triangles(X: Floats, corners: Floats) -> Floats:
 
 
 def _best_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
-    """Return the cell in which the smallest barycentric coordinate of each X (n, 3) is largest (n,).
+    """Return for each point X (n, 3) the cell in which its smallest barycentric coordinate is largest, shape (n,).
 
-    Only cells whose boxes contain the point are considered, which include the cell that contains it; a point in no box
-    is assigned to any cell.
+    Only cells whose bounding box contains the point are considered; the cell that contains the point is among them. A
+    point in no box gets an arbitrary cell.
     """
     corners, slack = mesh.points[mesh.cells], 10.0 * BESIDE * mesh.extent
     which, cell = find_boxes_of_points(corners.min(axis=1) - slack, corners.max(axis=1) + slack, X)
@@ -202,6 +209,7 @@ def _best_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
 
 
 def _in_curved_cells(mesh: Mesh, X: Floats) -> PointLocations:
+    """Locate points X (n, 3) in a mesh of cells other than four-node tetrahedra."""
     which, cell = _candidate_cells(mesh, X)
     xi = _local_coordinates(mesh, which, X[which], cell)
     element, corners = mesh.element, mesh.points[mesh.cells[cell]]  # (p, a, 3)
@@ -217,7 +225,10 @@ def _in_curved_cells(mesh: Mesh, X: Floats) -> PointLocations:
 
 
 def _extrapolated_shape_functions(mesh: Mesh, X: Floats, cell: Ints, xi: Floats) -> Floats:
-    """Return N(xi) + dN/dxi . d (n, a), d remaining way to X: exact inside, linear from the nearest point outside."""
+    """Return N(xi) + dN/dxi . d, shape (n, a), with d the remaining local distance to X.
+
+    This is exact inside a cell, and linear extrapolation from the nearest local point outside.
+    """
     N, dN = mesh.element.shape(xi), mesh.element.gradient(xi)
     corners = mesh.points[mesh.cells[cell]]
     J = np.einsum("pai,paj->pij", corners, dN)
@@ -227,7 +238,10 @@ def _extrapolated_shape_functions(mesh: Mesh, X: Floats, cell: Ints, xi: Floats)
 
 
 def _candidate_cells(mesh: Mesh, X: Floats, nearest: int = 12) -> tuple[Ints, Ints]:
-    """Return pairs of a point and a cell (p,) each: cells whose boxes contain the point, or else the nearest boxes."""
+    """Return pairs of a point and a candidate cell, as two arrays (p,).
+
+    Candidates are the cells whose bounding box contains the point, or else those with the nearest boxes.
+    """
     corners = mesh.points[mesh.cells]
     low, high = corners.min(axis=1), corners.max(axis=1)
     # an edge of a curved cell can leave the box of its nodes
@@ -240,7 +254,7 @@ def _candidate_cells(mesh: Mesh, X: Floats, nearest: int = 12) -> tuple[Ints, In
 
 
 def _nearest_boxes(low: Floats, high: Floats, X: Floats, count: int) -> tuple[Ints, Ints]:
-    """Return pairs of a point X (n, 3) and each of the `count` boxes nearest to it (n count,) each."""
+    """Return pairs of each point X (n, 3) and the `count` boxes nearest to it, as two arrays (n count,)."""
     bounds = [(np.ascontiguousarray(low[:, i]), np.ascontiguousarray(high[:, i])) for i in range(3)]
     found = np.zeros((len(X), count), dtype=np.int64)
     for start in range(0, len(X), CHUNK):
@@ -253,10 +267,11 @@ def _nearest_boxes(low: Floats, high: Floats, X: Floats, count: int) -> tuple[In
 
 
 def _local_coordinates(mesh: Mesh, which: Ints, X: Floats, cell: Ints) -> Floats:
-    """Return local points xi (p, 3) of X (p, 3) in cells, or the nearest points there, by projected Newton steps.
+    """Return the local coordinates xi (p, 3) of points X (p, 3) in cells (p,), by projected Newton steps.
 
-    A pair of a point and a cell is finished once it no longer moves, or when it leaves its cell and another cell
-    contains the point, whose number is `which` (p,).
+    For a point outside its cell it is the local point nearest to X. A pair of a point and a cell is finished when the
+    local point no longer moves, or when it leaves its cell and another cell contains the point. `which` (p,) is the
+    number of the point in each pair.
     """
     element = mesh.element
     result = np.tile(np.array(element.centre), (len(X), 1))

@@ -1,4 +1,4 @@
-"""Truncated ellipsoidal shells: the wall between two ellipsoids about one axis, as in models of heart ventricles."""
+"""Truncated ellipsoidal shells: the wall between two coaxial ellipsoids, as in models of heart ventricles."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ NEAR = 1e-9  # relative to the size: tolerance of containment
 
 @dataclass(frozen=True)
 class EllipsoidalWall:
-    """The region between two concentric ellipsoids about an axis, truncated at the top.
+    """The wall between two concentric ellipsoids about an axis, truncated at the top.
 
-    A point has a depth s, 0 inside and 1 outside, which selects an ellipsoid with proportional semi-axes, and an angle
-    from the tip of that ellipsoid, proportional to t (tip + (1 - tip) t): 0 at the tip and 1 at the rim, where cells
-    are 2 - tip times as long as by default.
+    A point of the wall has two coordinates. The depth s, 0 inside and 1 outside, selects an ellipsoid with proportional
+    semi-axes. The coordinate t, 0 at the tip and 1 at the rim, gives the angle from the tip of that ellipsoid, which is
+    proportional to t (tip + (1 - tip) t). Thus cells at the rim are 2 - tip times as long as with tip = 1.
     """
 
     inner: Annotated[float, "m in (0, inf)", "semi-axis of the inner ellipsoid across the axis"]
@@ -53,7 +53,7 @@ class EllipsoidalWall:
         return ""
 
     def _at(self, s: Any, t: Any) -> tuple[Any, Any]:
-        """Return the distance from the axis and the position along it, m, for numbers or arrays."""
+        """Return the distance from the axis and the position along it, m, of the point s, t (numbers or arrays)."""
         a = self.inner + s * (self.outer - self.inner)
         b = self.inner_along + s * (self.outer_along - self.inner_along)
         turn = t * (self.tip + (1.0 - self.tip) * t) * np.arccos(-self.rim / b)
@@ -61,21 +61,21 @@ class EllipsoidalWall:
 
     @property
     def _sizes(self) -> tuple[float, float]:
-        """Return the largest thickness of the wall, and a bound of the distance from tip to rim, m."""
+        """Return the largest thickness of the wall, and an upper bound of the length from tip to rim, m."""
         turn = math.acos(-self.rim / self.outer_along)
         wall = max(self.outer - self.inner, self.outer_along - self.inner_along)
         return wall, turn * max(self.outer, self.outer_along)
 
     def _between(self, r: float, z: float, slack: float) -> bool:
-        """Return whether a point at a distance from the axis lies in the wall, within `slack` (m)."""
+        """Return whether the wall contains the point at radius r and axial position z, within `slack` (m)."""
         out = math.hypot(r / self.inner, z / self.inner_along) - 1.0
         off = math.hypot(r / self.outer, z / self.outer_along) - 1.0
         least = min(self.inner, self.inner_along)
         return z <= self.rim + slack and out >= -slack / least and off <= slack / min(self.outer, self.outer_along)
 
     @property
-    def _widest(self) -> float:
-        """Largest distance from the axis, m."""
+    def _largest_radius(self) -> float:
+        """Largest distance of the wall from the axis, m."""
         return self.outer * (1.0 if self.rim >= 0.0 else math.sqrt(1.0 - (self.rim / self.outer_along) ** 2))
 
 
@@ -83,18 +83,18 @@ class EllipsoidalWall:
 class TruncatedEllipsoidSection(EllipsoidalWall, PlaneRegion):
     """Half the axial section of a truncated ellipsoidal shell about the y axis, for `axisymmetric`.
 
-    It lies where x >= 0, between two ellipses around the origin, below y = `rim`. Cells go from one ellipse to the
-    other, and all nodes of curved sides lie on them. `size` is the largest cell size, with `tip = 1`; with less, cells
-    are shorter near the tip, and correspondingly longer near the rim.
+    It lies at x >= 0, between two ellipses around the origin and below y = `rim`. Rows of cells go from one ellipse to
+    the other, and all nodes of curved sides lie on the ellipses. `size` is the largest cell size if `tip = 1`. With
+    smaller values of `tip`, cells are shorter near the tip and correspondingly longer near the rim.
     """
 
     def _divided(self, size: float) -> tuple[int, int]:
-        """Return the number of cells of a size (m) through the wall and along it."""
+        """Return the numbers of cells of `size` (m) through the wall and along it."""
         through, along = super()._divided(size)
         return self.layers or through, along
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
-        """Return the point at s through the wall, outward, and t from the tip to the rim."""
+        """Return x and y, m, of the point at depth s (0 inside, 1 outside) and t (0 at the tip, 1 at the rim)."""
         x, y = self._at(s, t)
         return x * (t > 0), np.where(t < 1, y, self.rim)  # on the axis and on the rim, exactly
 
@@ -109,13 +109,13 @@ class TruncatedEllipsoidSection(EllipsoidalWall, PlaneRegion):
 
     @property
     def sizes(self) -> tuple[float, float]:
-        """Largest thickness of the wall, and a bound of the distance from tip to rim, m."""
+        """Largest thickness of the wall, and an upper bound of the length from tip to rim, m."""
         return self._sizes
 
     @property
     def ends(self) -> tuple[Place, Place]:
         """Lowest and highest x and y, m."""
-        return (0.0, -self.outer_along), (self._widest, self.rim)
+        return (0.0, -self.outer_along), (self._largest_radius, self.rim)
 
     def within(self, x: float, y: float, slack: float) -> bool:
         """Return whether a point lies between the ellipses and below the rim, within `slack` (m)."""
@@ -129,12 +129,13 @@ class TruncatedEllipsoidSection(EllipsoidalWall, PlaneRegion):
 
 @dataclass(frozen=True)
 class TruncatedEllipsoidShell(EllipsoidalWall, Shape):
-    """The wall between two ellipsoids about one axis, closed below and cut off above, like a heart ventricle.
+    """The wall between two coaxial ellipsoids, closed at the bottom and cut off at the top, like a heart ventricle.
 
-    `axis` points from the tip to the rim. It is meshed with layers of hexahedra over a disc around the tip, or with
-    tetrahedra made of them. Nodes of curved sides lie on them, so that a coarse mesh of linear elements has less volume
-    (the report says how much). `size` is the largest cell size, with `tip = 1`; with less, cells are shorter near the
-    tip, where fibres that wind around the axis converge, and correspondingly longer near the rim.
+    `axis` points from the tip to the rim. The mesh consists of layers of hexahedra over a disc around the tip, or of
+    tetrahedra made of them. Nodes of curved sides lie on the ellipsoids, so that a coarse mesh of linear elements has
+    less volume (the report gives the difference). `size` is the largest cell size if `tip = 1`. With smaller values of
+    `tip`, cells are shorter near the tip, where fibres that wind around the axis converge, and correspondingly longer
+    near the rim.
     """
 
     axis: Annotated[Vector3, "direction", "direction of the axis, from the tip to the rim"] = (0.0, 0.0, 1.0)
@@ -170,8 +171,9 @@ class TruncatedEllipsoidShell(EllipsoidalWall, Shape):
         return self._between(r, z, NEAR * self.diagonal)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Return cell counts of a mesh of a size (m): along the square's side over the tip, across its rings, through
-        the wall.
+        """Return the numbers of cells of a mesh with cells of `size` (m).
+
+        They are along the side of the square over the tip, across the rings around it, and through the wall.
         """
         from softmark.solvers.mesh.cell_counts import count_disc_cells, count_divisions
 
@@ -179,7 +181,7 @@ class TruncatedEllipsoidShell(EllipsoidalWall, Shape):
         return *count_disc_cells(way, size), self.layers or count_divisions(wall, size)
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Return a mesh of an element with edges of about `size` (m). Raises UnknownElement."""
+        """Return a mesh of the element `kind` with edges of about `size` (m). Raises UnknownElement."""
         from softmark.solvers.mesh.curved_boundary import CylinderSide
         from softmark.solvers.mesh.mesh import Mesh
         from softmark.solvers.mesh.structured_meshes import curve_sides, mesh_disc, mesh_extrusion
@@ -207,7 +209,10 @@ class TruncatedEllipsoidShell(EllipsoidalWall, Shape):
 
 @dataclass(frozen=True)
 class SpheroidSide(CurvedSide):
-    """An ellipsoid about an axis: semi-axes across and along it, m. Points are projected away from its centre."""
+    """The surface of an ellipsoid of revolution: semi-axes across and along its axis, m.
+
+    Points are projected along rays from the centre.
+    """
 
     axis: Vector3
     origin: Vector3
@@ -215,7 +220,7 @@ class SpheroidSide(CurvedSide):
     along: float
 
     def of(self, corners: Floats) -> NDArray[np.bool_]:
-        """Return which facets (f, k, 3) have all their nodes on it (f,)."""
+        """Return which facets, with nodes at (f, k, 3), m, have all their nodes on the ellipsoid; a mask (f,)."""
         Y = corners - np.array(self.origin)
         z = Y @ np.array(self.axis)
         r = np.linalg.norm(Y - z[..., None] * np.array(self.axis), axis=2)
@@ -223,7 +228,7 @@ class SpheroidSide(CurvedSide):
         return found
 
     def onto(self, place: Any) -> Any:
-        """Return points projected away from the centre onto it."""
+        """Return points projected along rays from the centre onto the ellipsoid, m."""
         off = [p - o for p, o in zip(place, self.origin, strict=True)]
         z = dot(off, self.axis)
         square = sum(c * c for c in off) - z * z

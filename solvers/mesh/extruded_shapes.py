@@ -1,4 +1,4 @@
-"""Bodies of one polygonal section extruded along x, y or z."""
+"""Bodies with one polygonal section extruded along x, y or z."""
 
 from __future__ import annotations
 
@@ -29,10 +29,11 @@ class Extruded(Shape):
 
     Corners go around the polygon in either sense, each once; the last is joined to the first. Their two coordinates are
     x and y for a body along z, y and z along x, z and x along y. Sides must not cross or touch. If all sides are
-    parallel to the coordinates, the section is meshed with a grid through its corners; a convex quadrilateral with a
-    grid between its sides; any other with triangles, each split into three. Layers of hexahedra go along the body, or
-    tetrahedra made of them. The mesh has the exact volume. A trapezoid whose parallel ends are perpendicular to x, y or
-    z, and centred on one line, is a tapered body along an axis, which beam models accept.
+    parallel to the coordinate axes, the section is meshed with a grid through its corners. A convex quadrilateral is
+    meshed with a grid between its sides. Any other polygon is meshed with triangles, each split into three
+    quadrilaterals. Layers of hexahedra, or of tetrahedra made of them, go along the body. The mesh has the exact
+    volume. A trapezoid whose parallel ends are perpendicular to x, y or z, and centred on one line, is a tapered body
+    along an axis, which beam models accept.
     """
 
     gap = "not a convex body"
@@ -44,17 +45,20 @@ class Extruded(Shape):
 
     @property
     def fault(self) -> str:
-        """Return an error of the polygon."""
+        """Return why the polygon is invalid; "" if it is valid."""
         return polygons.polygon_fault(self.corners)
 
     @property
     def section(self) -> polygons.Corners:
-        """Corners, counter-clockwise, m."""
+        """Corners of the section, counter-clockwise, m."""
         return polygons.orient_counterclockwise(self.corners)
 
     @property
     def swept(self) -> Swept | None:
-        """Tapered rectangular body along the middle of a trapezoid with perpendicular ends; None for other sections."""
+        """Tapered rectangular body along the middle line of a trapezoid with perpendicular ends, for beam models.
+
+        None for all other sections.
+        """
         from softmark.solvers.mesh.cross_sections import Rectangle
         from softmark.solvers.mesh.frame_shapes import tapered_member
 
@@ -74,7 +78,7 @@ class Extruded(Shape):
 
     @property
     def _order(self) -> tuple[int, int, int]:
-        """Indices of the section's two coordinates among x, y and z, and of the coordinate along the body."""
+        """Indices of x, y and z: of the section's two coordinates, and of the coordinate along the body."""
         last = "xyz".index(self.along)
         return (last + 1) % 3, (last + 2) % 3, last
 
@@ -101,17 +105,20 @@ class Extruded(Shape):
 
     @property
     def gradable(self) -> tuple[str, ...]:
-        """Directions in which cells may be graded: along it, and across a section with sides along the coordinates."""
+        """Names of the coordinates along which cells may be graded.
+
+        These are the coordinate along the body and, if the section's sides are parallel to the axes, those across it.
+        """
         return ("x", "y", "z") if polygons.is_axis_parallel(self.corners) else (self.along,)
 
     @property
     def spans(self) -> dict[str, Span]:
-        """Ranges of its own coordinates x, y and z, m."""
+        """Ranges of the body's coordinates x, y and z, m."""
         low, high = self.bounds
         return dict(zip("xyz", zip(low, high, strict=True), strict=True))
 
     def place(self, x: float, y: float, z: float) -> Vector3:
-        """Return the point with these own coordinates, m, also if it lies outside the section."""
+        """Return the point with coordinates x, y and z, m; it may lie outside the section."""
         return x, y, z
 
     def contains(self, point: Vector3) -> bool:
@@ -122,21 +129,25 @@ class Extruded(Shape):
         return along and polygons.contains_point(self.section, x, y, slack)
 
     def _own(self, cuts: tuple[Cut, ...]) -> tuple[Cut, ...]:
-        """Return cuts in the coordinates of the section and its layers."""
+        """Return cuts of x, y and z as cuts in the coordinates of the section and along its extrusion."""
         names = dict(zip(self._order, ("first", "second", "along"), strict=True))
         moved = [(names["xyz".index(cut.axis)], cut) for cut in cuts]
         return tuple(replace(c, axis=n, at=c.at - self.base if n == "along" else c.at) for n, c in moved)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Return cell counts of a mesh of a size (m): across the whole section along both coordinates, and along the
-        body.
+        """Return the numbers of cells of a mesh with cells of `size` (m).
+
+        They are along both coordinates of the section's bounding box, and along the body.
         """
         (left, low), (right, high) = polygons.coordinate_range(self.corners)
         layers = count_cells(0.0, self.height, count_divisions(self.height, size), cuts_along(self._own(cuts), "along"))
         return count_divisions(right - left, size), count_divisions(high - low, size), layers
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Return a mesh of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
+        """Return a mesh of the element `kind` with edges of about `size` (m). Raises UnknownElement.
+
+        Nodes lie on all `cuts`.
+        """
         from softmark.solvers.mesh.mesh import Mesh
         from softmark.solvers.mesh.quadrilateral_meshing import mesh_polygon
         from softmark.solvers.mesh.structured_meshes import mesh_extrusion
@@ -146,7 +157,7 @@ class Extruded(Shape):
         return Mesh(self.placed(made.points + np.array([0.0, 0.0, self.base])), made.cells, made.kind)
 
     def placed(self, X: Floats) -> Floats:
-        """Return points (..., 3), given in the section's coordinates and the one along it, as x, y and z, m."""
+        """Return points (..., 3) as x, y and z, m; they are given in section coordinates and the one along the body."""
         points: Floats = np.empty_like(X)
         points[..., list(self._order)] = X
         return points

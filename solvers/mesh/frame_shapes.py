@@ -1,4 +1,4 @@
-"""Frames: straight members between points, each with a section, rigidly connected where they share a point."""
+"""Frames: straight members between points, each with a section, rigidly connected at common points."""
 
 from __future__ import annotations
 
@@ -27,9 +27,10 @@ ALONG = 1e-6  # length of the unit vector's normal part below which it defines n
 
 @dataclass(frozen=True)
 class Member(Prism):
-    """A straight member from one point to another; its section's second axis is `up`, made normal to it.
+    """A straight member of a frame between two points.
 
-    `ends` are the sections at both points; extents vary linearly between them. `section` encloses all of them.
+    The second axis of the section is the direction `up`, made normal to the member. `ends` are the sections at both
+    points, between which dimensions vary linearly. `section` encloses all sections of the member.
     """
 
     begin: Vector3
@@ -49,18 +50,18 @@ class Member(Prism):
 
     @property
     def axis(self) -> Vector3:
-        """Unit vector from its first point to its second."""
+        """Unit vector from the first point of the member to the second."""
         x, y, z = ((b - a) / self.length for a, b in zip(self.begin, self.end, strict=True))
         return x, y, z
 
     @property
     def tapered(self) -> bool:
-        """True if its end sections differ."""
+        """True if the sections at the two ends differ."""
         return self.ends[0] != self.ends[1]
 
     @cached_property
     def section(self) -> Section:
-        """Section that encloses all sections; the section itself for a uniform member."""
+        """Section that encloses all sections of the member; for a uniform member its only section."""
         return self.ends[0] if not self.tapered else enclosing_section(*self.ends)
 
     def section_at(self, station: float) -> Section:
@@ -70,13 +71,13 @@ class Member(Prism):
 
     @property
     def slope(self) -> float:
-        """Rate at which half of the widest extent changes along the axis."""
+        """Rate of change of half of the widest extent along the axis."""
         apart = (abs(a - b) for a, b in zip(*(section.extents for section in self.ends), strict=True))
         return float(0.5 * max(apart) / self.length)
 
     @cached_property
     def volume(self) -> float:
-        """Exact volume, m^3, by Simpson's rule (areas are quadratic along the axis)."""
+        """Exact volume, m^3, by Simpson's rule, since areas are quadratic along the axis."""
         a, b, c = (self.section_at(t * self.length).area for t in (0.0, 0.5, 1.0))
         return self.length * (a + 4.0 * b + c) / 6.0
 
@@ -95,7 +96,10 @@ class Member(Prism):
         return self._frame
 
     def slab(self, first: float, last: float) -> Bounds:
-        """Return lowest and highest coordinates of the part between two stations, m, attained at one of its ends."""
+        """Return the lowest and highest coordinates of the part between two stations, m.
+
+        They are attained in one of the two end sections of the part.
+        """
         low, high = [0.0] * 3, [0.0] * 3
         ends = [(self.centre(s), self.section_at(s)) for s in (first, last)]
         for i, (a, b) in enumerate(zip(*self._frame[1:], strict=True)):
@@ -106,12 +110,15 @@ class Member(Prism):
 
 @lru_cache(maxsize=64)
 def tapered_member(root: Vector3, axis: Vector3, length: float, first: Section, last: Section) -> Member:
-    """Return a member between two sections along an axis, oriented by `transverse(axis)`."""
+    """Return a straight member between two sections, whose axes are those of `transverse(axis)`."""
     return Member(root, add_multiples(root, (length, axis)), (first, last), transverse(axis)[1])
 
 
 def interpolate_sections(one: Section, other: Section, t: float) -> Section:
-    """Return the section at a fraction of the way from one to another of its kind. Raises TypeError for other kinds."""
+    """Return the section at the fraction t of the way between two sections of one kind.
+
+    Raises TypeError for sections of different kinds.
+    """
     match one, other:
         case Disc(), Disc():
             return Disc(_interpolate(one.radius, other.radius, t))
@@ -127,7 +134,10 @@ def _interpolate(a: float, b: float, t: float) -> float:
 
 
 def enclosing_section(one: Section, other: Section) -> Section:
-    """Return a section that encloses two of one kind: larger extents, smaller hollow. Raises TypeError."""
+    """Return a section that encloses two sections of one kind: the larger extents and the smaller hole.
+
+    Raises TypeError for sections of different kinds.
+    """
     match one, other:
         case Disc(), Disc():
             return Disc(max(one.radius, other.radius))
@@ -140,10 +150,10 @@ def enclosing_section(one: Section, other: Section) -> Section:
 
 @dataclass(frozen=True)
 class Network(Shape):
-    """A frame: members by pairs of points, counted from 1; section dimensions for all members, or for each, m.
+    """A frame: members given by pairs of points, counted from 1, with sections in m.
 
-    Dimensions that begin with `end_` are at the second point of members; without `end_height` a height is constant, and
-    so on.
+    Dimensions of sections are given once for all members, or for each member. Dimensions that begin with `end_` apply
+    at the second point of members; without `end_height`, for example, the height is constant.
     """
 
     points: tuple[Vector3, ...]
@@ -163,7 +173,7 @@ class Network(Shape):
 
     @cached_property
     def fault(self) -> str:
-        """Return an inconsistency of its points, members and sections."""
+        """Return why points, members and sections are inconsistent; "" if they are valid."""
         return self._section_fault() or self._member_fault() or self._point_fault()
 
     def _section_fault(self) -> str:
@@ -224,7 +234,7 @@ class Network(Shape):
         return f"point {loose + 1} {'is not connected to point 1 by members' if used else 'belongs to no member'}"
 
     def _connected_points(self) -> set[int]:
-        """Return the points (from 0) that members connect with the first."""
+        """Return the points (counted from 0) that members connect with the first point."""
         beside: dict[int, list[int]] = {}
         for a, b in self.pairs:
             beside.setdefault(a - 1, []).append(b - 1)
@@ -238,7 +248,7 @@ class Network(Shape):
 
     @cached_property
     def members(self) -> tuple[Member, ...]:
-        """Members in order."""
+        """All members, in the order of the scene."""
         ends = [(self.points[a - 1], self.points[b - 1]) for a, b in self.pairs]
         return tuple(Member(*pair, self._sections(i), self.up) for i, pair in enumerate(ends))
 
@@ -248,12 +258,12 @@ class Network(Shape):
         return _section(*first), _section(*last)
 
     def _of(self, i: int, name: str) -> tuple[float | None, float | None]:
-        """Return a dimension of a member at its first and second point, m; equal if only one is given."""
+        """Return the dimension `name` of member i at its first and second point, m; equal if only one is given."""
         first, last = getattr(self, name), getattr(self, f"end_{name}")
         return _one(first, i), _one(first if last is None else last, i)
 
     def run(self, number: int) -> tuple[list[int], list[int]]:
-        """Return the straight run of equal members that contains a member, and the end points of the run.
+        """Return the straight sequence of equal members that contains a member, and the two end points of the sequence.
 
         Members are counted from 0, points from 1.
         """
@@ -267,15 +277,18 @@ class Network(Shape):
         return found, ends
 
     def at(self, point: int) -> list[int]:
-        """Return the members (from 0) that end at a point (from 1)."""
+        """Return the members (counted from 0) that end at a point (counted from 1)."""
         return [i for i, pair in enumerate(self.pairs) if point in pair]
 
     def _end(self, number: int, point: int) -> Section:
-        """Return the section of a member (from 0) at one of its points (from 1)."""
+        """Return the section of a member (counted from 0) at one of its points (counted from 1)."""
         return self.members[number].ends[self.pairs[number].index(point)]
 
     def _straight_continuation(self, number: int, point: int) -> int | None:
-        """Return the only other member at a point if it continues straight with the same section; else None."""
+        """Return the member that continues a member straight beyond a point, or None.
+
+        It must be the only other member at the point and have the same section.
+        """
         here = self.at(point)
         other = next((i for i in here if i != number), None)
         if len(here) != 2 or other is None or self._end(other, point) != self._end(number, point):
@@ -284,7 +297,7 @@ class Network(Shape):
         return other if math.hypot(*cross(one.axis, two.axis)) <= ALONG else None
 
     def crossing(self) -> tuple[int, int] | None:
-        """Return the first two members, from 1, whose axes meet without a shared point, or overlap; else None."""
+        """Return the first two members (counted from 1) whose axes overlap or meet without a common point, or None."""
         near = CROSSED * self.diagonal
         spans = [sorted((m.begin[0], m.end[0])) for m in self.members]
         order = sorted(range(len(spans)), key=lambda i: spans[i][0])
@@ -302,7 +315,10 @@ class Network(Shape):
         return None
 
     def _overlap_along_axis(self, i: int, j: int, near: float) -> bool:
-        """Return whether the unshared end of one of two members lies on the other's axis, within `near`, m."""
+        """Return whether an end of one of two members lies on the other's axis, within `near` (m).
+
+        A common point of both members does not count.
+        """
         for one, other in ((i, j), (j, i)):
             end = next(n for n in self.pairs[one] if n not in self.pairs[other])
             s, u, v = self.members[other].own(self.points[end - 1])
@@ -319,7 +335,7 @@ class Network(Shape):
 
     @property
     def volume(self) -> float:
-        """Volume of all members, m^3; joints count for each member, as in frame theory."""
+        """Sum of the volumes of all members, m^3; joints count for each member, as in frame theory."""
         return sum(member.volume for member in self.members)
 
     def contains(self, point: Vector3) -> bool:
@@ -331,13 +347,13 @@ class Network(Shape):
         return any(member.hollow_at(point) for member in self.members)
 
     def nearest(self, X: Floats) -> Floats:
-        """Return the member, from 0, that contains or is nearest to each point X (n, 3), m, (n,)."""
+        """Return for each point X (n, 3), m, the member (from 0) that contains it or is nearest to it, shape (n,)."""
         found = np.array([_distance_outside(member, X) for member in self.members])
         best: Floats = np.argmin(found, axis=0)
         return best
 
     def surface(self, size: float) -> Surface:
-        """Return points (n, 3) in m and triangles (t, 3) of the members' surfaces, outward; they intersect."""
+        """Return points (n, 3), m, and triangles (t, 3) of the surfaces of all members, outward; they intersect."""
         from softmark.solvers.mesh.shape_surfaces import triangulate_swept
 
         points, triangles, count = [], [], 0
@@ -366,7 +382,10 @@ def _ends(points: tuple[Vector3, ...] | list[Vector3]) -> Bounds:
 
 
 def _distance_outside(member: Member, X: Floats) -> Floats:
-    """Return how far points X (n, 3) lie outside a member (n,), m, plus a little for the distance from its axis."""
+    """Return how far points X (n, 3) lie outside a member, shape (n,), m.
+
+    A small multiple of the distance from the axis is added, to decide between members that contain a point.
+    """
     s, u, v = member.coordinates(X)
     along = np.maximum(np.maximum(-s, s - member.length), 0.0)
     found: Floats = np.hypot(along, member.section.outside(u, v)) + 1e-6 * np.hypot(along, np.hypot(u, v))

@@ -1,9 +1,10 @@
-"""Guaranteed detection of curved cells with non-positive volume somewhere, by bounds of the Jacobian determinant.
+"""Guaranteed detection of curved cells that are inverted somewhere, by bounds of the Jacobian determinant.
 
-det dX/dxi of a ten-node tetrahedron is a cubic over it, and that of an eight-node hexahedron is of degree two in each
-local coordinate. Such a polynomial lies between its least and its largest Bernstein coefficient, computed from its
-values on a regular lattice; where they do not decide, the cell is split into eight, whose coefficients are closer, and
-tested again. Source: Johnen, Remacle and Geuzaine (2013), "Geometrical validity of curvilinear finite elements".
+det dX/dxi is a cubic polynomial in a ten-node tetrahedron, and of degree two in each local coordinate in an eight-node
+hexahedron. Such a polynomial lies between its least and its largest Bernstein coefficient, computed from values on a
+regular lattice. If these bounds do not decide, the cell is split into eight parts, whose coefficients are closer to the
+polynomial, and tested again.
+Source: Johnen, Remacle and Geuzaine (2013), "Geometrical validity of curvilinear finite elements".
 """
 
 from __future__ import annotations
@@ -23,8 +24,10 @@ DEPTH = 8  # largest number of splits: a cell undecided then is within 1e-4 of z
 
 @lru_cache(maxsize=2)
 def _lattice(kind: str) -> tuple[Floats, Floats, Floats]:
-    """Return local points (k, 3), the matrix from values to coefficients (k, k), and values in each of eight parts (8,
-    k, k).
+    """Return the lattice of the Jacobian determinant of an element, and matrices that act on its values.
+
+    These are the local points (k, 3), the matrix (k, k) from values to Bernstein coefficients, and the matrices (8, k,
+    k) from values to those in each of eight parts.
     """
     element = element_of(kind)
     n, at = element.warp, element.lattice(element.warp)
@@ -34,10 +37,10 @@ def _lattice(kind: str) -> tuple[Floats, Floats, Floats]:
 
 
 def find_folded_cells(mesh: Mesh, least: Floats) -> tuple[Ints, Floats]:
-    """Return cells in which det dX/dxi is somewhere at most `least` (m,), m^3, and the local point of the lowest value
-    seen.
+    """Return the cells in which det dX/dxi is at most `least` (m,), m^3, at some point.
 
-    Four-node tetrahedra are never among them: their volume is uniform.
+    Return also the local point of each cell with the lowest value found. Four-node tetrahedra are never among these
+    cells, because their determinant is uniform.
     """
     if mesh.element.constant:
         return np.zeros(0, dtype=np.int64), np.zeros((0, 3))
@@ -60,10 +63,12 @@ def find_folded_cells(mesh: Mesh, least: Floats) -> tuple[Ints, Floats]:
 
 
 def has_folded_corner(mesh: Mesh) -> NDArray[np.bool_]:
-    """Return which hexahedra (m,) are inverted at a corner only, at no point of a rule of POINTS per axis.
+    """Return a mask (m,) of the hexahedra that are inverted at a corner, but at no Gauss point.
 
-    Their integrals remain exact for their polynomials, so that they pass the patch test. Source: MacNeal and Harder
-    (1985), "A proposed standard set of problems to test finite element accuracy", whose solid patch has one.
+    The Gauss rule has POINTS points along each axis. Integrals over such cells remain exact for polynomials, so that
+    they pass the patch test.
+    Source: MacNeal and Harder (1985), "A proposed standard set of problems to test finite element accuracy", whose
+    solid patch has such a cell.
     """
     if not issubclass(mesh.element, Hexahedron):
         return np.zeros(len(mesh.cells), dtype=np.bool_)

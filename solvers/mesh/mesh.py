@@ -23,11 +23,11 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Mesh:
-    """A mesh: `points` (n, 3) in m and positively oriented `cells` (m, a) of one kind of element. Arrays are immutable.
+    """A mesh: `points` (n, 3), m, and positively oriented `cells` (m, a) of one kind of element.
 
-    Nodes of a cell are in the order of VTK and meshio. `skin` (f, k) are the boundary facets of a mesh whose cells do
-    not match across their faces, so that the boundary cannot be derived from them. `groups` are named parts of a file,
-    read on request (mesh_groups.py).
+    Arrays are immutable. Nodes of a cell are ordered as in VTK and meshio. If cells do not match across their faces,
+    the boundary cannot be derived from them, and `skin` (f, k) gives the boundary facets. `groups` are the named groups
+    of a mesh file, read on request (mesh_groups.py).
     """
 
     points: Floats  # (n, 3)
@@ -43,7 +43,7 @@ class Mesh:
 
     @cached_property
     def volumes(self) -> Floats:
-        """Signed volume of each cell by the element's quadrature, m^3 (m,)."""
+        """Signed volume of each cell, m^3, shape (m,), by the quadrature rule of the element."""
         if self.element.constant:
             a, b, c, d = (self.points[self.cells[:, i]] for i in range(4))
             volumes: Floats = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0
@@ -53,7 +53,7 @@ class Mesh:
 
     @cached_property
     def facets(self) -> Ints:
-        """Boundary facets (f, k), counter-clockwise from outside: those that belong to one cell only."""
+        """Boundary facets (f, k), which belong to one cell only; nodes are counter-clockwise seen from outside."""
         if self.skin is not None:
             return self.skin
         facets = self.cells[:, np.array(self.element.facets)].reshape(-1, self.element.facet.nodes)
@@ -87,11 +87,11 @@ class Mesh:
 
     @cached_property
     def selections(self) -> dict[Any, Any]:
-        """Cache of selected parts of the boundary, by the condition that selects them."""
+        """Cache of selected parts of the boundary, by the selecting condition."""
         return {}
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state without selections, whose conditions are functions; they are found again on request."""
+        """Return the state to be pickled, without cached selections, because their conditions are functions."""
         return {name: value for name, value in vars(self).items() if name != "selections"}
 
     @cached_property
@@ -101,7 +101,7 @@ class Mesh:
 
 
 def _keys(rows: Ints) -> Ints:
-    """Return one number for each row of numbers >= 0 (n, k), equal for equal rows: faster to sort than rows."""
+    """Return an integer for each row of integers >= 0 (n, k), equal for equal rows; these sort faster than rows."""
     keys = rows[:, 0]
     for column in rows.T[1:]:
         base = int(column.max(initial=0)) + 1
@@ -112,20 +112,23 @@ def _keys(rows: Ints) -> Ints:
 
 
 def jacobians(mesh: Mesh, xi: Floats) -> Floats:
-    """Return det dX/dxi (m, q) at local points xi (q, 3), m^3: negative where a cell is inverted."""
+    """Return det dX/dxi (m, q), m^3, of all cells at local points xi (q, 3); negative where a cell is inverted."""
     dXdxi = np.einsum("mai,qaj->mqij", mesh.points[mesh.cells], mesh.element.gradient(xi))
     det: Floats = np.linalg.det(dXdxi)
     return det
 
 
 def facet_areas(mesh: Mesh, xi: Floats, weights: Floats) -> Floats:
-    """Return the area of each boundary facet (f,), m^2, by points xi (q, 2) of it and their weights (q,)."""
+    """Return the area of each boundary facet, m^2, shape (f,).
+
+    `xi` (q, 2) and `weights` (q,) are a quadrature rule of the facet.
+    """
     t = np.einsum("qkj,fki->jfqi", mesh.element.facet.gradient(xi), mesh.points[mesh.facets])
     found: Floats = np.linalg.norm(np.cross(t[0], t[1]), axis=2) @ weights
     return found
 
 
 def boundary_surface(mesh: Mesh) -> tuple[Floats, Ints]:
-    """Return points (n, 3) and triangles (t, 3) of the boundary only, outward."""
+    """Return the points (n, 3), m, and triangles (t, 3) of the boundary only, facing outward."""
     used, triangles = np.unique(mesh.faces, return_inverse=True)
     return mesh.points[used], triangles.reshape(-1, 3).astype(np.int64)

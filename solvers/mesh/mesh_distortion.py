@@ -1,9 +1,10 @@
 """Distorted meshes for robustness studies: a generated mesh whose worst cell gets a given quality.
 
-The quality of a cell is its mean ratio: of a tetrahedron 12 (3 V)^(2/3) over the sum of its squared edges, which is
-3 det(S)^(2/3) / |S|^2 for the map S from the regular one (Liu and Joe 1994; Knupp 2001, SIAM J. Sci. Comput. 23(1));
-of a hexahedron the least of 3 det(J)^(2/3) / |J|^2 over its corners, J their three edges. 1 is a regular tetrahedron
-or a cube, 0 is flat. Ten-node tetrahedra count as their corners.
+The quality of a cell is its mean ratio, 1 for a regular tetrahedron or a cube and 0 for a flat cell. In a tetrahedron
+it is 12 (3 V)^(2/3) over the sum of squared edges, which equals 3 det(S)^(2/3) / |S|^2 for the map S from the regular
+tetrahedron. In a hexahedron it is the least of 3 det(J)^(2/3) / |J|^2 over the corners, with J the three edges at a
+corner. Ten-node tetrahedra are measured by their corners.
+Source: Liu and Joe (1994); Knupp (2001), SIAM J. Sci. Comput. 23(1).
 """
 
 from __future__ import annotations
@@ -18,11 +19,14 @@ HALVINGS = 120  # bisections of the amplitude, to the last digit
 
 
 class QualityTooLow(Exception):
-    """The undistorted mesh already has a cell of lower quality than requested; the message gives that quality."""
+    """Raised if the undistorted mesh already has a cell of lower quality than requested.
+
+    The message is the quality of that cell.
+    """
 
 
 def cell_qualities(mesh: Mesh) -> Floats:
-    """Return the mean ratio of every cell (m,), 1 at best; 0 or below if a cell is flat or inverted."""
+    """Return the mean ratio of every cell (m,): 1 at best, 0 or below if a cell is flat or inverted."""
     element = mesh.element
     found = element.ratio(mesh.points[mesh.cells[:, : element.corners]])
     if not element.warps:
@@ -32,18 +36,19 @@ def cell_qualities(mesh: Mesh) -> Floats:
 
 
 def worst_cell(mesh: Mesh) -> tuple[float, int]:
-    """Return the least quality and the cell that has it."""
+    """Return the lowest quality of a cell, and the number of that cell."""
     found = cell_qualities(mesh)
     cell = int(np.argmin(found))
     return float(found[cell]), cell
 
 
 def distort(mesh: Mesh, quality: float) -> Mesh:
-    """Return the mesh with randomly moved nodes (reproducible) so that its worst cell has a quality in (0, 1).
+    """Return the mesh with randomly moved nodes, such that its worst cell has a `quality` in (0, 1).
 
-    Inner nodes move freely, nodes of plane parts of the boundary in that plane, nodes of straight edges along them,
-    others stay: the body and its volume are unchanged. Mid-edge nodes move by the mean of the ends. All moves are in
-    proportion to one amplitude, found by bisection; no cell is inverted below it. Raises QualityTooLow.
+    Inner nodes move freely, nodes on plane parts of the boundary in that plane, and nodes on straight edges along the
+    edge. Other nodes stay, so that the body and its volume do not change. Mid-edge nodes move by the mean of the edge's
+    ends. All moves are proportional to one amplitude, found by bisection; no cell is inverted at smaller amplitudes.
+    The random numbers are reproducible. Raises QualityTooLow.
     """
     before = worst_cell(mesh)[0]
     if before < quality:
@@ -62,12 +67,12 @@ def distort(mesh: Mesh, quality: float) -> Mesh:
 
 
 def move_nodes(mesh: Mesh, ways: Floats, amplitude: float) -> Mesh:
-    """Return the mesh with nodes moved by an amplitude times their directions (n, 3), m."""
+    """Return the mesh with nodes moved by `amplitude` times their directions `ways` (n, 3), m."""
     return Mesh(mesh.points + amplitude * ways, mesh.cells, mesh.kind, mesh.skin, mesh.groups)
 
 
 def _random_directions(mesh: Mesh) -> Floats:
-    """Return random directions (n, 3), m, no longer than the edges around a node; tangential on the boundary."""
+    """Return a random vector for each node (n, 3), m, no longer than its edges, and tangential on the boundary."""
     rng = np.random.default_rng(SEED)
     ways = rng.uniform(-1.0, 1.0, mesh.points.shape) * _shortest_edges(mesh)[:, None]
     normals = _normals(mesh)
@@ -79,7 +84,7 @@ def _random_directions(mesh: Mesh) -> Floats:
 
 
 def _shortest_edges(mesh: Mesh) -> Floats:
-    """Return the shortest distance from a node to another corner of its cells (n,), m."""
+    """Return the distance between each node and the nearest other corner of its cells, m, shape (n,)."""
     reach = np.full(len(mesh.points), np.inf)
     i, j = np.triu_indices(mesh.element.corners, 1)
     a, b = mesh.cells[:, i].ravel(), mesh.cells[:, j].ravel()
@@ -90,7 +95,7 @@ def _shortest_edges(mesh: Mesh) -> Floats:
 
 
 def _normals(mesh: Mesh) -> dict[int, list[Floats]]:
-    """Return the distinct normals of the facets around each boundary corner; several for a facet that is not plane."""
+    """Return the distinct normals of the facets around each boundary corner; a curved facet has several."""
     found: dict[int, list[Floats]] = {}
     triangles = mesh.facets[:, np.array(mesh.element.facet.halves)].reshape(-1, 3)
     a, b, c = (mesh.points[triangles[:, k]] for k in range(3))
@@ -105,7 +110,7 @@ def _normals(mesh: Mesh) -> dict[int, list[Floats]]:
 
 
 def _project_onto_boundary(way: Floats, normals: list[Floats]) -> Floats:
-    """Return the component of a vector in one plane, or along the edge of two; zero at a corner."""
+    """Return the component of a vector in the plane of one normal, or along the edge of two; zero for more."""
     if len(normals) == 1:
         return way - (way @ normals[0]) * normals[0]
     if len(normals) > 2:

@@ -1,4 +1,4 @@
-"""A named part of a mesh; operations on such parts are in mesh_groups.py."""
+"""A named group of a mesh; mesh_groups.py has the operations on groups."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Group:
-    """Members of a named part: cells (k,), faces (k, 2) as cell and side number, or nodes (k, 2) as cell and node
-    number.
+    """Members of a named group of a mesh.
 
-    `inside` counts faces between two cells; `foreign` counts facets (or points) of the file that belong to no cell, and
-    are not among the members. Supports can hold a group of nodes; it has no faces and no cells.
+    Members are cells (k,), faces (k, 2) as cell and side number, or nodes (k, 2) as cell and node number in the cell.
+    `inside` counts faces between two cells. `foreign` counts facets (or points) of the file that belong to no cell;
+    they are not among the members. A group of nodes can be used for supports; it has no faces and no cells.
     """
 
     kind: Literal["cells", "faces", "nodes"]
@@ -30,7 +30,7 @@ class Group:
 
     @property
     def described(self) -> str:
-        """Description, as in `24 faces, 3 of them inside the body`."""
+        """Description for messages, such as `24 faces, 3 of them inside the body`."""
         count = len(self.members) + self.foreign
         words = f"{count} {self.kind if count != 1 else self.kind[:-1]}"
         return words + (f", {self.inside} inside the body" if self.inside else "")

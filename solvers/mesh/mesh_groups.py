@@ -1,6 +1,6 @@
-"""Named parts of a mesh (cells, boundary faces, nodes) as sets that survive splitting, added nodes and refinement.
+"""Operations on named groups of a mesh (cells, boundary faces, nodes), which survive splitting and refinement.
 
-Faces are stored as a cell and the number of its side, and nodes as a cell and the number of the node in it, which do
+Faces are stored as a cell and the number of its side, and nodes as a cell and the node's number in the cell. These do
 not change when nodes are renumbered or added.
 """
 
@@ -26,7 +26,7 @@ ON = 1e-9  # in local coordinates: tolerance of points on a side
 
 
 def cells_in(mesh: Mesh, name: str) -> Bools:
-    """Return which cells are members of a group (m,); none for a group of faces."""
+    """Return a mask (m,) of the cells in a group; no cell is in a group of faces."""
     group, found = (mesh.groups or {})[name], np.zeros(len(mesh.cells), dtype=np.bool_)
     if group.kind == "cells":
         found[group.members] = True
@@ -34,7 +34,7 @@ def cells_in(mesh: Mesh, name: str) -> Bools:
 
 
 def facets_in(mesh: Mesh, name: str) -> Bools:
-    """Return which boundary facets (f,) are in a group of faces or belong to a group of cells; none for nodes."""
+    """Return a mask (f,) of the boundary facets in a group of faces or cells; none is in a group of nodes."""
     group = (mesh.groups or {})[name]
     if group.kind == "cells":
         return cells_in(mesh, name)[mesh.facet_cells]
@@ -44,7 +44,7 @@ def facets_in(mesh: Mesh, name: str) -> Bools:
 
 
 def nodes_in(mesh: Mesh, name: str) -> Bools:
-    """Return which nodes belong to a group (n,)."""
+    """Return a mask (n,) of the nodes that belong to a group."""
     group, found = (mesh.groups or {})[name], np.zeros(len(mesh.points), dtype=np.bool_)
     if group.kind == "cells":
         found[mesh.cells[group.members]] = True
@@ -57,7 +57,7 @@ def nodes_in(mesh: Mesh, name: str) -> Bools:
 
 
 def _nodes(mesh: Mesh, group: Group) -> Ints:
-    """Return the nodes (k,) of a group of nodes; cells with fewer nodes may lack some."""
+    """Return the nodes (k,) of a group of nodes; nodes that the cells no longer have are left out."""
     cell, local = group.members.T
     known = local < mesh.cells.shape[1]
     found: Ints = mesh.cells[cell[known], local[known]]
@@ -65,9 +65,9 @@ def _nodes(mesh: Mesh, group: Group) -> Ints:
 
 
 def node_members(cells: Ints, nodes: Ints) -> Ints:
-    """Return a cell (m, a) that contains each node (k,), and the node's number in it, (k, 2).
+    """Return for each node (k,) a cell that contains it and the node's number in that cell, shape (k, 2).
 
-    Nodes of no cell are left out.
+    `cells` (m, a) are the nodes of cells. Nodes of no cell are left out.
     """
     own, first = np.unique(cells.ravel(), return_index=True)
     place = np.minimum(np.searchsorted(own, nodes), len(own) - 1)
@@ -76,12 +76,12 @@ def node_members(cells: Ints, nodes: Ints) -> Ints:
 
 
 def has_cells(mesh: Mesh, name: str, nodes: Ints) -> Bools:
-    """Return whether cells given by their nodes (n, a), in order, are members (n,)."""
+    """Return whether cells, given by their nodes in order (n, a), are in a group; a mask (n,)."""
     return is_known_row(mesh.cells[cells_in(mesh, name)], nodes)
 
 
 def _corners(mesh: Mesh, members: Ints) -> Ints:
-    """Return the nodes at the corners of faces (k, c), sorted by number."""
+    """Return the corner nodes of faces `members` (k, 2), sorted by number, shape (k, c)."""
     cell, side = members.T
     sides = np.array(mesh.element.facets)[:, : mesh.element.facet.corners]
     found: Ints = np.sort(mesh.cells[cell[:, None], sides[side]], axis=1)
@@ -89,14 +89,15 @@ def _corners(mesh: Mesh, members: Ints) -> Ints:
 
 
 def is_known_row(known: Ints, rows: Ints) -> Bools:
-    """Return which rows of numbers (f, c) are among the known ones (k, c)."""
+    """Return a mask (f,) of the rows of integers (f, c) that occur among the rows `known` (k, c)."""
     keys = _keys(np.concatenate([known, rows]))
     return np.isin(keys[len(known) :], keys[: len(known)])
 
 
 def faces_of(cells: Ints, element: type[Element], corners: Ints) -> tuple[Ints, int]:
-    """Return the faces (k, 2) of cells (m, a) with given corners (f, c) in any order, and the number of corners without
-    a face.
+    """Return the faces (k, 2) of cells (m, a) that have given corners (f, c), in any order.
+
+    Return also the number of corner rows that belong to no face.
     """
     sides = np.array(element.facets)[:, : element.facet.corners]
     if not len(corners) or corners.shape[1] != sides.shape[1]:
@@ -113,7 +114,10 @@ def faces_of(cells: Ints, element: type[Element], corners: Ints) -> tuple[Ints, 
 
 
 def reorder_faces(faces: Ints, which: Bools, element: type[Element]) -> Ints:
-    """Return the same faces after some cells (m,) have their nodes reordered as `element.turned`."""
+    """Return faces (k, 2) with side numbers updated after nodes of some cells were reordered.
+
+    `which` (m,) marks the cells whose nodes now have the order `element.turned`.
+    """
     now = np.argsort(np.array(element.turned))  # new position of each node
     corners = element.facet.corners
     sides = [frozenset(side[:corners]) for side in element.facets]
@@ -123,7 +127,10 @@ def reorder_faces(faces: Ints, which: Bools, element: type[Element]) -> Ints:
 
 
 def reorder_nodes(nodes: Ints, which: Bools, element: type[Element]) -> Ints:
-    """Return nodes (k, 2), renumbered in the cells `which` (m,) whose nodes now have the order `element.turned`."""
+    """Return nodes (k, 2) with node numbers updated after nodes of some cells were reordered.
+
+    `which` (m,) marks the cells whose nodes now have the order `element.turned`.
+    """
     now = np.argsort(np.array(element.turned))
     cell, local = nodes.T
     return np.stack([cell, np.where(which[cell], now[local], local)], axis=1)
@@ -133,7 +140,10 @@ def reorder_nodes(nodes: Ints, which: Bools, element: type[Element]) -> Ints:
 
 
 def split_groups(mesh: Mesh, new: Mesh) -> Mesh:
-    """Return the cells `new` made of hexahedra, equally many of each in their order, with the groups of these."""
+    """Return the mesh `new`, made by splitting the hexahedra of `mesh`, with the groups of `mesh`.
+
+    Each hexahedron has equally many cells in `new`, in the order of the hexahedra.
+    """
     if not mesh.groups:
         return new
     each = len(new.cells) // len(mesh.cells)
@@ -155,7 +165,10 @@ def split_groups(mesh: Mesh, new: Mesh) -> Mesh:
 
 
 def refine_groups(mesh: Mesh, new: type[Element], corners: Floats) -> Groups | None:
-    """Return the groups after refinement into another element; children have local corners `corners` (c, a, 3)."""
+    """Return the groups of a mesh after each cell is refined into several cells of the element `new`.
+
+    `corners` (c, a, 3) are the local points of the nodes of the c new cells.
+    """
     if not mesh.groups:
         return None
     sides = corners[:, np.array(new.facets)[:, : new.facet.corners]]  # (c, t, k, 3)

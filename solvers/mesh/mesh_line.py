@@ -1,4 +1,4 @@
-"""Integration along straight lines through a mesh: crossings of cell faces, and quadrature points."""
+"""Integration along straight lines through a mesh: crossings of cell faces, and quadrature points between them."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ APART = 1e-12  # relative to the length: closer crossings are merged
 
 
 def integrate_along(mesh: Mesh, begin: Floats, end: Floats) -> tuple[Floats, Floats]:
-    """Return points X (n, 3), m, and weights w (n,), m, that integrate over the line from `begin` to `end` (3,), m.
+    """Return points X (n, 3), m, and weights w (n,), m, for integrals over the line from `begin` to `end` (3,), m.
 
-    No cell face is crossed within an interval, so that functions smooth in a cell are integrated accurately.
+    The line is divided where it crosses cell faces, so that functions that are smooth in each cell are integrated
+    accurately.
     """
     cuts = find_face_crossings(mesh, begin, end)
     x, w = np.polynomial.legendre.leggauss(POINTS)
@@ -24,9 +25,9 @@ def integrate_along(mesh: Mesh, begin: Floats, end: Floats) -> tuple[Floats, Flo
 
 
 def find_face_crossings(mesh: Mesh, begin: Floats, end: Floats) -> Floats:
-    """Return where a line crosses planes of nearby cell faces, as fractions of its length (k,), with 0 and 1.
+    """Return the crossings of a line with the planes of nearby cell faces, as fractions of its length (k,).
 
-    A quadrilateral has the planes of its two halves. Surplus crossings do no harm.
+    The ends 0 and 1 are included. A quadrilateral has the planes of its two triangles. Surplus crossings do no harm.
     """
     corners = _triangles(mesh)  # (t, 3, 3)
     a, way = corners[:, 0], end - begin

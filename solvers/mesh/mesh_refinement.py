@@ -1,7 +1,8 @@
-"""Finer spaces over the cells of a mesh: one order higher (tet4 -> tet10), or every cell in eight (tet10, hex8).
+"""Finer spaces on a mesh: one order higher (tet4 -> tet10), or each cell split in eight (tet10, hex8).
 
-Coarse displacements are contained in the fine space: the matrix `P` maps them. New nodes are placed by the cells' own
-map, on the curved facets of ten-node cells, and on the curved sides of a shape where facets are inscribed in them.
+The fine space contains all coarse displacements; the matrix `P` maps coarse to fine ones. New nodes are placed by the
+cells' shape functions, also on the curved facets of ten-node cells. Where facets are inscribed in a curved side of the
+shape, their new nodes are placed on that side.
 """
 
 from __future__ import annotations
@@ -27,24 +28,27 @@ QUARTERS = 4  # steps along an edge, at which new nodes lie
 
 
 class UnmatchedFaces(Exception):
-    """The cells of the mesh do not match across their faces, so that no finer space exists."""
+    """Raised if the cells of the mesh do not match across their faces, so that no finer space exists."""
 
 
 @dataclass(frozen=True)
 class FinerSpace:
-    """A finer mesh (n fine nodes), and the matrix `P` (n, coarse nodes) from values at coarse nodes to fine ones."""
+    """A finer mesh with n nodes, and the matrix `P` (n, coarse nodes) that interpolates coarse nodal values at them."""
 
     mesh: Mesh
     P: sparse.csr_matrix
 
     def displaced(self, u: Floats) -> Floats:
-        """Return the displacements of the fine nodes (n, 3) from those of the coarse ones (c, 3), m."""
+        """Return the displacements of the fine nodes (n, 3) from those of the coarse nodes u (c, 3), m."""
         moved: Floats = self.P @ u
         return moved
 
 
 def build_finer_space(mesh: Mesh, shape: Shape | None = None) -> FinerSpace:
-    """Return four-node tetrahedra with one order more, and other cells split into eight. Raises UnmatchedFaces."""
+    """Return the finer space of a mesh. Raises UnmatchedFaces.
+
+    Four-node tetrahedra become ten-node tetrahedra; other cells are split into eight.
+    """
     if mesh.skin is not None:
         raise UnmatchedFaces
     element = element_of(mesh.element.finer)
@@ -64,14 +68,14 @@ def build_finer_space(mesh: Mesh, shape: Shape | None = None) -> FinerSpace:
 
 
 def estimate_memory(mesh: Mesh) -> float:
-    """Return the approximate peak memory of forces and stiffness over the finer space of a mesh, bytes."""
+    """Return the approximate peak memory for forces and stiffness on the finer mesh, bytes."""
     own, new = mesh.element, element_of(mesh.element.finer)
     cells = len(mesh.cells) * (len(own.children()) if own is new else 1)
     return HELD * cells * (3.0 * new.nodes) ** 2
 
 
 def _groups(mesh: Mesh, element: type[Element], corners: Floats) -> Mapping[str, Group] | None:
-    """Return the named parts for cells made of children with local nodes `corners` (c, a, 3)."""
+    """Return the named groups of the refined mesh; `corners` (c, a, 3) are the local nodes of a cell's children."""
     if not mesh.groups:
         return None
     from softmark.solvers.mesh.mesh_groups import refine_groups
@@ -80,7 +84,7 @@ def _groups(mesh: Mesh, element: type[Element], corners: Floats) -> Mapping[str,
 
 
 def _integer_factor(N: Floats) -> int:
-    """Return the factor that makes shape function values whole numbers."""
+    """Return the factor by which all shape function values N become integers."""
     whole = WHOLE
     while np.abs(whole * N - np.round(whole * N)).max() > 1e-9:
         whole *= 2
@@ -88,14 +92,17 @@ def _integer_factor(N: Floats) -> int:
 
 
 def _keys(N: Floats, whole: int, labels: Any) -> Any:
-    """Return one integer for each place of each cell (m * l,): equal for the same combination of the same nodes."""
+    """Return an integer key for each new node position in each cell, shape (m l,).
+
+    Keys are equal for equal combinations of nodes, so that cells find their common new nodes.
+    """
     parts = np.round(whole * N).astype(np.int64).astype(np.uint64)  # (l, a), modulo 2^64
     with np.errstate(over="ignore"):
         return (labels[:, None, :] * parts[None]).sum(axis=2, dtype=np.uint64).ravel()
 
 
 def _interpolation(mesh: Mesh, places: Floats, first: Ints) -> sparse.csr_matrix:
-    """Return the shape functions of one cell at every new node, as a matrix (n, coarse nodes)."""
+    """Return the matrix (n, coarse nodes) of the coarse shape functions at all new nodes."""
     cell, place = np.divmod(first, len(places))
     N = mesh.element.shape(places)[place]  # (n, a)
     columns = mesh.cells[cell]
@@ -106,7 +113,7 @@ def _interpolation(mesh: Mesh, places: Floats, first: Ints) -> sparse.csr_matrix
 
 
 def _pattern(own: type[Element], new: type[Element]) -> tuple[Floats, Ints]:
-    """Return the local positions of the new nodes (l, 3) in a cell, and the nodes of its children (c, a)."""
+    """Return the local positions (l, 3) of new nodes in a cell, and the nodes (c, a) of the cell's children."""
     if own is not new:
         return new.places(), np.arange(new.nodes)[None]
     corners = element_of(own.linear).shape(own.places())
@@ -118,9 +125,10 @@ def _pattern(own: type[Element], new: type[Element]) -> tuple[Floats, Ints]:
 def _project_onto_side(
     mesh: Mesh, places: Floats, side: CurvedSide, points: Floats, known: tuple[Any, Any, int]
 ) -> None:
-    """Move the new points on facets that are inscribed in a curved side onto it; `points` are changed in place.
+    """Move new nodes on facets that are inscribed in a curved side onto this side; `points` are changed in place.
 
-    `places` (s, 2) are the positions of new nodes on a facet, `known` their numbering.
+    `places` (s, 2) are the local positions of new nodes on a facet. `known` holds the node labels, the keys and the
+    integer factor by which new nodes are numbered.
     """
     labels, keys, whole = known
     facet, facets = mesh.element.facet, mesh.facets[side.of(mesh.points[mesh.facets])]
@@ -133,7 +141,7 @@ def _project_onto_side(
 
 
 def _on_facet(element: type[Element], places: Floats) -> Floats:
-    """Return the local positions on a facet (s, 2) of those in a cell (l, 3) that lie on it."""
+    """Return the local facet positions (s, 2) of the new nodes of a cell, `places` (l, 3), that lie on the facet."""
     lattice = element.facet.lattice(QUARTERS)
     there = element.facet.shape(lattice) @ element.places()[list(element.facets[0])]
     known: Floats = lattice[(np.abs(there[:, None] - places).max(axis=2) < 1e-9).any(axis=1)]

@@ -1,4 +1,4 @@
-"""Target cell size of a tetrahedral mesh in a closed surface, on a background grid, if cells are finer in places."""
+"""Target cell size of a graded tetrahedral mesh inside a closed surface, given on a background grid."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ REACH = 0.5  # distance over which sizes grow back, relative to the extent
 
 
 def build_size_field(surface: ClosedSurface, size: float, graded: Sequence[Cut]) -> dict[str, Any]:
-    """Return points (n, 3), m, and tetrahedra of a grid, and the size at each point (n,), m. Raises UnreadableMesh."""
+    """Return a background grid, points (n, 3), m, and tetrahedra, and the cell size at its points (n,), m.
+
+    Raises UnreadableMesh.
+    """
     X, cells = _grid(surface)
     share = np.ones(len(X))
     for cut in graded:
@@ -31,7 +34,7 @@ def build_size_field(surface: ClosedSurface, size: float, graded: Sequence[Cut])
 
 
 def _grid(surface: ClosedSurface) -> tuple[Floats, Any]:
-    """Return points and hexahedra of a grid around a surface."""
+    """Return the points and hexahedra of a grid around a closed surface."""
     low, high = surface.points.min(axis=0), surface.points.max(axis=0)
     edge = float((high - low).max()) / FINE
     low, high = low - BEYOND * surface.extent, high + BEYOND * surface.extent
@@ -41,7 +44,10 @@ def _grid(surface: ClosedSurface) -> tuple[Floats, Any]:
 
 
 def _distance_to_condition(cut: Cut, surface: ClosedSurface, X: Floats) -> Floats:
-    """Return distance (n,), m, of points (n, 3) from where a condition holds at points of the grid or the surface."""
+    """Return the distance (n,), m, between points X (n, 3) and the region where the condition of a cut holds.
+
+    The region is known at the grid points X and the points of the surface.
+    """
     from scipy.spatial import cKDTree
 
     every = np.concatenate([X, surface.points, surface.points[surface.triangles].mean(axis=1)])

@@ -1,4 +1,4 @@
-"""Nearest-point search: by all distances for few points, else by scipy's k-d tree, which takes 0.1 s to import."""
+"""Nearest-point search: by all distances for few points, else by scipy's k-d tree, whose import takes 0.1 s."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ class PointSearch(Protocol):
     """A search structure for the points near given places."""
 
     def distance(self, X: Floats) -> Floats:
-        """Return the distance from each place X (n, 3) to the nearest point (n,)."""
+        """Return the distance between each place X (n, 3) and the nearest point, shape (n,)."""
 
     def within(self, X: Floats, radius: Floats) -> tuple[Ints, Ints]:
-        """Return pairs of a place and a point (p,) each within its `radius` (n,), sorted by place."""
+        """Return pairs of a place and a point within its `radius` (n,), as two arrays (p,) sorted by place."""
 
 
 def build_point_search(points: Floats, places: int) -> PointSearch:
-    """Return a search structure for `points` (m, 3), suited to so many `places`."""
+    """Return a search structure for `points` (m, 3), suited to this number of `places`."""
     return AllDistances(points) if len(points) * places < FEW else PointTree(points)
 
 
@@ -34,7 +34,7 @@ class AllDistances:
         self.points = points
 
     def _squares(self, X: Floats) -> Floats:
-        """Return squared distances (n, m), axis by axis, since sums over an axis of three take ten times as long."""
+        """Return the squared distances (n, m), coordinate by coordinate: a sum over an axis of three is slower."""
         found = np.zeros((len(X), len(self.points)))
         for start in range(0, len(X), CHUNK):
             part = found[start : start + CHUNK]

@@ -19,7 +19,7 @@ NEAR = 1e-9  # tolerance of the bounds, relative to the size
 
 
 class FileDeclaration(Protocol):
-    """A mesh file as declared in a scene: path, unit, m, and treatment of coincident points."""
+    """A mesh file as declared in a scene: path, unit of length in m, and treatment of coincident points."""
 
     path: str
     unit: float
@@ -28,7 +28,7 @@ class FileDeclaration(Protocol):
 
 @dataclass(frozen=True)
 class FileSlice(Shape):
-    """A slice, of a thickness in m, of a region in a file. Its bounds are read from the file."""
+    """A slice, with a thickness in m, of the plane region in a mesh file; bounds are read from the file."""
 
     region: FileDeclaration
     depth: float
@@ -43,7 +43,7 @@ class FileSlice(Shape):
 
     @cached_property
     def read(self) -> Mesh:
-        """Return the slice of the file's own cells, with its groups. Raises UnreadableMesh."""
+        """Return the slice of the cells in the file, with their named groups. Raises UnreadableMesh."""
         from softmark.solvers.mesh.surface_bodies import modification_stamp
 
         path = self.region.path
@@ -65,7 +65,7 @@ class FileSlice(Shape):
         return (a, b, c), (d, e, f)
 
     def contains(self, point: Vector3) -> bool:
-        """Return whether the bounding box contains a point, within 1e-9 of its size; a search would cost more."""
+        """Return whether the bounding box contains a point, within 1e-9 of its size; a cell search costs more."""
         if self.bounds is None:
             return True
         slack = NEAR * self.diagonal
@@ -76,7 +76,10 @@ class FileSlice(Shape):
         return replace(self.named(kind), groups=None)
 
     def named(self, kind: str | None = None) -> Mesh:
-        """Return the mesh with the file's groups; without an element, the file's own cells. Raises as `mesh`."""
+        """Return the mesh with its named groups, as the element `kind`, or by default with the file's own cells.
+
+        Raises the errors of `mesh`.
+        """
         from softmark.solvers.elements import solid_element_name
         from softmark.solvers.mesh.files.plane_cells import convert_slice
 

@@ -1,6 +1,6 @@
 """Plane regions for plane strain and plane stress, meshed as slices one hexahedron thick.
 
-To add one: a subclass of `PlaneRegion` that maps the unit square to the region, and a line in SHAPES.
+To add a region: write a subclass of `PlaneRegion` that maps the unit square to the region, and add a line to SHAPES.
 """
 
 from __future__ import annotations
@@ -27,9 +27,10 @@ Place = tuple[float, float]  # x and y, m
 
 
 class PlaneRegion(Shape):
-    """A region of the plane z = 0, the image of the unit square; thickness `depth` (m), half on each side, default 1 m.
+    """A region of the plane z = 0, defined by a map of the unit square; its slice has the thickness `depth` (m).
 
-    The mesh is a grid of the square, mapped with all its nodes: midside nodes too lie where the map puts them.
+    Half of the thickness is on each side of the plane. The mesh is a grid of the square whose nodes, including midside
+    nodes, are all mapped to the region.
     """
 
     flat = True
@@ -37,7 +38,7 @@ class PlaneRegion(Shape):
     across = "t"  # name of the second coordinate; lines along the first, `s`, are straight
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
-        """Return x and y (m) of points of the square, s and t from 0 to 1: counter-clockwise, numbers or arrays."""
+        """Return x and y (m) of points s, t of the unit square, numbers or arrays; the map keeps the orientation."""
         raise NotImplementedError(f"{type(self).__name__} maps nothing")
 
     @property
@@ -47,7 +48,7 @@ class PlaneRegion(Shape):
 
     @property
     def sizes(self) -> tuple[float, float]:
-        """Longest distances along s and along t, m."""
+        """Largest lengths of the region along s and along t, m."""
         raise NotImplementedError(f"{type(self).__name__} has no sizes")
 
     @property
@@ -77,29 +78,29 @@ class PlaneRegion(Shape):
 
     @property
     def spans(self) -> dict[str, Span]:
-        """Ranges of the coordinates of the square."""
+        """Ranges of the coordinates s and t along which meshes can be cut."""
         return {"s": (0.0, 1.0), self.across: (0.0, 1.0)}
 
     @property
     def gradable(self) -> tuple[str, ...]:
-        """Directions in which cells may be graded: between opposite sides."""
+        """Names of the coordinates along which cells may be graded: those between opposite sides."""
         return ("s", self.across)
 
     def place(self, **at: float) -> Vector3:
-        """Return the point with two given coordinates, m, without arrays."""
+        """Return the point, m, with two given coordinates, computed without arrays."""
         x, y = self(at["s"], at[self.across])
         return float(x), float(y), 0.0
 
     def slice(self, depth: float) -> Shape:
-        """Return the slice of the region with a thickness (m)."""
+        """Return the slice of the region with the thickness `depth` (m)."""
         return Slice(self, depth)
 
     def _divided(self, size: float) -> tuple[int, int]:
-        """Return the numbers of equal cells of a size (m) along s and along t."""
+        """Return the numbers of equal cells of `size` (m) along s and along t."""
         return count_divisions(self.sizes[0], size), count_divisions(self.sizes[1], size)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Return the numbers of cells of a mesh of a size (m) along s and along t."""
+        """Return the numbers of cells along s and along t of a mesh with cells of `size` (m)."""
         each = zip(("s", self.across), self._divided(size), strict=True)
         return tuple(count_cells(0.0, 1.0, n, cuts_along(cuts, axis)) for axis, n in each)
 
@@ -125,7 +126,7 @@ class PlaneRegion(Shape):
 def _straighten(points: Floats, square: Mesh, ends: tuple[int, ...], middle: int) -> None:
     """Move midpoints of grid diagonals to the middle between their ends; `points` are changed in place, m.
 
-    Grid lines are straight where sides of the region are; diagonals are not.
+    The map keeps grid lines straight where sides of the region are straight, but not diagonals.
     """
     both = square.cells[:, list(ends)]
     way = np.ptp(square.points[both, :2], axis=1)
@@ -135,7 +136,7 @@ def _straighten(points: Floats, square: Mesh, ends: tuple[int, ...], middle: int
 
 @dataclass(frozen=True)
 class Slice(PlaneRegion):
-    """A region with a given thickness (m)."""
+    """A plane region with a given thickness (m)."""
 
     region: PlaneRegion
     depth: float
@@ -156,7 +157,7 @@ class Slice(PlaneRegion):
 
     @property
     def across(self) -> str:  # type: ignore[override]
-        """Coordinate of the region across it."""
+        """Name of the coordinate across the region."""
         return self.region.across
 
     def place(self, **at: float) -> Vector3:
@@ -164,7 +165,7 @@ class Slice(PlaneRegion):
         return self.region.place(**at)
 
     def _divided(self, size: float) -> tuple[int, int]:
-        """Return the region's numbers of cells."""
+        """Return the region's numbers of cells of `size` (m) along s and along t."""
         return self.region._divided(size)
 
     @property
@@ -196,8 +197,8 @@ class Slice(PlaneRegion):
 class Quadrilateral(PlaneRegion):
     """A plane region with four straight sides, for `plane_strain` and `plane_stress`.
 
-    Corners are given counter-clockwise, with z = 0, and turn left at each. Cells form a grid between opposite sides:
-    `size` is the cell size along the longer of two opposite sides.
+    Corners are given counter-clockwise with z = 0; the border turns left at each. Cells form a grid between opposite
+    sides: `size` is the cell size along the longer of two opposite sides.
     """
 
     convex = True
@@ -213,7 +214,7 @@ class Quadrilateral(PlaneRegion):
 
     @property
     def _turns(self) -> list[float]:
-        """Twice the area of the triangle at each corner, positive for a left turn of the border, m^2."""
+        """Twice the area of the triangle at each corner, m^2: positive for a left turn of the border."""
         at = self._corners
         return [_doubled_area(at[i - 1], at[i], at[(i + 1) % 4]) for i in range(4)]
 
@@ -227,7 +228,7 @@ class Quadrilateral(PlaneRegion):
         return ""
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
-        """Return the bilinear map: straight lines between points of opposite sides."""
+        """Return the bilinear map of s and t to x and y, m: straight lines between points of opposite sides."""
         weights = ((1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t)
         x, y = (sum(w * c[i] for w, c in zip(weights, self._corners, strict=True)) for i in (0, 1))
         return x, y
@@ -239,7 +240,7 @@ class Quadrilateral(PlaneRegion):
 
     @property
     def sizes(self) -> tuple[float, float]:
-        """Lengths of the longer of each two opposite sides, m."""
+        """Length of the longer side in each pair of opposite sides, m."""
         a, b, c, d = self._corners
         return max(math.dist(a, b), math.dist(d, c)), max(math.dist(a, d), math.dist(b, c))
 
@@ -257,7 +258,7 @@ class Quadrilateral(PlaneRegion):
 
 
 def _doubled_area(a: Place, b: Place, c: Place) -> float:
-    """Return twice the area of a triangle, positive counter-clockwise, m^2."""
+    """Return twice the area of a triangle, m^2: positive if its corners are counter-clockwise."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
@@ -265,9 +266,9 @@ def _doubled_area(a: Place, b: Place, c: Place) -> float:
 class QuarterRing(PlaneRegion):
     """The quarter x >= 0, y >= 0 of the region between two ellipses, or two circles, around the origin.
 
-    For `plane_strain` and `plane_stress`: with `symmetric(...)` on both straight sides it represents the whole. Cells
-    go from one ellipse to the other along straight lines between points of equal eccentric angle, and all nodes of
-    curved sides lie on them. `size` is the largest cell size.
+    For `plane_strain` and `plane_stress`. With `symmetric(...)` on both straight sides it represents the whole ring.
+    Rows of cells go from one ellipse to the other along straight lines between points of equal eccentric angle, and all
+    nodes of curved sides lie on the ellipses. `size` is the largest cell size.
     """
 
     across = "turn"
@@ -294,13 +295,13 @@ class QuarterRing(PlaneRegion):
         return "" if a < c and b < d else "its hole must be smaller than the outer border, along both x and y"
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
-        """Return the point at s outward from the hole and t around from the x axis."""
+        """Return x and y, m, for s from the hole (0) outward and t from the x axis (0) around to the y axis (1)."""
         turn = 0.5 * math.pi * t
         (a, b), (c, d) = self._hole, self._border
         return (a + s * (c - a)) * np.cos(turn) * (t < 1), (b + s * (d - b)) * np.sin(turn)  # 0 on the y axis, exactly
 
     def place(self, **at: float) -> Vector3:
-        """Return the point with two given coordinates, m, without arrays."""
+        """Return the point, m, with two given coordinates, computed without arrays."""
         turn, s = 0.5 * math.pi * at["turn"], at["s"]
         (a, b), (c, d) = self._hole, self._border
         return (a + s * (c - a)) * math.cos(turn), (b + s * (d - b)) * math.sin(turn), 0.0
@@ -336,19 +337,22 @@ class QuarterRing(PlaneRegion):
 
 @dataclass(frozen=True)
 class EllipticCylinderSide(CurvedSide):
-    """An elliptic cylinder around the z axis: semi-axes along x and y, m. Points are projected away from the axis."""
+    """The surface of an elliptic cylinder around the z axis: semi-axes along x and y, m.
+
+    Points are projected along rays from the axis.
+    """
 
     a: float
     b: float
 
     def of(self, corners: Floats) -> NDArray[np.bool_]:
-        """Return which facets (f, k, 3) have all their nodes on it (f,)."""
+        """Return which facets, with nodes at (f, k, 3), m, have all their nodes on the cylinder; a mask (f,)."""
         unit = np.hypot(corners[..., 0] / self.a, corners[..., 1] / self.b)
         found: NDArray[np.bool_] = np.asarray((np.abs(unit - 1.0) < ON).all(axis=1))
         return found
 
     def onto(self, place: Any) -> Any:
-        """Return points projected away from the axis onto it."""
+        """Return points projected along rays from the axis onto the cylinder, m."""
         x, y, z = place
         out = ((x * (1.0 / self.a)) ** 2 + (y * (1.0 / self.b)) ** 2) ** -0.5
         return x * out, y * out, z

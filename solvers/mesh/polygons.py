@@ -18,7 +18,7 @@ MOST = 500  # corners: each pair of sides is looked at
 
 @lru_cache(maxsize=64)
 def polygon_fault(corners: Corners) -> str:
-    """Return why corners, m, make no simple polygon; "" if they do."""
+    """Return why corners, m, define no simple polygon; "" if they define one."""
     if len(corners) < 3:
         return f"a polygon needs at least three corners, and there are {len(corners)}"
     if len(corners) > MOST:
@@ -52,7 +52,7 @@ def coordinate_range(corners: Corners) -> tuple[Place, Place]:
 
 
 def edges(corners: Sequence[Place]) -> Iterator[tuple[Place, Place]]:
-    """Yield the sides, the last one back to the first corner."""
+    """Yield the sides as pairs of corners; the last side ends at the first corner."""
     return zip(corners, (*corners[1:], corners[0]), strict=True)
 
 
@@ -133,14 +133,17 @@ def _sides_touch(one: tuple[Place, Place], other: tuple[Place, Place], slack: fl
 
 
 def _side_signs(line: tuple[Place, Place], other: tuple[Place, Place]) -> float:
-    """Return a negative number if the ends of a segment are on opposite sides of a line."""
+    """Return a negative number if the ends of the segment `other` are on opposite sides of a line."""
     (a, b), (c, d) = line
     p, q = ((c - a) * (y - b) - (d - b) * (x - a) for x, y in other)
     return math.copysign(1.0, p) * math.copysign(1.0, q)
 
 
 class Trapezoid(NamedTuple):
-    """Two parallel sides normal to coordinate 0 or 1, of lengths `ends`, m, `length` apart, centred on one line."""
+    """An isosceles trapezoid: two parallel sides of lengths `ends`, m, at the distance `length`.
+
+    The parallel sides are normal to coordinate 0 or 1 and centred on one line.
+    """
 
     along: int
     begin: float
@@ -151,7 +154,10 @@ class Trapezoid(NamedTuple):
 
 @lru_cache(maxsize=64)
 def find_trapezoid(corners: Corners) -> Trapezoid | None:
-    """Return the corners as a trapezoid, along the longer of two possible directions; None if they are none."""
+    """Return the corners as an isosceles trapezoid, or None if they form none.
+
+    If there are two such directions, the longer one is taken.
+    """
     if len(corners) != 4:
         return None
     sides, found, slack = list(edges(corners)), [], SAME * extent(corners)

@@ -1,8 +1,8 @@
 """Quadrature rules with few points and positive weights that preserve given moments of a rule with many points.
 
-Caratheodory's theorem, for rules by Tchakaloff (1957): a sum of n columns with positive weights equals one of as many
-columns as they have independent directions. Points are processed one by one; each is added to a basis of columns, or
-replaces one whose weight vanishes, as in the simplex method.
+By Caratheodory's theorem (for quadrature: Tchakaloff 1957), a sum of n columns with positive weights equals a positive
+sum of as many of these columns as are linearly independent. Points are processed one by one: each is added to a basis
+of columns, or replaces a column whose weight becomes zero, as in the simplex method.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ ALIKE = 1e-12  # relative to the largest eigenvalue of the Gram matrix: below it
 
 
 def reduce_rules(cell: Ints, V: Floats, w: Floats, count: int) -> tuple[Ints, Floats, Floats]:
-    """Return the points that are kept from each cell's rule, and their weights.
+    """Reduce the quadrature rule of each cell to few points.
 
-    `cell` (n,), sorted, numbers the cell of each point, `V` (n, r) are the functions whose integrals are preserved and
-    `w` (n,) the weights. Returns numbers of points (k,), their weights (k,), and the largest relative error of a moment
-    in each cell (count,), which is rounding of many exchanges.
+    `cell` (n,), sorted, is the cell of each point, `V` (n, r) are the functions whose integrals are preserved, and `w`
+    (n,) the weights. Return the numbers (k,) of the kept points, their weights (k,), and the largest relative error of
+    a moment in each cell (count,), which is due to rounding.
     """
     kept, starts = np.zeros(len(w)), np.searchsorted(cell, np.arange(count + 1))
     missed = np.zeros(count)
@@ -42,7 +42,7 @@ def reduce_rules(cell: Ints, V: Floats, w: Floats, count: int) -> tuple[Ints, Fl
 
 
 def _orthonormal(V: Floats, w: Floats) -> Floats:
-    """Return functions (n, k), orthonormal by the weights w (n,), that span those of V (n, r) up to rounding."""
+    """Return functions (n, k), orthonormal with the weights w (n,), that span the functions V (n, r) to rounding."""
     products = np.zeros((V.shape[1], V.shape[1]))
     _products(V, w, products)
     size, ways = np.linalg.eigh(products)
@@ -53,7 +53,7 @@ def _orthonormal(V: Floats, w: Floats) -> Floats:
 
 
 def _correct_weights(V: Floats, moments: Floats, found: Floats) -> float:
-    """Remove rounding from the weights `found` (n,); return the largest remaining error of a moment."""
+    """Correct rounding errors of the weights `found` (n,); return the largest remaining error of a moment."""
     some = np.flatnonzero(found > 0.0)
     change = np.linalg.lstsq(V[some].T, moments - V[some].T @ found[some], rcond=1e-12)[0]
     if np.all(found[some] + change >= 0.0):
@@ -62,13 +62,13 @@ def _correct_weights(V: Floats, moments: Floats, found: Floats) -> float:
 
 
 def _spread_order(n: int) -> Ints:
-    """Return the numbers 0 to n - 1 in an order that separates neighbours: close points make a poor basis."""
+    """Return the integers 0 to n - 1 in an order that separates neighbours, because close points form a poor basis."""
     return np.argsort((np.arange(n) * 0.6180339887498949) % 1.0).astype(np.int64)
 
 
 @kernel
 def _products(V: Floats, w: Floats, found: Floats) -> None:
-    """Compute V^T diag(w) V without a library's threads, which cost more than they gain in parallel runs."""
+    """Compute V^T diag(w) V into `found`, without threads, which cost more than they gain in parallel runs."""
     for k in range(len(V)):
         for i in range(V.shape[1]):
             a = w[k] * V[k, i]
@@ -78,7 +78,7 @@ def _products(V: Floats, w: Floats, found: Floats) -> None:
 
 @kernel
 def _multiply(V: Floats, T: Floats, found: Floats) -> None:
-    """Compute V T."""
+    """Compute the matrix product V T into `found`."""
     for k in range(len(V)):
         for i in range(T.shape[0]):
             for j in range(T.shape[1]):
@@ -87,11 +87,11 @@ def _multiply(V: Floats, T: Floats, found: Floats) -> None:
 
 @kernel
 def _reduce(V: Floats, w: Floats, order: Ints, inverse: Floats, basis: Ints, own: Floats, kept: Floats) -> None:
-    """Add to `kept` (n,) the weights of at most r points of a rule w (n,) that preserve the sums of the rows of V (n,
-    r).
+    """Add to `kept` (n,) the weights of at most r points that preserve the weighted sums of the rows of V (n, r).
 
-    `inverse` (r, r) of the basis starts as the identity, and the numbers of its points `basis` (r,) as -1, for columns
-    that are no points and have weight zero; `own` (2, r) are zeros.
+    `w` (n,) are the weights of the given rule and `order` the sequence of its points. `inverse` (r, r), the inverse of
+    the basis, starts as the identity. `basis` (r,), the points in the basis, starts with -1 for columns that are no
+    points and have weight zero. `own` (2, r) is work memory of zeros.
     """
     r = V.shape[1]
     weight, d = own[0], own[1]

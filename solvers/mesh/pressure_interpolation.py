@@ -12,7 +12,7 @@ from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 @dataclass(frozen=True)
 class PressureSpace:
-    """Numbers from 0 of each cell's pressures `cells` (m, b); their shape functions `N` (q, b); and their count."""
+    """Pressure unknowns of a mesh: numbers (m, b) in each cell, shape functions `N` (q, b), and total count."""
 
     cells: Ints
     N: Floats
@@ -20,9 +20,9 @@ class PressureSpace:
 
 
 def build_pressure_space(mesh: Mesh, rule: Rule | None = None) -> PressureSpace:
-    """Return the element's pressures: continuous and linear between corners, or one in each cell.
+    """Return the pressure unknowns of a mesh: continuous and linear between corners, or one in each cell.
 
-    Raises KeyError for elements that have none: a linear tetrahedron has too few displacements for any pressure.
+    Raises KeyError for elements without pressures: a linear tetrahedron has too few displacements for any.
     """
     xi, _ = rule or mesh.element.quadrature()
     element = mesh.element

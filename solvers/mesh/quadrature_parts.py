@@ -1,4 +1,4 @@
-"""Parts of cells in adaptive quadrature: the integrals over them, and totals of the accepted parts of each cell."""
+"""Parts of cells in adaptive quadrature: integrals over parts, and totals of each cell's accepted parts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ALL_HIDDEN = 5.0  # of the tolerance: what all parts of a cell together may hide
 
 @dataclass
 class Parts:
-    """Parts of reference cells: `cell` (n,) they belong to, local `vertices` (n, v, 3)."""
+    """Parts of the reference cells of a mesh: the `cell` (n,) of each part and its local `vertices` (n, v, 3)."""
 
     cell: Ints
     vertices: Floats
@@ -30,10 +30,11 @@ class Parts:
 
 @dataclass
 class Integrals:
-    """Integrals of functions over parts: `magnitude` (g, n), `volume` (n,), m^3, and how far rules disagree.
+    """Integrals of g functions over n parts, with estimates of their errors.
 
-    `differences` (g, r, n) are those of each other rule from the fine one, `error` (g, n) is the largest of them, also
-    of functions times each local coordinate, and `hidden` (g, n) is what may be hidden between the points.
+    `magnitude` (g, n) is the integral of the absolute value and `volume` (n,) the volume, m^3. `differences` (g, r, n)
+    are the differences of r other rules from the fine rule. `error` (g, n) is the largest difference, also for the
+    functions times each local coordinate. `hidden` (g, n) bounds the integral of features between the points.
     """
 
     magnitude: Floats
@@ -47,7 +48,7 @@ class Integrals:
 
     @classmethod
     def joined(cls, several: list[Integrals]) -> Integrals:
-        """Join those of several groups of parts."""
+        """Join the integrals over several groups of parts."""
         arrays = zip(*(own._arrays() for own in several), strict=True)
         return cls(*(np.concatenate(each, axis=-1) for each in arrays))
 
@@ -56,9 +57,9 @@ class Integrals:
 
 
 class CellTotals:
-    """Sums over the accepted parts of each cell: errors, and what the points cannot see; arrays (g, m).
+    """Sums over the accepted parts of each cell, shape (g, m): errors, and bounds of hidden features.
 
-    `size` is the integral of each function's magnitude over the cell, to which the tolerance is relative.
+    `size` is the integral of each function's magnitude over the cell; the tolerance is relative to it.
     """
 
     def __init__(self, cells: Integrals, floor: Floats, tolerance: float) -> None:
@@ -69,11 +70,11 @@ class CellTotals:
         self.taken, self.done = 0, list[Parts]()
 
     def enlarge_cells(self, parts: Parts, found: Integrals) -> None:
-        """Take the larger magnitude of a cell where parts show more of a function than before, such as a peak."""
+        """Increase the magnitude of a cell if its parts show more of a function than before, such as a peak."""
         self.size = np.maximum(self.size, self._sum(parts, found.magnitude))
 
     def find_rough(self, parts: Parts, found: Integrals) -> Bools:
-        """Return the parts (n,) that must be halved, because of their error or of what they may hide."""
+        """Return a mask (n,) of the parts that must be halved, because of their error or of hidden features."""
         share = self._share(parts)
         part = found.volume / self.volumes[parts.cell]
         most = ALL_HIDDEN * self.tolerance * self.size
@@ -84,12 +85,12 @@ class CellTotals:
         return rough
 
     def excess(self, parts: Parts, found: Integrals) -> Floats:
-        """Return the error of each part and what it may hide, relative to its tolerance (n,)."""
+        """Return the error and the hidden integral of each part, relative to its tolerance, shape (n,)."""
         worst: Floats = ((found.error + found.hidden) / self._share(parts)).max(axis=0)
         return worst
 
     def accept(self, parts: Parts, found: Integrals) -> None:
-        """Add parts that are not halved again."""
+        """Add parts that are not halved any further to the totals of their cells."""
         self.hidden = self.hidden_with(parts, found)
         self.differences += self._sum(parts, found.differences)
         self.squares += self._sum(parts, found.error**2)
@@ -97,21 +98,21 @@ class CellTotals:
         self.taken += len(parts)
 
     def hidden_with(self, parts: Parts, found: Integrals) -> Floats:
-        """Return what may be hidden in each cell if these parts are accepted."""
+        """Return the bound of the hidden integral in each cell (g, m) if these parts are accepted."""
         return self._sum(parts, found.hidden) + self.hidden
 
     def errors_with(self, parts: Parts, found: Integrals) -> Floats:
-        """Return the error of each cell if these parts are accepted."""
+        """Return the error of each cell (g, m) if these parts are accepted."""
         squares = self.squares + self._sum(parts, found.error**2)
         return _errors(self.differences + self._sum(parts, found.differences), squares)
 
     @property
     def errors(self) -> Floats:
-        """Errors of the cells by their accepted parts."""
+        """Errors of the integrals over cells (g, m), from the accepted parts."""
         return _errors(self.differences, self.squares)
 
     def cells_with_much_hidden(self) -> Ints:
-        """Return the cells whose accepted parts may hide more than the tolerance allows."""
+        """Return the cells whose hidden integral may exceed the tolerance."""
         return np.flatnonzero((self.hidden > ALL_HIDDEN * self.tolerance * self.size).any(axis=0))
 
     def _share(self, parts: Parts) -> Floats:
@@ -123,17 +124,18 @@ class CellTotals:
 
 
 def _errors(sums: Floats, squares: Floats) -> Floats:
-    """Estimate errors of integrals over cells (g, m): by how much rules differ in all their parts, and its deviation.
+    """Return estimates of the errors of integrals over cells (g, m).
 
-    Differences in parts cancel where a function has a kink across many of them: their `sums` (g, r, m) and the root of
-    the sum of their `squares` (g, m) are what a wrong sign of each part leaves.
+    `sums` (g, r, m) are the differences between rules, summed over the parts of each cell, and `squares` (g, m) the
+    sums of squared errors of parts. If a function has a kink across many parts, their differences cancel in the sum;
+    the root of the squares is added, because it is the error left by random signs.
     """
     found: Floats = np.abs(sums).max(axis=1) + np.sqrt(squares)
     return found
 
 
 def _by_cell(cell: Ints, each: Floats, count: int) -> Floats:
-    """Sums over cells (..., count) of numbers of their parts (..., n), of which `cell` (n,) tells the cell."""
+    """Return sums (..., count) over the parts of each cell; parts have values (..., n) and cells (n,)."""
     rows = each.reshape(int(np.prod(each.shape[:-1])), len(cell))
     found = np.array([np.bincount(cell, row, minlength=count) for row in rows])
     return found.reshape(*each.shape[:-1], count)

@@ -1,7 +1,7 @@
-"""Quadrilateral meshes of polygons: grids if the sides allow, and else triangles, each split into three.
+"""Quadrilateral meshes of polygons: grids if the sides allow it, else triangles, each split into three.
 
-Triangles are Delaunay, refined by Ruppert (1995, J. Algorithms 18:548): a side with a point close to it is halved, and
-a triangle that is too large or too thin gets a point at its circumcentre.
+Triangles are a Delaunay triangulation, refined by Ruppert (1995, J. Algorithms 18:548). A side with a point close to it
+is halved, and a triangle that is too large or too thin gets a point at its circumcentre.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ROUNDS, SMOOTHED = 60, 6
 def mesh_polygon(corners: Corners, size: float, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
     """Return quadrilaterals with edges of about `size` (m) in a simple polygon with counter-clockwise corners.
 
-    If its sides are parallel to the axes, grid lines lie on the cuts of `first` and `second`.
+    If all sides are parallel to the axes, grid lines lie on the cuts of the coordinates `first` and `second`.
     """
     if is_axis_parallel(corners):
         return _rectilinear(corners, size, cuts)
@@ -39,7 +39,7 @@ def mesh_polygon(corners: Corners, size: float, cuts: tuple[Cut, ...] = ()) -> P
 
 
 def _rectilinear(corners: Corners, size: float, cuts: tuple[Cut, ...]) -> PlaneMesh:
-    """Return the cells inside of a grid through all corners."""
+    """Return the cells of a grid through all corners that lie inside the polygon."""
     (left, low), (right, high) = coordinate_range(corners)
     x = lines_through(left, right, size, [c[0] for c in corners], cuts_along(cuts, "first"))
     y = lines_through(low, high, size, [c[1] for c in corners], cuts_along(cuts, "second"))
@@ -50,7 +50,7 @@ def _rectilinear(corners: Corners, size: float, cuts: tuple[Cut, ...]) -> PlaneM
 
 
 def _bilinear(corners: Corners, size: float) -> PlaneMesh:
-    """Return a grid between opposite sides."""
+    """Return a grid between the opposite sides of a quadrilateral."""
     a, b, c, d = (np.array(p) for p in corners)
     lengths = [math.dist(*side) for side in edges(corners)]
     whole = grid(count_divisions(max(lengths[0], lengths[2]), size), count_divisions(max(lengths[1], lengths[3]), size))
@@ -63,7 +63,10 @@ def _bilinear(corners: Corners, size: float) -> PlaneMesh:
 
 
 def _split_triangles(points: Floats, cells: Ints) -> PlaneMesh:
-    """Split each triangle from its centroid to the middles of its sides; corners and centroids get one colour."""
+    """Split each triangle into three quadrilaterals, from its centroid to the middles of its sides.
+
+    Corners and centroids get one colour, middles of sides the other.
+    """
     n = len(points)
     sides = np.sort(edges_of_triangles(cells), axis=1)
     pairs, number = np.unique(sides, axis=0, return_inverse=True)
@@ -93,7 +96,7 @@ def triangulate(corners: Corners, size: float) -> tuple[Floats, Ints]:
 
 
 def _border_points(corners: Corners, size: float) -> tuple[Floats, Ints]:
-    """Return points along the sides, and the pairs of them that make up the sides (s, 2)."""
+    """Return points along the sides of the polygon, and the pairs of points (s, 2) that are border edges."""
     found: list[Floats] = []
     for a, b in edges(corners):
         n = count_divisions(math.dist(a, b), size)
@@ -105,7 +108,7 @@ def _border_points(corners: Corners, size: float) -> tuple[Floats, Ints]:
 
 
 def _inner_lattice_points(corners: Corners, border: Floats, sides: Ints, size: float) -> Floats:
-    """Return the points of an equilateral lattice that lie inside and not near the border."""
+    """Return the points of an equilateral lattice that lie inside the polygon and not near its border."""
     (left, low), (right, high) = coordinate_range(corners)
     rows = np.arange(low, high, size * math.sqrt(0.75))
     columns = np.arange(left, right + size, size)
@@ -119,7 +122,7 @@ def _inner_lattice_points(corners: Corners, border: Floats, sides: Ints, size: f
 
 
 def _distance_to_sides(points: Floats, sides: Floats) -> Floats:
-    """Return the distance (n,), m, of points (n, 2) from the nearest of sides (s, 2, 2)."""
+    """Return the distance (n,), m, between points (n, 2) and the nearest of the sides (s, 2, 2)."""
     best = np.full(len(points), np.inf)
     for a, b in sides:
         d = b - a
@@ -129,7 +132,10 @@ def _distance_to_sides(points: Floats, sides: Floats) -> Floats:
 
 
 def is_inside(corners: Corners, points: Floats) -> np.ndarray:
-    """Return which points (n, 2) lie in a polygon (n,): a ray to the right crosses its sides an odd number of times."""
+    """Return a mask (n,) of the points (n, 2) inside a polygon.
+
+    A ray from an inside point to the right crosses the sides an odd number of times.
+    """
     found = np.zeros(len(points), dtype=np.bool_)
     x, y = points.T
     for (a, b), (c, d) in edges(corners):
@@ -158,7 +164,10 @@ def _areas(points: Floats, cells: Ints) -> Floats:
 
 
 def _encroached_sides(points: Floats, sides: Ints, cells: Ints, least: float) -> np.ndarray:
-    """Return which sides (s,) are no triangle edge, or have the opposite point of a triangle in their circle."""
+    """Return a mask (s,) of the sides that must be halved.
+
+    These sides are no triangle edge, or the opposite point of a triangle lies in their diametral circle.
+    """
     n = len(points)
     own = np.sort(edges_of_triangles(cells), axis=1) @ [n, 1]
     opposite = cells[:, [2, 0, 1]].ravel()
@@ -177,7 +186,7 @@ def _encroached_sides(points: Floats, sides: Ints, cells: Ints, least: float) ->
 def _refinement_points(
     points: Floats, sides: Ints, cells: Ints, size: float, least: float
 ) -> tuple[Floats, np.ndarray]:
-    """Return circumcentres of bad triangles, some distance apart; or the sides that they come too near to."""
+    """Return circumcentres of bad triangles, some distance apart, and a mask of the sides that they are too near to."""
     X = points[cells]
     edge = np.linalg.norm(X - np.roll(X, 1, axis=1), axis=2)
     radius = edge.prod(axis=1) / (4.0 * _areas(points, cells))
@@ -201,7 +210,7 @@ def _refinement_points(
 
 
 def _circumcentres(X: Floats) -> Floats:
-    """Return the circumcentres of triangles (t, 3, 2)."""
+    """Return the circumcentres (t, 2) of triangles X (t, 3, 2)."""
     b, c = X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]
     d = 2.0 * (b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])
     bb, cc = (b**2).sum(axis=1), (c**2).sum(axis=1)
@@ -211,7 +220,7 @@ def _circumcentres(X: Floats) -> Floats:
 
 
 def _split_sides(points: Floats, sides: Ints, which: np.ndarray) -> tuple[Floats, Ints]:
-    """Split some sides at their middle."""
+    """Split the sides marked in `which` at their middle."""
     own = sides[which]
     new = len(points) + np.arange(len(own))
     halves = np.concatenate([np.stack([own[:, 0], new], axis=1), np.stack([new, own[:, 1]], axis=1)])
@@ -219,7 +228,7 @@ def _split_sides(points: Floats, sides: Ints, which: np.ndarray) -> tuple[Floats
 
 
 def _smooth(points: Floats, sides: Ints, corners: Corners) -> tuple[Floats, Ints]:
-    """Move inner points to the mean of their neighbours, as long as the worst triangle gets no worse."""
+    """Move inner points to the mean of their neighbours, as long as the worst triangle does not become worse."""
     cells = _delaunay(points, corners)
     free = np.ones(len(points), dtype=np.bool_)
     free[sides] = False
@@ -241,7 +250,7 @@ def _smooth(points: Floats, sides: Ints, corners: Corners) -> tuple[Floats, Ints
 
 
 def _worst_quality(points: Floats, cells: Ints) -> float:
-    """Return the lowest quality: 4 sqrt(3) times the area over the sum of squared edges, 1 at best."""
+    """Return the lowest triangle quality: 4 sqrt(3) times the area over the sum of squared edges, 1 at best."""
     X = points[cells]
     squares = ((X - np.roll(X, 1, axis=1)) ** 2).sum(axis=(1, 2))
     return float((4.0 * math.sqrt(3.0) * _areas(points, cells) / squares).min())

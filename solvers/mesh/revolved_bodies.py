@@ -24,8 +24,10 @@ HEXAHEDRA = "it meets its axis at a tip, or more than once"
 
 @dataclass(frozen=True)
 class Ring:
-    """A flat part of the surface around the axis: at `at` along it, from `inner` to `outer` radius (m); normal `up` or
-    down.
+    """A flat annular part of the surface, normal to the axis of revolution.
+
+    It lies at the position `at` along the axis and reaches from radius `inner` to `outer`, m. Its normal points up or
+    down along the axis (`up`).
     """
 
     at: float
@@ -35,21 +37,24 @@ class Ring:
 
 
 class Revolution(Shape):
-    """A body swept by a polygon whose corners are radii and positions along an axis from `origin`, m."""
+    """A body of revolution: a polygon revolved about an axis.
+
+    Its corners are pairs of a radius and a position along the axis from `origin`, m.
+    """
 
     if TYPE_CHECKING:
 
         @property
         def axis(self) -> Vector3:
-            """Unit vector along it."""
+            """Unit vector along the axis of revolution."""
 
         @property
         def origin(self) -> Vector3:
-            """Origin of the axial coordinate, m."""
+            """Point on the axis from which axial positions are measured, m."""
 
     @property
     def outline(self) -> Corners:
-        """Corners, counter-clockwise in the plane of (r, z), m."""
+        """Corners (r, z) of the polygon, counter-clockwise, m."""
         raise NotImplementedError(f"{type(self).__name__} has no outline")
 
     @property
@@ -59,7 +64,7 @@ class Revolution(Shape):
 
     @property
     def bounds(self) -> Bounds:
-        """Lowest and highest coordinates, m, from the circles of its corners."""
+        """Lowest and highest coordinates, m, from the circles of the corners."""
         low, high = [math.inf] * 3, [-math.inf] * 3
         for r, z in self.outline:
             for i, (o, a) in enumerate(zip(self.origin, self.axis, strict=True)):
@@ -80,7 +85,7 @@ class Revolution(Shape):
 
     @property
     def slanted(self) -> tuple[tuple[ConeSide, bool], ...]:
-        """Curved sides, and for each whether it faces away from the axis."""
+        """Curved sides, each with a flag that is True if the side faces away from the axis."""
         found, least = [], ON_AXIS * self.widest
         for (a, b), (c, d) in polygons.edges(self.outline):
             if abs(d - b) <= least or max(a, c) <= least:
@@ -96,7 +101,7 @@ class Revolution(Shape):
 
     @property
     def rings(self) -> tuple[Ring, ...]:
-        """Flat parts of the surface."""
+        """Flat parts of the surface, normal to the axis."""
         sides, least = polygons.edges(self.outline), ON_AXIS * self.widest
         return tuple(Ring(b, min(a, c), max(a, c), c < a) for (a, b), (c, d) in sides if abs(d - b) <= least)
 
@@ -108,15 +113,15 @@ class Revolution(Shape):
 
 @dataclass(frozen=True)
 class Revolved(Revolution):
-    """A polygon revolved about an axis: a body of revolution with straight edges in its section.
+    """A polygon revolved about an axis: a body of revolution whose section has straight edges.
 
     Corners are pairs of the distance from the axis (r, not negative) and the position along it (z), in either sense
-    around the polygon, each once; the last is joined to the first. A side on the axis makes it solid there. Sides must
-    not cross or touch, and none may touch the axis at a single point. Cells of the section are those of `extruded`,
-    swept around; a body whose ends are flat where it meets the axis, such as a stepped shaft, has a core of well-shaped
-    cells. Any other that meets the axis, such as one with a tip, is meshed with tetrahedra only, which are thin at the
-    axis. The mesh is inscribed: its points lie on the circles, so that a coarse mesh of linear elements has less
-    volume, or more around a hollow (the report says how much).
+    around the polygon, each once; the last is joined to the first. Where a side lies on the axis, the body is solid.
+    Sides must not cross or touch, and the polygon must not touch the axis at a single point. Cells of the section are
+    those of `extruded`, swept around the axis. A body whose ends are flat where it meets the axis, such as a stepped
+    shaft, has a core of well-shaped cells. Any other body that meets the axis, such as one with a tip, is meshed with
+    tetrahedra only, which are thin at the axis. The mesh is inscribed: its points lie on the circles, so that a coarse
+    mesh of linear elements has less volume, or more volume around a hollow (the report gives the difference).
     """
 
     gap = "not a convex body"
@@ -127,19 +132,19 @@ class Revolved(Revolution):
 
     @property
     def fault(self) -> str:
-        """Return an error of the polygon, or where it crosses its axis."""
+        """Return why the polygon is invalid, or where it crosses the axis; "" if it is valid."""
         if any(r < 0.0 for r, _ in self.corners):
             return "its section extends beyond the axis: distances from the axis must not be negative"
         return polygons.polygon_fault(self.corners) or _find_pinch(polygons.orient_counterclockwise(self.corners))
 
     @property
     def convex(self) -> bool:
-        """True if it is solid and its section convex."""
+        """True if the body is solid and its section convex."""
         return not self.fault and len(self.on_axis) > 1 and polygons.is_convex(self.outline)
 
     @property
     def outline(self) -> Corners:
-        """Corners, counter-clockwise in the plane of (r, z), m."""
+        """Corners (r, z) of the polygon, counter-clockwise, m."""
         return polygons.orient_counterclockwise(self.corners) if self.corners else ((0.0, 0.0),)
 
     @property
@@ -149,16 +154,16 @@ class Revolved(Revolution):
 
     @property
     def cored(self) -> bool:
-        """True if it meets the axis in one segment, with flat ends there."""
+        """True if the section meets the axis in one segment, with flat ends there."""
         return _has_core(self.outline)
 
     @property
     def lacks(self) -> str:
-        """Return why it has no mesh of hexahedra; "" if it has one."""
+        """Return why the body has no hexahedral mesh; "" if it has one."""
         return "" if not self.on_axis or self.cored else HEXAHEDRA
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Return cell counts of a mesh of a size (m): across the section's width and height, and around."""
+        """Return the numbers of cells for a cell `size` (m): across the section's width and height, and around."""
         (left, low), (right, high) = polygons.coordinate_range(self.outline)
         return (
             count_divisions(right - left, size),
@@ -183,7 +188,7 @@ def _on_axis(outline: Corners) -> tuple[int, ...]:
 
 @lru_cache(maxsize=64)
 def _find_pinch(outline: Corners) -> str:
-    """Return where a corner of a valid polygon touches the axis without a side along it."""
+    """Return where a corner of a valid polygon touches the axis without a side along it; "" if nowhere."""
     there = set(_on_axis(outline))
     n = len(outline)
     alone = [i for i in there if (i - 1) % n not in there and (i + 1) % n not in there]
@@ -198,7 +203,7 @@ def _find_pinch(outline: Corners) -> str:
 
 @lru_cache(maxsize=64)
 def _has_core(outline: Corners) -> bool:
-    """Return whether a polygon has one run of sides on the axis, with flat sides at its ends."""
+    """Return whether a polygon has one sequence of sides on the axis, with flat sides at its two ends."""
     there, n = _on_axis(outline), len(outline)
     if len(there) < 2:
         return False
@@ -213,11 +218,11 @@ def _has_core(outline: Corners) -> bool:
 
 @dataclass(frozen=True)
 class Cone(Revolution):
-    """A straight circular cone, solid, its axis starting at `origin`; `end = 0 mm` gives it a tip.
+    """A straight circular cone, solid, whose axis starts at `origin`; `end = 0 mm` gives it a tip.
 
-    It is meshed as a tapered cylinder: rings of well-shaped cells around a core, and at a tip cells that close over it.
-    The mesh is inscribed: its points lie on the cone, so that a coarse mesh of linear elements has less volume (the
-    report says how much). `size` is the cell size at the thickest section.
+    It is meshed as a tapered cylinder: rings of well-shaped cells around a core, and at a tip cells that close the
+    cone. The mesh is inscribed: its points lie on the cone, so that a coarse mesh of linear elements has less volume
+    (the report gives the difference). `size` is the cell size at the thickest section.
     """
 
     convex = True
@@ -230,7 +235,10 @@ class Cone(Revolution):
 
     @property
     def swept(self) -> Swept | None:
-        """The cone as discs along its axis; None if it has a tip, where a section would vanish."""
+        """The cone as a body of discs along its axis, for beam models.
+
+        None for a cone with a tip, where a section would vanish.
+        """
         from softmark.solvers.mesh.cross_sections import Disc
         from softmark.solvers.mesh.frame_shapes import tapered_member
 
@@ -250,27 +258,27 @@ class Cone(Revolution):
 
     @property
     def even(self) -> float:
-        """Cell size whose whole fractions give meshes with similar sections, m."""
+        """Cell size, m, such that this size and its whole fractions give meshes with similar sections."""
         return max(self.radius, self.end) / 2.5
 
     @property
     def gradable(self) -> tuple[str, ...]:
-        """Directions in which cells may be graded: along the axis."""
+        """Names of the coordinates along which cells may be graded: only the axis."""
         return ("along",)
 
     @property
     def spans(self) -> dict[str, Span]:
-        """Ranges of its own coordinates: fraction of the radius, angle around the axis, and position along it, m."""
+        """Ranges of the cone's coordinates: fraction of the radius, angle around the axis, axial position in m."""
         return {"share": (0.0, 1.0), "turn": (0.0, 2.0 * math.pi), "along": (0.0, self.length)}
 
     def place(self, share: float, turn: float, along: float) -> Vector3:
-        """Return the point with these own coordinates, m."""
+        """Return the point, m, at a fraction of the radius (`share`), an angle (`turn`) and a height (`along`)."""
         first, second = transverse(self.axis)
         r = share * self.at(along)
         return add_multiples(self.origin, (r * math.cos(turn), first), (r * math.sin(turn), second), (along, self.axis))
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Return cell counts of a mesh of a size (m): along the core's side, across the rings and along the axis."""
+        """Return the numbers of cells for a cell `size` (m): on the core's side, across the rings, along the axis."""
         side, rings = count_disc_cells(max(self.radius, self.end), size)
         return side, rings, count_cells(0.0, self.length, count_divisions(self.length, size), cuts_along(cuts, "along"))
 

@@ -23,7 +23,10 @@ FADE = 0.3  # length below that part with bent sections, relative to the cone
 
 
 def sweep_polygon(outline: Corners, count: int, size: float, kind: str, touches: bool, cored: bool) -> Mesh:
-    """Sweep a polygon of (r, z), counter-clockwise, around z in `count` steps. Raises UnknownElement."""
+    """Return the mesh of a counter-clockwise polygon of (r, z), m, swept around z in `count` steps.
+
+    `touches` is True if the polygon meets the axis, and `cored` if the mesh then has a core. Raises UnknownElement.
+    """
     if touches and not cored:
         return _sweep_tetrahedra(mesh_polygon(outline, size), count, kind)
     if not cored:
@@ -38,13 +41,13 @@ def _near(outline: Corners) -> float:
 
 
 def _section_angles(count: int) -> Floats:
-    """Return the angles of the sections, which match the rim points of a disc."""
+    """Return the angles (count,) of the swept sections, which match the rim points of a disc mesh."""
     turns: Floats = -0.75 * np.pi + 2.0 * np.pi * np.arange(count) / count
     return turns
 
 
 def _sweep_hexahedra(section: PlaneMesh, count: int) -> tuple[Floats, Ints, Ints]:
-    """Return hexahedra swept around z: points (n, 3), cells (m, 8), colour (n,)."""
+    """Return hexahedra swept around z: points (n, 3), cells (m, 8), point colours (n,)."""
     n, turn = len(section.points), _section_angles(count)[:, None]
     r, z = section.points.T
     points = np.stack([np.cos(turn) * r, np.sin(turn) * r, np.broadcast_to(z, (count, n))], axis=-1).reshape(-1, 3)
@@ -56,7 +59,10 @@ def _sweep_hexahedra(section: PlaneMesh, count: int) -> tuple[Floats, Ints, Ints
 
 
 def _sweep_tetrahedra(section: PlaneMesh, count: int, kind: str) -> Mesh:
-    """Return tetrahedra of swept section that meets the axis, where hexahedra become wedges. Raises UnknownElement."""
+    """Return tetrahedra swept from a section that meets the axis. Raises UnknownElement.
+
+    Hexahedra at the axis would be wedges.
+    """
     element = element_of(kind)
     if element.family != Tetrahedron.family:
         raise UnknownElement(kind)
@@ -69,7 +75,10 @@ def _sweep_tetrahedra(section: PlaneMesh, count: int, kind: str) -> Mesh:
 
 
 def _sweep_around_core(outline: Corners, radius: float, count: int, size: float, kind: str) -> Mesh:
-    """Return a section outside a core, swept around it, and the core, a disc along z. Raises UnknownElement."""
+    """Return a mesh with a core, a disc extruded along z, and the section outside it swept around the core.
+
+    Raises UnknownElement.
+    """
     least = _near(outline)
     section = mesh_polygon(
         tuple((radius, z) if r <= least else (r, z) for r, z in _drop_axis_corners(outline, least)), size
@@ -91,7 +100,7 @@ def _sweep_around_core(outline: Corners, radius: float, count: int, size: float,
 
 
 def _drop_axis_corners(outline: Corners, least: float) -> Corners:
-    """Return the outline without corners inside its stretch along the axis; the two ends of that stretch stay."""
+    """Return the outline without the corners on the axis, except the first and the last of them."""
     n = len(outline)
     on = [r <= least for r, _ in outline]
     return tuple(c for i, c in enumerate(outline) if not (on[i - 1] and on[i] and on[(i + 1) % n]))
@@ -101,7 +110,10 @@ def _drop_axis_corners(outline: Corners, least: float) -> Corners:
 
 
 def taper_disc(length: float, radius: float, end: float, size: float, kind: str, cuts: tuple[Cut, ...]) -> Mesh:
-    """Return a disc along z of linearly varying radius, m, with a cap where it is zero. Raises UnknownElement."""
+    """Return the mesh of a disc extruded along z with a linearly varying radius, m, closed where that is zero.
+
+    Raises UnknownElement.
+    """
     largest = max(radius, end)
     section = mesh_disc(largest, size)
     below = length if end else (1.0 - CAP) * length
@@ -117,7 +129,10 @@ def taper_disc(length: float, radius: float, end: float, size: float, kind: str,
 
 
 def _core_offset(section: PlaneMesh, z: Floats, tip: float) -> Floats:
-    """Return how far to shift mesh points away from a closed tip at `tip`, m: core points fully, ring points less."""
+    """Return how far mesh points are shifted away from a closed tip at `tip`, m.
+
+    Points of the core are shifted by the full amount, points of the rings by less.
+    """
     n, rings = _core_counts(section)
     core = np.concatenate([np.ones((n + 1) ** 2), np.repeat(1.0 - np.arange(1, rings + 1) / rings, 4 * n)])
     below = (1.0 - CAP) * tip
@@ -127,7 +142,7 @@ def _core_offset(section: PlaneMesh, z: Floats, tip: float) -> Floats:
 
 
 def _close_tip(section: PlaneMesh, points: Floats, cells: Ints, colour: Ints, tip: float) -> tuple[Floats, Ints, Ints]:
-    """Close cells that end at a section by shells of the core's cells, whose centre moves to a tip (m)."""
+    """Close a cone at its tip by shells of the core's cells, the centre of which moves to the tip at `tip`, m."""
     n, rings = _core_counts(section)
     top = len(points) - len(section.points) + np.arange(len(section.points))
     below = points[top[-1], 2]
@@ -156,15 +171,18 @@ def _close_tip(section: PlaneMesh, points: Floats, cells: Ints, colour: Ints, ti
 
 
 def _core_counts(section: PlaneMesh) -> tuple[int, int]:
-    """Return the cells along the side of a disc's square, and its rings, from n^2 + 4 n rings cells."""
+    """Return the numbers of cells n along the side of a disc's square and of rings around the square.
+
+    They follow from the number of cells, n^2 + 4 n rings.
+    """
     n = (len(section.points) - len(section.quads) - 1) // 2
     return n, (len(section.quads) - n**2) // (4 * n)
 
 
 def _map_square_to_disc(a: Floats, b: Floats) -> tuple[Floats, Floats]:
-    """Return the radius and angle in the unit disc of points of the square from -1 to 1, evenly spaced at the rim.
+    """Map points of the square [-1, 1]^2 to the unit disc; return radii and angles, evenly spaced at the rim.
 
-    Source: Shirley and Chiu 1997, J. Graphics Tools 2:45.
+    Source: Shirley and Chiu (1997), J. Graphics Tools 2:45.
     """
     steep = np.abs(b) > np.abs(a)
     out = np.where(steep, b, a)

@@ -1,6 +1,7 @@
-"""Shapes for rigid bodies only: defined by the distance to their surface, without a mesh.
+"""Shapes for rigid bodies only, defined by the distance to their surface, without a mesh.
 
-To add one: a class here with `meshed = False`, a line in SHAPES, and its gap in solvers/contact/gaps.
+To add a shape: write a class here with `meshed = False`, add a line to SHAPES, and add its gap function to
+solvers/contact/gaps.
 """
 
 from __future__ import annotations
@@ -27,9 +28,9 @@ def _enlarge_bounds(bounds: Bounds, by: float) -> Bounds:
 
 @dataclass(frozen=True)
 class HalfSpace(Shape):
-    """The half-space behind a plane: a table, a wall. For rigid bodies only, since it is unbounded.
+    """The half-space behind a plane, such as a table or a wall; for rigid bodies only, since it is unbounded.
 
-    `normal` points out of it, towards the bodies that may touch it.
+    `normal` points out of the half-space, towards the bodies that may touch it.
     """
 
     convex = True
@@ -47,7 +48,8 @@ class HalfSpace(Shape):
 class RoundedBox(Shape):
     """A box along x, y and z with all edges and corners rounded, for rigid bodies only.
 
-    Edges are quarters of cylinders and corners parts of spheres of radius `rounding`. A sharp one is `box`.
+    Edges are quarters of cylinders and corners are parts of spheres, with the radius `rounding`. A box with sharp edges
+    is `box`.
     """
 
     convex = True
@@ -73,7 +75,10 @@ class RoundedBox(Shape):
 
     @property
     def volume(self) -> float:
-        """Exact volume, m^3: a b c + 2 (a b + b c + c a) r + pi (a + b + c) r^2 + 4/3 pi r^3, of its flat faces."""
+        """Exact volume, m^3: a b c + 2 (a b + b c + c a) r + pi (a + b + c) r^2 + 4/3 pi r^3.
+
+        The flat faces have the edges a, b and c; r is the rounding radius.
+        """
         r = self.rounding
         a, b, c = (s - 2.0 * r for s in self.size)
         return a * b * c + 2.0 * (a * b + b * c + c * a) * r + math.pi * (a + b + c) * r**2 + 4.0 / 3.0 * math.pi * r**3
@@ -86,7 +91,7 @@ class RoundedBox(Shape):
 
 
 class RoundedRevolution(Shape):
-    """All points within `rounding` of a convex body of revolution, its core."""
+    """All points within the distance `rounding` of a convex body of revolution, called the core."""
 
     convex = True
     meshed = False
@@ -98,7 +103,7 @@ class RoundedRevolution(Shape):
 
     @property
     def core(self) -> Corners:
-        """Corners (r, z) of half of the core's section, counter-clockwise, m; z from `origin`."""
+        """Corners (r, z) of half of the core's axial section, counter-clockwise, m; z is measured from `origin`."""
         raise NotImplementedError(f"{type(self).__name__} has no core")
 
     @property
@@ -112,12 +117,15 @@ class RoundedRevolution(Shape):
 
     @property
     def bounds(self) -> Bounds:
-        """Lowest and highest coordinates, m: those of the core plus the rounding."""
+        """Lowest and highest coordinates, m: those of the core, extended by the rounding."""
         return _enlarge_bounds(self._turned.bounds, self.rounding)
 
     @property
     def volume(self) -> float:
-        """Exact volume, m^3: V + A r + M r^2 + 4/3 pi r^3 of the core, with its mean curvature M (Steiner)."""
+        """Exact volume, m^3, by Steiner's formula: V + A r + M r^2 + 4/3 pi r^3.
+
+        V, A and M are the core's volume, area and integral of mean curvature; r is the rounding radius.
+        """
         r, core = self.rounding, self._turned
         return core.volume + core.skin * r + _mean_curvature(self.core) * r**2 + 4.0 / 3.0 * math.pi * r**3
 
@@ -130,7 +138,7 @@ class RoundedRevolution(Shape):
         return triangulate_revolved(np.array(self.outline(SIDES)), self.axis, self.origin)
 
     def outline(self, sides: int) -> Corners:
-        """Return the corners (r, z) of half of its section, m, from its start on the axis; arcs have `sides` sides."""
+        """Return the corners (r, z) of half of the axial section, m, beginning on the axis; arcs have `sides` sides."""
         flats = list(polygons.edges(self.core))[:-1]  # the last is the axis
         turns = [-0.5 * math.pi, *(math.atan2(a - c, d - b) for (a, b), (c, d) in flats), 0.5 * math.pi]
         found: list[tuple[float, float]] = []
@@ -142,8 +150,9 @@ class RoundedRevolution(Shape):
 
 
 def _mean_curvature(corners: Corners) -> float:
-    """Return the integral of mean curvature of a convex body of revolution, m: pi (axial rise of sides + sum of r times
-    turn).
+    """Return the integral of the mean curvature over a convex body of revolution, m.
+
+    It is pi times the axial rise of the sides plus pi times the sum of r times the turning angle over the corners.
     """
     on_axis = [r == 0.0 for r, _ in corners]
     total = sum(math.pi * (d - b) for (a, b), (c, d) in polygons.edges(corners) if a or c)
@@ -160,7 +169,8 @@ def _mean_curvature(corners: Corners) -> float:
 class Punch(RoundedRevolution):
     """A flat punch: a straight circular cylinder with two rounded rims, for rigid bodies only.
 
-    Both ends, at `origin` and opposite, have a flat face of radius `radius - rounding`. A sharp one is `cylinder`.
+    Both ends, at `origin` and opposite, have a flat face of radius `radius - rounding`. A punch with sharp rims is
+    `cylinder`.
     """
 
     radius: Annotated[float, "m in (0, inf)", "radius of the cylinder"]
@@ -176,17 +186,18 @@ class Punch(RoundedRevolution):
 
     @property
     def core(self) -> Corners:
-        """A cylinder, smaller by the rounding on all sides."""
+        """Section of a cylinder, smaller than the punch by the rounding on all sides."""
         r, low, high = self.radius - self.rounding, self.rounding, self.length - self.rounding
         return (0.0, low), (r, low), (r, high), (0.0, high)
 
 
 @dataclass(frozen=True)
 class RoundedCone(RoundedRevolution):
-    """A circular cone with a rounded tip at `origin`, from which the axis points into the cone; for rigid bodies only.
+    """A circular cone with a rounded tip, for rigid bodies only.
 
-    `angle` is the full angle at its tip, between opposite sides. The tip is part of a sphere, and the rim of its far
-    end is rounded as well. A sharp one is `cone`.
+    The tip is at `origin`, and the axis points from there into the cone. `angle` is the full angle at the tip, between
+    opposite sides. The tip is part of a sphere, and the rim at the far end is rounded as well. A cone with a sharp tip
+    is `cone`.
     """
 
     angle: Annotated[float, "rad in (0, 3.141592]", "full angle at the tip, between opposite sides"]
@@ -197,6 +208,6 @@ class RoundedCone(RoundedRevolution):
 
     @property
     def core(self) -> Corners:
-        """A sharp cone with its tip at the centre of the rounding."""
+        """Section of a sharp cone with its tip at the centre of the rounding."""
         low, high = self.rounding, self.length - self.rounding
         return (0.0, low), ((high - low) * math.tan(0.5 * self.angle), high), (0.0, high)

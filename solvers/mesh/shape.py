@@ -1,10 +1,8 @@
 """Base classes of shapes: any shape, bodies along an axis, and straight prisms.
 
-The shapes in `shapes.py` derive from these and override them.
-
-Every member exists on every shape, with a default that means unknown, so no caller has to test for it. Fields that a
-scene sets on some shapes (`length`, `axis`) are declared for the type checker only: a dataclass would take them for the
-field's default.
+The shapes in `shapes.py` derive from these classes. Every member exists on every shape, with a default that means
+unknown, so that no caller has to test for it. Fields that a scene sets on some shapes only (`length`, `axis`) are
+declared for the type checker only, because a dataclass would take the declaration for the field's default.
 """
 
 from __future__ import annotations
@@ -34,12 +32,12 @@ Plane = tuple[float, float, float, float]
 
 
 def dot(vector: Any, unit: Sequence[float]) -> Any:
-    """Return the dot product, for numbers, arrays and bounds."""
+    """Return the dot product of a vector and a unit vector; coordinates may be numbers, arrays or bounds."""
     return sum(p * e for p, e in zip(vector, unit, strict=True) if e)
 
 
 def add_multiples(origin: Vector3, *parts: tuple[float, Vector3]) -> Vector3:
-    """Return the origin plus multiples of vectors."""
+    """Return `origin` plus multiples of vectors; each part is a pair of a factor and a vector."""
     return tuple(o + sum(c * v[i] for c, v in parts) for i, o in enumerate(origin))  # type: ignore[return-value]
 
 
@@ -74,7 +72,7 @@ def place_mesh(mesh: Mesh, axis: Vector3, origin: Vector3) -> Mesh:
 
 
 class Section:
-    """A cross-section, in coordinates from its centre along the two axes of `transverse`, m."""
+    """A cross-section; coordinates, m, are measured from its centre along the two axes of `transverse`."""
 
     @property
     def extents(self) -> tuple[float, float]:
@@ -101,32 +99,32 @@ class Section:
         raise NotImplementedError(f"{type(self).__name__} has no shear factor")
 
     def samples(self) -> list[tuple[float, float]]:
-        """Sample points of the section, m, with its corners."""
+        """Sample points of the section, m, including its corners."""
         raise NotImplementedError(f"{type(self).__name__} has no samples")
 
     def contains(self, u: float, v: float, slack: float) -> bool:
-        """Return whether a point of its plane lies inside, within `slack` (m)."""
+        """Return whether the section contains a point (u, v) of its plane, within `slack` (m)."""
         raise NotImplementedError(f"{type(self).__name__} holds no points")
 
     def outside(self, u: Floats, v: Floats) -> Floats:
-        """Return the distances (n,), m, by which points of its plane (n,) lie outside."""
+        """Return how far points (u, v) of the section's plane lie outside the section, shape (n,), m."""
         raise NotImplementedError(f"{type(self).__name__} has no outside")
 
     def outline(self, around: int) -> Floats:
-        """Return about `around` points of its border (k, 2), m, counter-clockwise."""
+        """Return about `around` points of the outer border (k, 2), m, counter-clockwise."""
         raise NotImplementedError(f"{type(self).__name__} has no outline")
 
     @property
     def hollow(self) -> float | None:
-        """Radius of its hole, m; None without a hole."""
+        """Radius of the section's hole, m; None without a hole."""
         return None
 
     def hole(self, around: int) -> Floats | None:
-        """Return as many points of the border of its hole (k, 2), m, counter-clockwise; None without a hole."""
+        """Return as many points (k, 2), m, of the hole's border, counter-clockwise; None without a hole."""
         return None
 
     def support(self, a: float, b: float) -> float:
-        """Return the largest a u + b v over the points (u, v) of a section with corners, m."""
+        """Return the largest value of a u + b v over the points (u, v) of a section with corners, m."""
         return max(a * u + b * v for u, v in self.samples())
 
     def reach(self, axis: Vector3) -> Vector3:
@@ -138,7 +136,7 @@ class Section:
 
 
 class CircularSection(Section):
-    """A section with a circular border, possibly with a concentric round hole."""
+    """A section with a circular border and possibly a concentric circular hole."""
 
     radius: float
 
@@ -153,19 +151,17 @@ class CircularSection(Section):
         return sum(self.moments)
 
     def outline(self, around: int) -> Floats:
-        """Return points of its outer border (around, 2), m, counter-clockwise."""
+        """Return points of the outer border (around, 2), m, counter-clockwise."""
         turn = 2 * math.pi * np.arange(around) / around
         circle: Floats = self.radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
         return circle
 
     def support(self, a: float, b: float) -> float:
-        """Return the largest a u + b v over its points (u, v), m."""
+        """Return the largest value of a u + b v over the points (u, v) of the section, m."""
         return self.radius * math.hypot(a, b)
 
     def reach(self, axis: Vector3) -> Vector3:
-        """Return how far the full circle extends from its centre along x, y and z, m; sampled rim points may extend
-        less.
-        """
+        """Return how far the circle extends from its centre along x, y and z, m, exactly, not by sample points."""
         x, y, z = (self.radius * math.sqrt(max(0.0, 1.0 - a * a)) for a in axis)
         return x, y, z
 
@@ -174,13 +170,13 @@ class CurvedSide:
     """A curved part of a shape's boundary, in which mesh facets are inscribed."""
 
     def of(self, corners: Floats) -> NDArray[np.bool_]:
-        """Return which facets with nodes (f, k, 3), m, approximate it (f,): all their nodes lie on it."""
+        """Return which facets, with nodes at (f, k, 3), m, have all their nodes on the side; a mask (f,)."""
         raise NotImplementedError(f"{type(self).__name__} knows no facets")
 
     def onto(self, place: Any) -> Any:
-        """Return x, y and z of points projected onto it: numbers, arrays or bounds, m.
+        """Return x, y and z of points projected onto the side, m: numbers, arrays or bounds.
 
-        A selection by distance from the side must not depend on how flat the facets are.
+        With it, a selection by distance from the side does not depend on how flat the facets are.
         """
         raise NotImplementedError(f"{type(self).__name__} has no places")
 
@@ -207,17 +203,17 @@ class Shape:
 
     @property
     def file(self) -> str:
-        """File that it is read from; "" if none."""
+        """File from which the shape is read; "" if none."""
         return ""
 
     @property
     def bounds(self) -> Bounds | None:
-        """Lowest and highest coordinates, m; None if only its file gives them."""
+        """Lowest and highest coordinates, m; None if they are known only from a file."""
         return None
 
     @property
     def diagonal(self) -> float:
-        """Diagonal of its bounds, m; 0 without bounds."""
+        """Diagonal of the bounding box, m; 0 if there are no bounds."""
         return 0.0 if self.bounds is None else math.dist(*self.bounds)
 
     @property
@@ -227,7 +223,7 @@ class Shape:
 
     @property
     def least(self) -> float:
-        """Lower bound of its volume, m^3, known without its surface."""
+        """Lower bound of the volume, m^3, computed without the surface."""
         return self.volume or 0.0
 
     @property
@@ -237,58 +233,58 @@ class Shape:
 
     @property
     def gradable(self) -> tuple[str, ...]:
-        """Coordinates of the shape along which meshes can be graded."""
+        """Names of the coordinates along which cells may be graded."""
         return ()
 
     @property
     def lacks(self) -> str:
-        """Return why it has no mesh of hexahedra; "" if it has one, and for a file."""
+        """Return why the shape has no hexahedral mesh; "" if it has one, or is read from a file."""
         return ""
 
     @property
     def even(self) -> float | None:
-        """Cell size whose whole fractions give similar meshes, m; None if there is no such size."""
+        """Cell size, m, such that this size and its whole fractions give similar meshes; None if there is none."""
         return None
 
     @property
     def spans(self) -> dict[str, Span]:
-        """Ranges of its own coordinates; empty if meshes cannot be cut along them."""
+        """Ranges of the shape's own coordinates; empty if meshes cannot be cut along them."""
         return {}
 
     @property
     def swept(self) -> Swept | None:
-        """Equivalent body of sections along an axis, as beam models need; None if there is none."""
+        """Equivalent body with sections along an axis, as beam models need; None if there is none."""
         return None
 
     def place(self, *args: Any, **kwargs: Any) -> Vector3:
-        """Return the point with these own coordinates, m."""
+        """Return the point, m, with given values of the shape's own coordinates."""
         raise NotImplementedError(f"{type(self).__name__} has no coordinates of its own")
 
     def chord(self, plane: Plane) -> Cut | None:
-        """Return the cut of a plane a x + b y + c z + d = 0 across its section, if a mesh can have one."""
+        """Return the cut across the section at the plane a x + b y + c z + d = 0; None if a mesh cannot have it."""
         return None
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...] | None:
-        """Return cell counts of a mesh of a size (m) along its directions; None if the size does not determine them."""
+        """Return the numbers of cells along the mesh's directions for a cell `size` (m); None if undetermined."""
         return None
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Return a mesh of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
+        """Return a mesh of the element `kind`, edges of about `size` (m), nodes on `cuts`. Raises UnknownElement."""
         raise NotImplementedError(f"{type(self).__name__} has no mesh")
 
     def named(self, kind: str | None = None) -> Mesh:
-        """Return the mesh of a file with its groups, as an element; without one, the file's own cells."""
+        """Return the mesh of a file with its named groups, as the element `kind` or with the file's own cells."""
         raise NotImplementedError(f"{type(self).__name__} reads no file")
 
     def surface(self, size: float) -> Surface:
-        """Return points (n, 3) in m and triangles (t, 3) of its surface, outward, with edges of about `size` (m)."""
+        """Return points (n, 3), m, and triangles (t, 3) of the surface, outward, with edges of about `size` (m)."""
         from softmark.solvers.mesh.mesh import boundary_surface
 
         return boundary_surface(self.mesh(Tetrahedron.linear, size))
 
     @property
     def sides(self) -> tuple[CurvedSide, ...]:
-        """Curved parts of its boundary."""
+        """Curved parts of the boundary."""
         return ()
 
     def contains(self, point: Vector3) -> bool:
@@ -301,14 +297,14 @@ class Shape:
 
 
 class Swept(Shape):
-    """A body with a cross-section along an axis, as beam models need.
+    """A body with cross-sections along an axis, as beam models need.
 
-    For a tapered body, `section` encloses all its sections, and `section_at` returns each.
+    For a tapered body, `section` encloses all its sections, and `section_at` returns the section at a station.
     """
 
     @property
     def tapered(self) -> bool:
-        """True if its sections differ."""
+        """True if the sections of the body differ."""
         return False
 
     if TYPE_CHECKING:
@@ -336,16 +332,16 @@ class Swept(Shape):
 
     @property
     def bend(self) -> float:
-        """Curvature of its axis, 1/m."""
+        """Curvature of the axis, 1/m."""
         return 0.0
 
     @property
     def slope(self) -> float:
-        """Rate at which half of its widest extent changes along the axis."""
+        """Rate of change of half of the widest extent along the axis."""
         return 0.0
 
     def section_at(self, station: float) -> Section:
-        """Return the cross-section at a station, m from the root."""
+        """Return the cross-section at a station: a distance from the root along the axis, m."""
         return self.section
 
     def centre(self, station: float) -> Vector3:
@@ -353,9 +349,7 @@ class Swept(Shape):
         raise NotImplementedError(f"{type(self).__name__} has no axis")
 
     def frame(self, station: float) -> tuple[Vector3, Vector3, Vector3]:
-        """Return the unit vectors of the section at a station, right-handed: along the axis, first and second section
-        axis.
-        """
+        """Return the unit vectors at a station, right-handed: along the axis, and the two axes of the section."""
         raise NotImplementedError(f"{type(self).__name__} has no axis")
 
     def slab(self, first: float, last: float) -> Bounds:
@@ -363,7 +357,7 @@ class Swept(Shape):
         raise NotImplementedError(f"{type(self).__name__} has no axis")
 
     def own(self, point: Vector3) -> Vector3:
-        """Return a point's station and its position in the section there, m; stations continue beyond the ends."""
+        """Return a point's station and two section coordinates, m; stations continue beyond the ends."""
         raise NotImplementedError(f"{type(self).__name__} has no axis")
 
     def stations(self, X: Floats) -> Floats:
@@ -371,7 +365,7 @@ class Swept(Shape):
         return self.coordinates(X)[0]
 
     def coordinates(self, X: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the stations and section coordinates (see `own`) of points (n, 3), m, as three arrays (n,)."""
+        """Return the stations and both section coordinates of points X (n, 3), as three arrays (n,), m."""
         s, u, v = np.array([self.own(tuple(point)) for point in X.tolist()]).reshape(-1, 3).T
         return s, u, v
 
@@ -400,7 +394,7 @@ class Swept(Shape):
 
 
 class Prism(Swept):
-    """A straight body of one cross-section."""
+    """A straight body with one cross-section."""
 
     def centre(self, station: float) -> Vector3:
         """Return the centre of the section at a station, m from the root."""
@@ -408,7 +402,7 @@ class Prism(Swept):
         return x, y, z
 
     def frame(self, station: float) -> tuple[Vector3, Vector3, Vector3]:
-        """Return the unit vectors of all sections: along the axis, and across it."""
+        """Return the unit vectors of all sections: along the axis, and the two axes of the section."""
         return self.axis, *transverse(self.axis)
 
     def slab(self, first: float, last: float) -> Bounds:
@@ -418,13 +412,13 @@ class Prism(Swept):
         return (x[0], y[0], z[0]), (x[1], y[1], z[1])
 
     def own(self, point: Vector3) -> Vector3:
-        """Return a point's station and its position in the section, m."""
+        """Return a point's station and its two section coordinates, m."""
         offset = [p - r for p, r in zip(point, self.root, strict=True)]
         s, u, v = (sum(a * o for a, o in zip(t, offset, strict=True)) for t in self.frame(0.0))
         return s, u, v
 
     def coordinates(self, X: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the stations and section coordinates (see `own`) of points (n, 3), m, as three arrays (n,)."""
+        """Return the stations and both section coordinates of points X (n, 3), as three arrays (n,), m."""
         offset = X - np.array(self.root)
         s, u, v = (offset @ np.array(t) for t in self.frame(0.0))
         return s, u, v
@@ -437,7 +431,7 @@ def _section_extent(shape: Prism) -> Vector3:
 
 
 class RoundPrism(Prism):
-    """A straight body of circular section, its axis starting at `origin`."""
+    """A straight body of circular section, whose axis starts at `origin`."""
 
     if TYPE_CHECKING:
 
@@ -456,25 +450,23 @@ class RoundPrism(Prism):
 
     @property
     def gradable(self) -> tuple[str, ...]:
-        """Directions in which cells may be graded: along the axis, and across a wall."""
+        """Names of the coordinates along which cells may be graded: along the axis, and across a wall."""
         return ("along",) if self.section.hollow is None else ("radius", "along")
 
     @property
     def spans(self) -> dict[str, Span]:
-        """Ranges of its own coordinates: radius and axial position, m, and angle from the first transverse axis."""
+        """Ranges of radius and axial position, m, and of the angle from the first transverse axis, rad."""
         inner = self.section.hollow or 0.0
         return {"radius": (inner, self.radius), "turn": (0.0, 2.0 * math.pi), "along": (0.0, self.length)}
 
     def place(self, radius: float, turn: float, along: float) -> Vector3:
-        """Return the point with these own coordinates, m."""
+        """Return the point, m, at a radius, an angle (`turn`, rad) and an axial position (`along`)."""
         first, second = transverse(self.axis)
         u, v = radius * math.cos(turn), radius * math.sin(turn)
         return add_multiples(self.origin, (u, first), (v, second), (along, self.axis))
 
     def chord(self, plane: Plane) -> Cut | None:
-        """Return the cut of a plane a x + b y + c z + d = 0 parallel to the axis; None if it is not parallel, or
-        outside.
-        """
+        """Return the cut at the plane a x + b y + c z + d = 0; None if not parallel to the axis or outside."""
         normal = plane[:3]
         norm = math.hypot(*normal)
         if norm == 0.0 or abs(dot(normal, self.axis)) > 1e-9 * norm:

@@ -1,4 +1,4 @@
-"""Surface triangulations without a mesh: bodies along an axis, bodies of revolution, and rounded boxes."""
+"""Triangulated surfaces made without a mesh: bodies along an axis, bodies of revolution, and rounded boxes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ QUARTER = 4  # facets of half of a rounded edge
 
 
 def triangulate_swept(shape: Swept, around: int = AROUND, along: int = ALONG) -> tuple[Floats, Ints]:
-    """Return points (n, 3) in m and triangles (t, 3), outward, of a body along an axis."""
+    """Return points (n, 3), m, and triangles (t, 3), facing outward, of the surface of a body along an axis."""
     stations = np.linspace(0.0, shape.length, along + 1).tolist()
     sections = [shape.section_at(s) for s in stations]
     rings = np.array([section.outline(around) for section in sections])  # (along + 1, k, 2), counter-clockwise
@@ -41,7 +41,7 @@ def triangulate_swept(shape: Swept, around: int = AROUND, along: int = ALONG) ->
 
 
 def _hollow_tube_triangles(outer: Floats, inner: Floats, k: int, along: int) -> tuple[Floats, Ints]:
-    """Return the outer and inner side of rings of k points, and a ring between them at each end."""
+    """Return the surface of a hollow body: its outer and inner side, from rings of k points, and both end faces."""
     i = np.arange(k)
     j = (i + 1) % k
     rows = [_triangles_between_rings(k * s, i, j, k) for s in range(along)]
@@ -53,7 +53,7 @@ def _hollow_tube_triangles(outer: Floats, inner: Floats, k: int, along: int) -> 
 
 
 def _triangles_between_rings(start: int, i: Ints, j: Ints, k: int) -> Ints:
-    """Return two triangles for each quadrilateral between a ring and the next."""
+    """Return two triangles for each quadrilateral between successive rings of k points."""
     a, b, c, d = start + i, start + j, start + j + k, start + i + k
     return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
 
@@ -63,8 +63,9 @@ def _fan(centre: int, i: Ints, j: Ints) -> Ints:
 
 
 def triangulate_revolved(outline: Floats, axis: Vector3, origin: Vector3, around: int = AROUND) -> tuple[Floats, Ints]:
-    """Return points (n, 3) in m and triangles (t, 3), outward, of a revolved outline (m, 2) of r and z from pole to
-    pole.
+    """Return points (n, 3), m, and triangles (t, 3), facing outward, of a revolved outline.
+
+    `outline` (m, 2) are radii r and axial positions z, m, from one end on the axis to the other.
     """
     a = 2.0 * np.pi * np.arange(around) / around
     ends, sides = outline[[0, -1], 1], outline[1:-1]
@@ -79,7 +80,7 @@ def triangulate_revolved(outline: Floats, axis: Vector3, origin: Vector3, around
 
 
 def triangulate_rounded_box(size: Vector3, rounding: float, origin: Vector3) -> tuple[Floats, Ints]:
-    """Return points (n, 3) in m and triangles (t, 3), outward, of a box with rounded edges."""
+    """Return points (n, 3), m, and triangles (t, 3), facing outward, of a box with rounded edges."""
     half, edge = 0.5 * np.array(size), rounding * np.tan(np.linspace(0.0, 0.25 * np.pi, QUARTER + 1))
     core, points, triangles = half - rounding, list[Floats](), list[Ints]()
     ends = [np.concatenate([-(c + edge[::-1]), c + edge]) for c in core]
@@ -100,7 +101,7 @@ def triangulate_rounded_box(size: Vector3, rounding: float, origin: Vector3) -> 
 
 
 def _lattice_triangles(n: int, m: int, flipped: bool) -> Ints:
-    """Return two triangles for each cell of n x m points."""
+    """Return two triangles for each cell of a lattice of n x m points; `flipped` reverses their orientation."""
     p = np.arange(n * m).reshape(n, m)
     a, b, c, d = p[:-1, :-1].ravel(), p[1:, :-1].ravel(), p[1:, 1:].ravel(), p[:-1, 1:].ravel()
     found = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])

@@ -1,9 +1,9 @@
-"""Shapes of bodies in scenes. To add one: a class here or in a new file, and a line in SHAPES.
+"""Shapes of bodies in scenes. To add a shape: write a class here or in a new file, and add a line to SHAPES.
 
 A shape derives from `Shape` (shape.py) and makes a mesh only on request. A straight prism derives from `Prism`: it has
-`section`, `length`, `axis` and `root`, which is all that a beam model needs; one of circular section derives from
-`RoundPrism`. A shape with `spans` has coordinates of its own: its meshes accept `cuts`, surfaces on which one of these
-is constant, and put nodes there.
+`section`, `length`, `axis` and `root`, which is all that a beam model needs. A prism of circular section derives from
+`RoundPrism`. A shape with `spans` has coordinates of its own: its meshes accept `cuts`, which are surfaces of constant
+coordinate, and have nodes there.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Cylinder(RoundPrism):
-    """A straight circular cylinder, its axis starting at `origin`.
+    """A straight circular cylinder, whose axis starts at `origin`.
 
     It is meshed with rings of well-shaped cells around a square core. The mesh is inscribed: its points lie on the
-    cylinder, so a coarse mesh has less volume (the report says how much).
+    cylinder, so a coarse mesh has less volume (the report gives the difference).
     """
 
     convex = True
@@ -66,11 +66,11 @@ class Cylinder(RoundPrism):
 
     @property
     def even(self) -> float:
-        """Cell size whose whole fractions give meshes with similar sections, m."""
+        """Cell size, m, such that this size and its whole fractions give meshes with similar sections."""
         return self.radius / 2.5
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Return cell counts of a mesh of a size (m): along the square's side, across the rings and along the axis."""
+        """Return the numbers of cells for a cell `size` (m): on the square's side, across the rings, along the axis."""
         side, rings = count_disc_cells(self.radius, size)
         core, *outer = circle_radii(self.radius, size, cuts)
         rings = count_divisions(0.4 * core, size) + len(outer) if outer else rings
@@ -114,7 +114,7 @@ class Box(Prism):
 
     @property
     def section(self) -> Rectangle:
-        """The cross-section normal to the longest edge, along `transverse(axis)`."""
+        """The cross-section normal to the longest edge; its axes are those of `transverse(axis)`."""
         extents = [sum(abs(t[i]) * self.size[i] for i in range(3)) for t in transverse(self.axis)]
         return Rectangle(extents[0], extents[1])
 
@@ -138,25 +138,28 @@ class Box(Prism):
 
     @property
     def even(self) -> float:
-        """Cell size whose whole fractions divide the shortest edge evenly, m."""
+        """Cell size, m, such that this size and its whole fractions divide the shortest edge evenly."""
         return min(self.size) / 2
 
     @property
     def gradable(self) -> tuple[str, ...]:
-        """Directions in which cells may be graded: all."""
+        """Names of the coordinates along which cells may be graded: all three."""
         return ("x", "y", "z")
 
     @property
     def spans(self) -> dict[str, Span]:
-        """Ranges of its own coordinates x, y and z, m."""
+        """Ranges of the coordinates x, y and z, m."""
         return {n: (o, o + s) for n, o, s in zip("xyz", self.origin, self.size, strict=True)}
 
     def place(self, x: float, y: float, z: float) -> Vector3:
-        """Return the point with these own coordinates, m."""
+        """Return the point with coordinates x, y and z, m."""
         return x, y, z
 
     def _turned(self, cuts: tuple[Cut, ...]) -> tuple[Cut, ...]:
-        """Return cuts in the mesh's coordinates before it is placed: along the axis, and along the section's edges."""
+        """Return cuts of x, y and z as cuts along the axis and along the edges of the section.
+
+        These are the coordinates of the mesh before it is rotated into place.
+        """
         frame = dict(zip(("first", "second", "along"), (*transverse(self.axis), self.axis), strict=True))
         found = []
         for cut in cuts:
@@ -166,7 +169,7 @@ class Box(Prism):
         return tuple(found)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Return cell counts of a mesh of a size (m): along both edges of the section and along the longest."""
+        """Return the numbers of cells for a cell `size` (m): along both edges of the section and the longest edge."""
         nx, ny = count_rectangle_cells(self.section.width, self.section.height, size)
         w, h, own = self.section.width / 2, self.section.height / 2, self._turned(cuts)
         return (
@@ -188,18 +191,21 @@ class Box(Prism):
 class MeshFile(Shape):
     """A mesh read from a file, in any format that meshio supports (VTK, VTU, Abaqus, ...), or Gmsh.
 
-    Its cells are used as they are, so `size` of a model does not apply: tetrahedra of four or ten nodes, or hexahedra
-    of eight, 20 or 27; those of eight are split if a model needs tetrahedra. `five` tetrahedra for each hexahedron,
-    with matching faces, need a mesh whose points can be coloured like a chessboard. `repeated` are five, cut alike in
-    every hexahedron; `alternating` are six, mirrored by the hexahedron's number, as SOFA split meshes in 2008; `kuhn`
-    are six around one diagonal. The faces of these three need not match: cells may then penetrate each other when they
-    deform, and the three serve to reproduce published results.
-    Points that no cell uses are dropped; inverted cells are reordered, flat cells are an error. Coincident nodes
+    The cells are used as they are, so the `size` of a model does not apply. They are tetrahedra of four or ten nodes,
+    or hexahedra of eight, 20 or 27 nodes. Hexahedra of eight nodes are split if a model needs tetrahedra, in one of
+    four ways. `five` makes five tetrahedra of each hexahedron, with matching faces; it needs a mesh whose points can be
+    coloured like a chessboard. `repeated` makes five tetrahedra, cut alike in every hexahedron. `alternating` makes
+    six, mirrored by the hexahedron's number, as SOFA split meshes in 2008. `kuhn` makes six around one diagonal. The
+    faces of the last three need not match: cells may then penetrate each other when they deform, so these three serve
+    only to reproduce published results.
+
+    Points that no cell uses are dropped; inverted cells are reordered; flat cells are an error. Coincident nodes
     (nearer than 1e-6 of the extent and a hundredth of the shortest edge) separate parts of a mesh that looks connected:
     they are an error, unless `coincident = merge` joins them or `keep` declares a slit.
+
     Parts that share no face, faces of three cells and self-intersecting meshes are errors. Pieces that share no node
-    are an error too, unless `pieces = keep` declares a body in several pieces: only supports, contact
-    (`self_contact(BODY)`) or glue (`tied(BODY)`) then connect one piece to another.
+    are an error too, unless `pieces = keep` declares a body in several pieces: then only supports, contact
+    (`self_contact(BODY)`) or glue (`tied(BODY)`) connect one piece to another.
     """
 
     prebuilt = True
@@ -226,20 +232,26 @@ class MeshFile(Shape):
         return convert_cells(read_cells(self.path, self.unit, self.coincident, pieces=self.pieces), kind, self.split)
 
     def named(self, kind: str | None = None) -> Mesh:
-        """Return the mesh with the file's groups; without an element, the file's own cells. Raises as `mesh`."""
+        """Return the mesh with its named groups, as the element `kind`, or by default with the file's own cells.
+
+        Raises the errors of `mesh`.
+        """
         from softmark.solvers.mesh.files.mesh_reader import convert_cells, read_cells
 
         whole = read_cells(self.path, self.unit, self.coincident, named=True, pieces=self.pieces)
         return whole if kind is None else convert_cells(whole, kind, self.split)
 
     def surface(self, size: float = 0.0) -> Surface:
-        """Return points (n, 3) in m and triangles (t, 3) of its boundary or triangle file. Raises UnreadableMesh."""
+        """Return points (n, 3), m, and triangles (t, 3) of the mesh boundary, or of a surface file.
+
+        Raises UnreadableMesh.
+        """
         from softmark.solvers.mesh.files.mesh_reader import read_surface
 
         return read_surface(self.path, self.unit, self.coincident, self.pieces)
 
     def points(self) -> Floats:
-        """Return the points of the file that its cells use (n, 3), m, in file order. Raises UnreadableMesh."""
+        """Return the points (n, 3), m, that the cells of the file use, in file order. Raises UnreadableMesh."""
         from softmark.solvers.mesh.files.mesh_reader import read_points
 
         return read_points(self.path, self.unit)

@@ -1,7 +1,7 @@
-"""Clipping of segments, triangles and tetrahedra by surfaces, so that every piece lies on one side of each.
+"""Clipping of segments, triangles and tetrahedra by surfaces: every piece lies on one side of each surface.
 
-It is exact for planes. A curved surface is intersected with the edges of pieces that are small compared with its
-radius: the error is of third order in their size.
+Clipping by planes is exact. A curved surface is intersected with the edges of pieces that are small compared with its
+radius; the error is of third order in their size.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ ROUNDS = 64  # largest number of cutting rounds: each cuts one edge of every pie
 
 @dataclass(frozen=True)
 class Pieces:
-    """Simplices `corners` (p, k, 3), m, and the number of the original that each is a part of (p,)."""
+    """Simplices with `corners` (p, k, 3), m, and the number (p,) of the original simplex of each."""
 
     corners: Floats
     of: Ints
 
     @property
     def sizes(self) -> Floats:
-        """Lengths, areas or volumes (p,) in m, m^2 or m^3: sqrt(det(E E^T)) / (k - 1)! of the edges E."""
+        """Lengths, areas or volumes (p,), m, m^2 or m^3: sqrt(det(E E^T)) / (k - 1)! with the edge vectors E."""
         E = self.corners[:, 1:] - self.corners[:, :1]
         gram = np.einsum("pik,pjk->pij", E, E)
         sizes: Floats = np.sqrt(np.maximum(np.linalg.det(gram), 0.0)) / math.factorial(E.shape[1])
@@ -41,11 +41,14 @@ class Pieces:
         return middles
 
     def chosen(self, which: Ints) -> Pieces:
-        """Return selected pieces."""
+        """Return the pieces with the numbers `which`."""
         return Pieces(self.corners[which], self.of[which])
 
     def cut(self, level: Callable[[Floats], Floats], slack: float, curved: bool) -> Pieces:
-        """Return pieces cut where a level (n, 3) -> (n,) changes sign; values within `slack` of zero count as zero."""
+        """Return the pieces, cut at the surface where the function `level`, (n, 3) -> (n,), changes sign.
+
+        Values within `slack` of zero count as zero. `curved` is True if the surface is not a plane.
+        """
         corners, of, done = self.corners, self.of, []
         k = corners.shape[1]
         v = _snap_to_zero(level(corners.reshape(-1, 3)).reshape(-1, k), slack)
@@ -64,7 +67,7 @@ class Pieces:
         return Pieces(np.concatenate([c for c, _ in done]), np.concatenate([o for _, o in done]))
 
     def refined(self) -> Pieces:
-        """Return each piece halved across its longest edge."""
+        """Return both halves of each piece, cut across its longest edge."""
         k = self.corners.shape[1]
         i, j = np.triu_indices(k, 1)
         edge = np.linalg.norm(self.corners[:, i] - self.corners[:, j], axis=2).argmax(axis=1)
@@ -76,7 +79,7 @@ class Pieces:
 
 
 def join_pieces(one: Pieces, other: Pieces) -> Pieces:
-    """Return two sets of pieces as one."""
+    """Return two sets of pieces as one set."""
     return Pieces(np.concatenate([one.corners, other.corners]), np.concatenate([one.of, other.of]))
 
 
@@ -87,7 +90,7 @@ def _snap_to_zero(v: Floats, slack: float) -> Floats:
 def _split_simplices(
     corners: Floats, v: Floats, i: Ints, j: Ints, level: Callable[[Floats], Floats] | None
 ) -> tuple[Floats, Floats]:
-    """Split every simplex into two that share the point at which the border crosses its edge from corner i to j."""
+    """Split every simplex in two at the point where the surface crosses its edge from corner i to corner j."""
     n = np.arange(len(corners))
     a, b = corners[n, i], corners[n, j]
     t = v[n, i] / (v[n, i] - v[n, j])
@@ -100,7 +103,7 @@ def _split_simplices(
 
 
 def _crossing_fraction(a: Floats, b: Floats, above: Any, level: Callable[[Floats], Floats]) -> Floats:
-    """Return the fraction, 0 to 1 (n,), of the way from a to b (n, 3) at which the level changes sign."""
+    """Return the fractions (n,) of the way from a to b, both (n, 3), at which the level function changes sign."""
     low, high = np.zeros(len(a)), np.ones(len(a))
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)

@@ -1,6 +1,6 @@
 """Spheres, ellipsoids and spherical shells, whole or cut by planes of symmetry.
 
-To add a round body: derive it from `RoundBody`, define its semi-axes and its hollow, and add a line in SHAPES.
+To add a body: derive it from `RoundBody`, define its semi-axes and its hollow, and add a line to SHAPES.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ KEPT = {"whole": 0, "half": 1, "quarter": 2, "octant": 3}  # number of the axes 
 
 
 class RoundBody(Shape):
-    """An ellipsoid, or the shell between two similar ones, with axes along x, y and z."""
+    """An ellipsoid, or the shell between two similar ellipsoids, with axes along x, y and z."""
 
     origin: Vector3
     part: Part
 
     @property
     def outer(self) -> Vector3:
-        """Semi-axes, m."""
+        """Outer semi-axes along x, y and z, m."""
         raise NotImplementedError(f"{type(self).__name__} has no semi-axes")
 
     @property
     def hollow(self) -> float:
-        """Ratio of the hollow's semi-axes to the outer ones; 0 without a hollow."""
+        """Ratio of the semi-axes of the hollow to the outer semi-axes; 0 without a hollow."""
         return 0.0
 
     @property
     def kept(self) -> int:
-        """Number of the directions x, y, z along which only the half with the higher coordinates is kept."""
+        """Number of the axes x, y, z along which only the half with the higher coordinates is kept."""
         return KEPT[self.part]
 
     @property
@@ -58,7 +58,7 @@ class RoundBody(Shape):
 
     @property
     def even(self) -> float | None:
-        """Cell size whose whole fractions give similar meshes, m; None for a hollow body."""
+        """Cell size, m, such that this size and its whole fractions give similar meshes; None for a hollow body."""
         return None if self.hollow else max(self.outer) / 2.5
 
     def contains(self, point: Vector3) -> bool:
@@ -68,13 +68,14 @@ class RoundBody(Shape):
 
     @property
     def gradable(self) -> tuple[str, ...]:
-        """Directions in which cells may be graded: across a wall."""
+        """Names of the coordinates along which cells may be graded: across the wall of a hollow body."""
         return ("radius",) if self.hollow else ()
 
     @property
     def spans(self) -> dict[str, Span]:
-        """Ranges of its own coordinates: distance from the centre along the longest axis, m, angles around z and from
-        it.
+        """Ranges of the body's coordinates: radius, m, and two angles.
+
+        The radius is the distance from the centre along the longest axis. The angles are around the z axis and from it.
         """
         largest, turn = max(self.outer), {0: (0.0, 2.0), 1: (-0.5, 0.5)}.get(self.kept, (0.0, 0.5))
         tilt = 0.5 if self.kept == 3 else 1.0
@@ -85,14 +86,14 @@ class RoundBody(Shape):
         }
 
     def place(self, radius: float, turn: float, tilt: float) -> Vector3:
-        """Return the point with these own coordinates, m."""
+        """Return the point, m, at a radius, an angle around the z axis (`turn`) and one from it (`tilt`)."""
         way = (math.sin(tilt) * math.cos(turn), math.sin(tilt) * math.sin(turn), math.cos(tilt))
         share = radius / max(self.outer)
         x, y, z = (o + share * a * w for o, a, w in zip(self.origin, self.outer, way, strict=True))
         return x, y, z
 
     def _radii(self, size: float, cuts: tuple[Cut, ...]) -> tuple[float, ...]:
-        """Return the radii (m) at which shells end, outward from the hollow or the core, with those of cuts."""
+        """Return the radii (m) at which shells of cells end, outward from the hollow or the core, including cuts."""
         largest = max(self.outer)
         if not self.hollow:
             return tuple(circle_radii(largest, size, cuts))
@@ -102,7 +103,7 @@ class RoundBody(Shape):
         return tuple(grid_lines(low, largest, count, cuts_along(cuts, "radius")) or even)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Return cell counts of a mesh of a size (m): along a quarter of its largest circle, and across its shells."""
+        """Return the numbers of cells for a cell `size` (m): on a quarter of the largest circle, across the shells."""
         core, *beyond = self._radii(size, cuts)
         inner = 0 if self.hollow else count_divisions(0.4 * core, size)
         return 2 * count_divisions(math.pi * max(self.outer) / 4, size), inner + len(beyond)
@@ -122,7 +123,7 @@ class RoundBody(Shape):
         return curve_sides(mesh_blocks(blocks, kind, stretch, self.origin, self.kept), self.sides, self.within(cuts))
 
     def within(self, cuts: tuple[Cut, ...]) -> tuple[EllipsoidSide, ...]:
-        """Return the concentric ellipsoids at cuts of its radius."""
+        """Return the ellipsoids inside the body at the radii of cuts."""
         return tuple(self._like(cut.at / max(self.outer)) for cut in cuts_along(cuts, "radius"))
 
     def _like(self, share: float) -> EllipsoidSide:
@@ -131,7 +132,7 @@ class RoundBody(Shape):
 
     @property
     def sides(self) -> tuple[EllipsoidSide, ...]:
-        """Outer surface, and the surface of the hollow."""
+        """Outer surface, and the surface of the hollow if there is one."""
         return tuple(self._like(share) for share in ((1.0, self.hollow) if self.hollow else (1.0,)))
 
 
@@ -140,20 +141,20 @@ class Sphere(RoundBody):
     """A solid sphere, or a part of it cut by planes of symmetry.
 
     It is meshed with shells of well-shaped cells around a rounded cube. The mesh is inscribed: its points lie on the
-    sphere, so that a coarse mesh of linear elements has less volume (the report says how much). A half is the one with
-    higher x, a quarter that with higher x and y, an octant that with higher x, y and z than the centre: with
-    `symmetric(...)` on its planes it represents the whole.
+    sphere, so that a coarse mesh of linear elements has less volume (the report gives the difference). A half is the
+    part with higher x than the centre, a quarter the part with higher x and y, an octant the part with higher x, y and
+    z: with `symmetric(...)` on its planes it represents the whole sphere.
     """
 
     convex = True
 
-    radius: Annotated[float, "m in (0, inf)", "its radius"]
-    origin: Annotated[Vector3, "m", "its centre"] = (0.0, 0.0, 0.0)
+    radius: Annotated[float, "m in (0, inf)", "radius of the sphere"]
+    origin: Annotated[Vector3, "m", "centre"] = (0.0, 0.0, 0.0)
     part: Annotated[Part, "the whole, or the part on one side of its planes of symmetry"] = "whole"
 
     @property
     def outer(self) -> Vector3:
-        """Semi-axes, m."""
+        """Outer semi-axes, all equal to the radius, m."""
         return self.radius, self.radius, self.radius
 
 
@@ -168,7 +169,7 @@ class Ellipsoid(RoundBody):
     convex = True
 
     semiaxes: Annotated[Vector3, "m in (0, inf)", "half the extents along x, y and z"]
-    origin: Annotated[Vector3, "m", "its centre"] = (0.0, 0.0, 0.0)
+    origin: Annotated[Vector3, "m", "centre"] = (0.0, 0.0, 0.0)
     part: Annotated[Part, "the whole, or the part on one side of its planes of symmetry"] = "whole"
 
     @property
@@ -181,13 +182,13 @@ class Ellipsoid(RoundBody):
 class SphericalShell(RoundBody):
     """The region between two concentric spheres, or a part of it cut by planes of symmetry.
 
-    It is meshed with shells of hexahedra, or of tetrahedra made of them. The mesh is inscribed in both spheres: a
-    coarse one of linear elements has less volume (the report says how much). The parts are those of `sphere`.
+    It is meshed with shells of hexahedra, or of tetrahedra made of them. The mesh is inscribed in both spheres, so that
+    a coarse mesh of linear elements has less volume (the report gives the difference). The parts are those of `sphere`.
     """
 
     radius: Annotated[float, "m in (0, inf)", "outer radius"]
     inner: Annotated[float, "m in (0, inf)", "inner radius"]
-    origin: Annotated[Vector3, "m", "its centre"] = (0.0, 0.0, 0.0)
+    origin: Annotated[Vector3, "m", "centre"] = (0.0, 0.0, 0.0)
     part: Annotated[Part, "the whole, or the part on one side of its planes of symmetry"] = "whole"
 
     @property
@@ -202,5 +203,5 @@ class SphericalShell(RoundBody):
 
     @property
     def hollow(self) -> float:
-        """Ratio of the hollow's radius to the outer one."""
+        """Ratio of the inner radius to the outer radius."""
         return self.inner / self.radius

@@ -1,4 +1,4 @@
-"""Spring networks along a mesh: its edges, and for hexahedra also diagonals that keep them from folding."""
+"""Spring networks on a mesh: its edges, and for hexahedra also diagonals that keep them from folding."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ PULL = 0.01  # weight towards a cube's shares, where the solution is not unique
 
 @dataclass(frozen=True)
 class SpringNetwork:
-    """Springs, each once: node pairs `edges` (n, 2), the edge or diagonal `what` of each (n,), and its surrounding
-    cells.
+    """Springs of a network, each once: node pairs `edges` (n, 2) and the kind of edge or diagonal `what` (n,).
 
-    `count` (n,) is how many cells share a spring, `volume` (n,) the sum of their volumes and `weight` (n,) that sum
-    weighted with each cell's share, m^3: the stiffness that represents a modulus E is E weight / l0^2. Inside a lattice
-    of cubes an edge has four cells and a face diagonal two, on the surface of a block fewer, and so less stiffness.
+    `count` (n,) is the number of cells that share a spring, and `volume` (n,) the sum of their volumes, m^3. `weight`
+    (n,) is this sum weighted with each cell's share, m^3: the stiffness that represents a modulus E is E weight / l0^2.
+    Inside a lattice of cubes an edge has four cells and a face diagonal two. On the surface of a block they have fewer,
+    and so less stiffness.
     """
 
     edges: Ints
@@ -46,7 +46,7 @@ class SpringNetwork:
 def build_spring_network(mesh: Mesh, diagonals: Diagonals = "all") -> SpringNetwork:
     """Return the springs of a mesh: the edges of its cells, and the diagonals of hexahedra.
 
-    Tetrahedra have the share 1 for each edge, which is the rule of Van Gelder (1998); see `hexahedron_shares` for
+    In tetrahedra each edge has the share 1, which is the rule of Van Gelder (1998). `hexahedron_shares` describes
     hexahedra.
     """
     pairs, what = _springs_of_element(mesh.element, diagonals)
@@ -64,7 +64,7 @@ def build_spring_network(mesh: Mesh, diagonals: Diagonals = "all") -> SpringNetw
 
 
 def _springs_of_element(element: type[Element], diagonals: Diagonals) -> tuple[Ints, Ints]:
-    """Return pairs of a cell's nodes (s, 2), and the kind of edge or diagonal of each (s,)."""
+    """Return the node pairs of a cell's springs (s, 2), and the kind of edge or diagonal of each (s,)."""
     families = {EDGE: element.edges, FACE: element.diagonals[0]}
     if diagonals == "all":
         families[BODY] = element.diagonals[1]
@@ -74,13 +74,14 @@ def _springs_of_element(element: type[Element], diagonals: Diagonals) -> tuple[I
 
 
 def hexahedron_shares(corners: Floats, diagonals: Diagonals) -> Floats:
-    """Return each spring's share of E V / l0^2, (m, springs), for hexahedra with `corners` (m, 8, 3).
+    """Return each spring's share of E V / l0^2, shape (m, springs), in hexahedra with `corners` (m, 8, 3).
 
-    Under homogeneous strain, springs k of directions n store the energy of a solid with C = sum k l0^2 n n n n / V. The
-    shares are those, none below a tenth of a cube's, for which C is nearest to 2E/5 (II + two transposes), the
-    isotropic solid of modulus E and nu = 1/4; if several are, those nearest to a cube's. Cubes have the shares of CUBE.
-    With body diagonals, bricks up to 1.6 times as long as wide become isotropic; with the shares of a cube, one of 1.4
-    would be too stiff lengthwise by a half.
+    Under homogeneous strain, springs with stiffness k and direction n store the energy of a solid with the elasticity C
+    = sum k l0^2 n n n n / V. The shares are chosen so that C is nearest to 2E/5 (II + two transposes), the isotropic
+    solid of modulus E and nu = 1/4, with no share below a tenth of a cube's. If several choices are equally near, the
+    one nearest to the shares of a cube is taken. Cubes have the shares of CUBE. With body diagonals, bricks up to 1.6
+    times as long as wide become isotropic; with the shares of a cube, a brick 1.4 times as long would be too stiff
+    lengthwise by a half.
     """
     pairs, what = _springs_of_element(Hex8, diagonals)
     usual = np.array(CUBE[diagonals])[what]

@@ -1,9 +1,10 @@
-"""Structured meshes: quadrilaterals in a section, extruded to hexahedra; cell_splitting.py makes tetrahedra of them.
+"""Structured meshes: quadrilaterals in a section, extruded to hexahedra.
 
-The five-tetrahedra split draws, on every quadrilateral face, the diagonal between its two `even` points. Points are
-coloured like a chessboard along the edges; a plane mesh of quadrilaterals always has such a colouring (all its faces
-have an even number of edges), so neighbouring cells agree on their diagonals automatically, and the split favours no
-direction, unlike the six-tetrahedra (Kuhn) split.
+Functions of cell_splitting.py make tetrahedra of the hexahedra. The split into five tetrahedra draws, on every
+quadrilateral face, the diagonal between its two points of a certain colour. Points are coloured like a chessboard along
+the edges. A plane mesh of quadrilaterals always has such a colouring, because all its faces have an even number of
+edges. So neighbouring cells agree on their diagonals, and the split favours no direction, unlike the split into six
+(Kuhn).
 """
 
 from __future__ import annotations
@@ -38,9 +39,9 @@ class PlaneMesh:
 
 
 def mesh_rectangle(width: float, height: float, size: float, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
-    """Return the mesh of a rectangle centred on the origin, m; even divisions keep its mirror symmetries in the split.
+    """Return the mesh of a rectangle centred on the origin, m, with grid lines on the cuts of `first` and `second`.
 
-    Grid lines lie on the cuts of `first` and `second`.
+    Even numbers of cells keep the mirror symmetries when cells are split.
     """
     nx, ny = count_rectangle_cells(width, height, size)
     x = _even_lines(-width / 2, width / 2, nx, cuts_along(cuts, "first"))
@@ -48,18 +49,18 @@ def mesh_rectangle(width: float, height: float, size: float, cuts: tuple[Cut, ..
 
 
 def grid(nx: int, ny: int, first: tuple[Cut, ...] = (), second: tuple[Cut, ...] = ()) -> PlaneMesh:
-    """Return the unit square in nx by ny cells, with lines at cuts of either coordinate."""
+    """Return the unit square divided into nx by ny cells, with grid lines at cuts of either coordinate."""
     return grid_between_lines(_even_lines(0.0, 1.0, nx, first), _even_lines(0.0, 1.0, ny, second))
 
 
 def _even_lines(low: float, high: float, count: int, cuts: tuple[Cut, ...]) -> Floats:
-    """Return grid lines (n,), m: evenly spaced if no cut requires otherwise."""
+    """Return grid lines (n,), m, evenly spaced unless a cut requires otherwise."""
     found = grid_lines(low, high, count, cuts)
     return np.linspace(low, high, count + 1) if found is None else np.array(found)
 
 
 def lines_through(low: float, high: float, size: float, at: Iterable[float], cuts: tuple[Cut, ...]) -> Floats:
-    """Return grid lines (n,), m, about `size` apart, at given places from `low` to `high` and at cuts."""
+    """Return grid lines (n,), m, from `low` to `high` and about `size` apart, through the positions `at` and cuts."""
     known = sorted({low, high, *at})
     ends = [low, *(b for a, b in pairwise(known) if b - a > SAME * (high - low))]
     ends[-1] = high
@@ -71,7 +72,7 @@ def lines_through(low: float, high: float, size: float, at: Iterable[float], cut
 
 
 def grid_between_lines(x: Floats, y: Floats) -> PlaneMesh:
-    """Return the cells between lines at x (n,) and y (m,), m."""
+    """Return the grid of cells between lines at x (n,) and lines at y (m,), m."""
     nx, ny = len(x), len(y)
     i, j = (a.ravel() for a in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
     index = np.arange(nx * ny).reshape(nx, ny)
@@ -82,11 +83,12 @@ def grid_between_lines(x: Floats, y: Floats) -> PlaneMesh:
 def mesh_disc(
     radius: float, size: float, corner: float = 0.73, bulge: float = 0.4, cuts: tuple[Cut, ...] = ()
 ) -> PlaneMesh:
-    """Return the mesh of a disc: a rounded square grid in the middle, rings of quadrilaterals around it (an O-grid).
+    """Return the mesh of a disc (an O-grid): a rounded square grid in the middle and rings of cells around it.
 
-    `corner` is the radius of the square's corners as a fraction of `radius`, `bulge` how far its sides follow the
-    circle; with the defaults the tetrahedra keep a mean-ratio quality above 0.55 from coarse to fine. Rings lie on the
-    cuts of `radius`; otherwise the straight line through the middle lies on the first cut of `chord`.
+    `corner` is the distance of the square's corners from the centre as a fraction of `radius`, and `bulge` is how far
+    its sides follow the circle. With the defaults the tetrahedra have a mean-ratio quality above 0.55 from coarse to
+    fine meshes. Rings lie on the cuts of `radius`; without such cuts, the straight line through the middle lies on the
+    first cut of `chord`.
     """
     n, rings = count_disc_cells(radius, size)
     core, *outer = circle_radii(radius, size, cuts)
@@ -116,10 +118,10 @@ def mesh_disc(
 
 
 def mesh_ring(inner: float, radius: float, around: int, size: float, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
-    """Return the mesh of a ring between two circles, `around` cells (an even number) along each, with circles on cuts
-    of `radius`.
+    """Return the mesh of a ring between two circles, with circles of nodes on cuts of `radius`.
 
-    It is rotated so that nodes lie on the straight line of the first cut of `chord`, which goes through its middle.
+    `around`, an even number, is the number of cells along each circle. The mesh is rotated so that nodes lie on the
+    straight line of the first cut of `chord`, which goes through the centre.
     """
     radii = _even_lines(inner, radius, count_divisions(radius - inner, size), cuts_along(cuts, "radius"))
     turn = next((cut.turn for cut in cuts_along(cuts, "chord")), 0.0) + 2 * np.pi * np.arange(around) / around
@@ -132,10 +134,10 @@ def mesh_ring(inner: float, radius: float, around: int, size: float, cuts: tuple
 
 
 def _move_line_to_chord(section: PlaneMesh, radius: float, chord: Cut) -> PlaneMesh:
-    """Return the disc mapped to itself so that a straight line through its middle becomes a chord.
+    """Return the disc mapped to itself so that a straight grid line through its middle becomes a chord.
 
-    It is rotated, and then moved like the hyperbolic plane in Klein's model: a projective map, which takes lines to
-    lines, keeps convex cells convex and the circle a circle. A chord too near to the rim is ignored.
+    The mesh is rotated and then moved like the hyperbolic plane in Klein's model. This projective map takes lines to
+    lines, and keeps convex cells convex and the circle a circle. A chord too near to the rim is ignored.
     """
     v = chord.at / radius
     quarter = chord.turn - 0.5 * np.pi * round(chord.turn / (0.5 * np.pi))  # both middle lines are straight
@@ -152,14 +154,17 @@ def _move_line_to_chord(section: PlaneMesh, radius: float, chord: Cut) -> PlaneM
 
 
 def grid_outline(n: int) -> Ints:
-    """Return the outline of an (n + 1) x (n + 1) grid, counter-clockwise from its lower left corner (4n,)."""
+    """Return the border points (4n,) of an (n + 1) x (n + 1) grid, counter-clockwise from its lower left corner."""
     index = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     rim: Ints = np.concatenate([index[:-1, 0], index[-1, :-1], index[:0:-1, -1], index[0, :0:-1]])
     return rim
 
 
 def _coons(outline: Floats, n: int) -> Floats:
-    """Return the grid points inside a closed outline (4n, 2): Coons's transfinite interpolation (1967)."""
+    """Return the grid points inside a closed outline (4n, 2), by transfinite interpolation.
+
+    Source: Coons (1967).
+    """
     low, right = outline[: n + 1], outline[n : 2 * n + 1]
     top = outline[2 * n : 3 * n + 1][::-1]
     left = np.concatenate([outline[3 * n :], outline[:1]])[::-1]
@@ -172,12 +177,18 @@ def _coons(outline: Floats, n: int) -> Floats:
 
 
 def extrude(section: PlaneMesh, length: float, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[Floats, Ints, Ints]:
-    """Extrude along z from 0 to `length`, layers at cuts of `along`: points (n, 3), cells (m, 8), colour (n,)."""
+    """Extrude a section along z from 0 to `length`, with layers ending at the cuts of `along`.
+
+    Return points (n, 3), cells (m, 8) and point colours (n,).
+    """
     return extrude_layers(section, _even_lines(0.0, length, count_divisions(length, size), cuts_along(cuts, "along")))
 
 
 def extrude_layers(section: PlaneMesh, z: Floats) -> tuple[Floats, Ints, Ints]:
-    """Extrude with layers between some z (n,), m."""
+    """Extrude a section along z, with layers between the coordinates z (n,), m.
+
+    Return points (n, 3), cells (m, 8) and point colours (n,).
+    """
     layers = len(z) - 1
     count = len(section.points)
     points = np.concatenate([np.tile(section.points, (layers + 1, 1)), np.repeat(z, count)[:, None]], axis=1)
@@ -188,15 +199,19 @@ def extrude_layers(section: PlaneMesh, z: Floats) -> tuple[Floats, Ints, Ints]:
 
 
 def mesh_extrusion(section: PlaneMesh, length: float, size: float, kind: str, cuts: tuple[Cut, ...] = ()) -> Mesh:
-    """Return extruded section as hexahedra, or split into tetrahedra; with straight edges. Raises UnknownElement."""
+    """Return an extruded section as a mesh of hexahedra, or of tetrahedra, with straight edges.
+
+    Raises UnknownElement.
+    """
     element = element_of(kind)
     return mesh_hexahedra(*extrude(section, length, size, cuts), element)
 
 
 def curve_sides(mesh: Mesh, sides: Iterable[CurvedSide], within: Iterable[CurvedSide] = ()) -> Mesh:
-    """Move midside nodes between corners on a shape's curved sides, or on such surfaces inside, onto them.
+    """Move midside nodes between corners on curved sides of a shape onto these sides.
 
-    Facets with all corners on a side belong to the side; only these are curved.
+    Facets with all corners on a side belong to the side; only these are curved. The surfaces `within` lie inside the
+    body and are treated in the same way.
     """
     corners = mesh.element.facet.corners
     points = mesh.points.copy()

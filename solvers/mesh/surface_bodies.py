@@ -1,4 +1,4 @@
-"""Bodies given by a closed surface only, such as a segmented organ, filled with tetrahedra of a model's size."""
+"""Bodies given only by a closed surface, such as a segmented organ, filled with tetrahedra of a model's size."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ class SurfaceBody(Shape):
 
         @property
         def tolerance(self) -> float | None:
-            """Largest distance of the mesh from the surface, m."""
+            """Largest allowed distance of the mesh from the surface, m."""
 
     def closed(self, size: float | None = None) -> ClosedSurface:
         """Return the repaired surface for cells of a size (m). Raises UnreadableMesh."""
         raise NotImplementedError(f"{type(self).__name__} has no surface")
 
     def missed(self, size: float) -> float:
-        """Return the volume that the surface's facets miss, m^3: negative if they enclose too much."""
+        """Return the volume that the surface's facets miss, m^3; negative if they enclose too much."""
         return 0.0
 
     def near(self, size: float) -> float:
-        """Return the largest distance of a mesh with cells of a size from the surface, m."""
+        """Return the largest allowed distance between the surface and a mesh with cells of `size` (m), m."""
         return self.tolerance or NEAR * size
 
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
@@ -47,10 +47,9 @@ class SurfaceBody(Shape):
         raise NotImplementedError(f"{type(self).__name__} is not filled")
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> FilledMesh:
-        """Return tetrahedra with straight edges of about `size` (m), smaller where cells are to be finer; other cuts
-        are ignored.
+        """Return tetrahedra with straight edges of about `size` (m), smaller at graded cuts; other cuts are ignored.
 
-        Raises UnreadableMesh, UnknownElement.
+        Raises UnreadableMesh and UnknownElement.
         """
         from softmark.solvers.mesh.files.mesh_reader import convert_cells
         from softmark.solvers.mesh.tetrahedralization import FilledMesh
@@ -62,17 +61,22 @@ class SurfaceBody(Shape):
 
 @dataclass(frozen=True)
 class Tetrahedralized(SurfaceBody):
-    """The volume inside a closed surface of triangles in a file (STL, OBJ, PLY, OFF, VTK, ...), filled with tetrahedra.
+    """The volume inside a closed surface of triangles in a file, filled with tetrahedra.
 
-    A model's `size` is the cell size; smaller cells are made where the surface needs them. The mesher, fTetWild (Hu et
-    al. 2020), belongs to the extra `meshing`: `pip install "softmark[meshing]"`.
+    File formats are STL, OBJ, PLY, OFF, VTK and others. A model's `size` is the cell size; smaller cells are made where
+    the surface needs them. The mesher, fTetWild (Hu et al. 2020), belongs to the extra `meshing`: `pip install
+    "softmark[meshing]"`.
+
     Certain flaws of the surface are repaired and reported with their numbers: nearly coincident points, reversed,
     duplicate or flat triangles, small holes, tiny shells, parts that intersect others. A surface that encloses no
     volume, or more than one body, is refused. A shell within another one is a hollow if it faces inward.
-    Nodes of the mesh's surface are moved onto the file's surface. Edges between them are straight, for elements of any
-    order; the report gives their distance from the surface and the difference of the volumes.
+
+    Nodes on the boundary of the mesh are moved onto the file's surface. Edges between them are straight, for elements
+    of any order; the report gives their distance from the surface and the difference of the volumes.
+
     The mesher uses random numbers that cannot be seeded, so its meshes are cached: the same file gives the same mesh
-    again. Without that cache the mesh differs as another mesh of the same size does; the report has a digest of each.
+    again. Without the cache, two meshes of the same file differ as much as two other meshes of the same size; the
+    report has a digest of each mesh.
     """
 
     path: Annotated[str, "file", "the file of the surface, relative to the scene"]
@@ -99,7 +103,7 @@ class Tetrahedralized(SurfaceBody):
 
     @property
     def volume(self) -> float | None:
-        """Volume that the surface encloses, m^3; None if it intersects itself, or is not known."""
+        """Volume that the surface encloses, m^3; None if the surface intersects itself or is not known."""
         surface = self._known
         return None if surface is None or surface.crossings else surface.volume
 
@@ -115,7 +119,7 @@ class Tetrahedralized(SurfaceBody):
             return None
 
     def closed(self, size: float | None = None) -> ClosedSurface:
-        """Return the repaired surface, for cells of any size. Raises UnreadableMesh."""
+        """Return the repaired surface, which is the same for cells of any size. Raises UnreadableMesh."""
         return _closed_surface(self.path, self.unit, modification_stamp(self.path))
 
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
@@ -125,8 +129,9 @@ class Tetrahedralized(SurfaceBody):
         )
 
     def surface(self, size: float = 0.0) -> Surface:
-        """Return points (n, 3) in m and triangles (t, 3) of the file's repaired surface, outward. Raises
-        UnreadableMesh.
+        """Return points (n, 3), m, and triangles (t, 3) of the file's repaired surface, facing outward.
+
+        Raises UnreadableMesh.
         """
         surface = self.closed()
         return surface.points, surface.triangles

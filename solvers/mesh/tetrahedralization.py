@@ -1,8 +1,8 @@
-"""Tetrahedralization of a closed surface by fTetWild (Hu et al. 2020, ACM Trans. Graph. 39:117), through pytetwild
-(MPL-2.0).
+"""Tetrahedralization of a closed surface by fTetWild, through the package pytetwild (MPL-2.0).
 
 The mesher uses random numbers that cannot be seeded. Its result for a surface, a size and a tolerance is cached, so
 that the same file gives the same mesh, and each mesh is identified by a digest.
+Source: Hu et al. (2020), ACM Trans. Graph. 39:117.
 """
 
 from __future__ import annotations
@@ -41,11 +41,10 @@ LOST = 1e-3  # relative to the volume: largest loosely connected part that may b
 
 @dataclass(frozen=True)
 class MeshingRecord:
-    """Record of how a surface was filled: mesher, smallest cell `size` (m), CPU time (s) and `tolerance` (m) of the
-    surface.
+    """Record of how a surface was filled: mesher, smallest cell `size` (m), CPU time (s) and `tolerance` (m).
 
-    `repairs` are those of the surface and of its mesh, as text; `beside` counts nodes of the mesh's surface that could
-    not be moved onto the given surface; `digest` is that of points and tetrahedra.
+    `repairs` describes the repairs of the surface and of its mesh as text. `beside` counts boundary nodes of the mesh
+    that could not be moved onto the given surface. `digest` identifies the points and tetrahedra.
     """
 
     surface: ClosedSurface
@@ -60,7 +59,7 @@ class MeshingRecord:
 
 @dataclass(frozen=True)
 class FilledMesh(Mesh):
-    """A mesh with the record of how it was made."""
+    """A tetrahedral mesh with the record of how it was made."""
 
     filling: MeshingRecord | None = None
 
@@ -79,7 +78,7 @@ def mesher() -> str:
 def fill_surface(surface: ClosedSurface, size: float, tolerance: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
     """Return four-node tetrahedra with edges of about `size` (m), at most `tolerance` (m) from the surface.
 
-    Edges are shorter by the cut's factor where the condition of a graded cut holds. Raises UnreadableMesh.
+    Where the condition of a graded cut holds, edges are shorter by the factor of the cut. Raises UnreadableMesh.
     """
     name = mesher()
     key = hashlib.sha256(repr((name, MEANT, size, tolerance)).encode())
@@ -108,7 +107,7 @@ Field = dict[str, Any]  # arrays of a mesh and of sizes at its points, by the me
 
 
 def _cache_folder() -> Path | None:
-    """Return the folder of cached meshes: $XDG_CACHE_HOME/softmark/filled; None without a cache and a home folder."""
+    """Return the folder of cached meshes, $XDG_CACHE_HOME/softmark/filled; None if there is no home folder either."""
     try:
         return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "softmark" / "filled"
     except RuntimeError:
@@ -134,8 +133,9 @@ def _read(file: Path) -> Made:
 
 
 def _fill_and_cache(key: str, surface: ClosedSurface, size: float, tolerance: float, field: Field) -> Made:
-    """Fill the surface and cache the mesh; one cached by another process meanwhile is used instead. Raises
-    UnreadableMesh.
+    """Fill the surface and cache the mesh. Raises UnreadableMesh.
+
+    If another process has cached a mesh meanwhile, that mesh is used instead.
     """
     points, cells, seconds = _run_mesher(surface, size, tolerance, **field)
     folder = _cache_folder()
@@ -155,7 +155,7 @@ def _fill_and_cache(key: str, surface: ClosedSurface, size: float, tolerance: fl
 
 
 def _run_mesher(surface: ClosedSurface, size: float, tolerance: float, **field: Any) -> Made:
-    """Run the mesher in a separate process, in units of the body's extent. Raises UnreadableMesh."""
+    """Run the mesher in a separate process, with lengths divided by the body's extent. Raises UnreadableMesh."""
     origin, extent = surface.points.mean(axis=0), surface.extent
     if field:
         field |= {"bg_vertices": (field["bg_vertices"] - origin) / extent, "bg_values": field["bg_values"] / extent}
@@ -181,13 +181,13 @@ def _run_mesher(surface: ClosedSurface, size: float, tolerance: float, **field: 
 
 
 def _cpu_seconds() -> float:
-    """Return the CPU seconds of all finished child processes, if the platform counts them; else wall-clock seconds."""
+    """Return the CPU time of all finished child processes, s; wall-clock time if the platform does not count it."""
     used = os.times()
     return used.children_user + used.children_system if os.name == "posix" else time.perf_counter()
 
 
 def _mesher_error(done: subprocess.CompletedProcess[str]) -> UnreadableMesh:
-    """Return the error that describes how the mesher failed."""
+    """Return an error that describes how the mesher process `done` failed."""
     last = (done.stderr.strip().splitlines() or ["no output"])[-1]
     how = f"it was terminated by signal {-done.returncode}" if done.returncode < 0 else last[:200]
     return UnreadableMesh(
@@ -200,7 +200,7 @@ def _mesher_error(done: subprocess.CompletedProcess[str]) -> UnreadableMesh:
 
 
 def _orient_positively(points: Floats, cells: Ints) -> Ints:
-    """Return cells with positive volume."""
+    """Return the cells with nodes reordered so that all volumes are positive."""
     inverted = Mesh(points, cells).volumes < 0.0
     cells = cells.copy()
     cells[inverted] = cells[inverted][:, [0, 2, 1, 3]]
@@ -208,9 +208,7 @@ def _orient_positively(points: Floats, cells: Ints) -> Ints:
 
 
 def _drop_loose_parts(points: Floats, cells: Ints) -> tuple[Floats, Ints, tuple[str, ...]]:
-    """Return the mesh without small parts connected by an edge or a node, or not at all; the rest is connected by
-    faces.
-    """
+    """Return the mesh without small parts that no face connects with the largest part, and a report."""
     mesh = Mesh(points, cells)
     part = components_of_rows(facets_of_cells(mesh)[2].reshape(len(cells), -1))
     sizes = np.bincount(part, mesh.volumes)
@@ -228,7 +226,7 @@ def _drop_loose_parts(points: Floats, cells: Ints) -> tuple[Floats, Ints, tuple[
 
 
 def _features(surface: ClosedSurface) -> tuple[Ints, Ints]:
-    """Return the sharp edges of a surface, and its corners, where three or more meet, as triangles without area."""
+    """Return the sharp edges of a surface, and its corners (where at least three meet), as triangles without area."""
     n = normals(surface.points, surface.triangles)
     ends = np.sort(edges_of_triangles(surface.triangles), axis=1)
     edges, number, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
@@ -242,10 +240,10 @@ def _features(surface: ClosedSurface) -> tuple[Ints, Ints]:
 
 
 def _project_onto_surface(surface: ClosedSurface, mesh: Mesh, reach: float) -> tuple[Floats, int]:
-    """Move nodes of the mesh's surface onto the given surface where cells remain valid; return also how many are off
-    it.
+    """Move boundary nodes of the mesh onto the given surface, as far as cells remain valid.
 
-    Nodes near a sharp edge are moved onto the edge, and near a corner onto the corner, so that flat faces stay flat.
+    Return the points and the number of nodes that are still off the surface. Nodes near a sharp edge are moved onto the
+    edge, and near a corner onto the corner, so that flat faces stay flat.
     """
     outer = np.unique(mesh.facets)
     there, far = closest_points(mesh.points[outer], surface.points, surface.triangles, reach)

@@ -25,7 +25,7 @@ INSIDE_OUT = "`inner`, the radius of the cavity, must be less than `radius`"
 
 @dataclass(frozen=True)
 class Annulus(CircularSection):
-    """A ring between two circles, radii in m."""
+    """A circular ring as cross-section, radii in m."""
 
     radius: float
     inner: float
@@ -42,8 +42,10 @@ class Annulus(CircularSection):
         return both, both
 
     def shear_factor(self, poisson: float) -> float:
-        """Return the factor of Cowper (1966) for a ring: 6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12
-        nu) m^2).
+        """Return the shear correction factor of a ring, with the ratio m of the inner to the outer radius.
+
+        It is 6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2).
+        Source: Cowper (1966).
         """
         m2 = (self.inner / self.radius) ** 2
         return 6 * (1 + poisson) * (1 + m2) ** 2 / ((7 + 6 * poisson) * (1 + m2) ** 2 + (20 + 12 * poisson) * m2)
@@ -59,7 +61,7 @@ class Annulus(CircularSection):
         return self.inner - slack <= math.hypot(u, v) <= self.radius + slack
 
     def outside(self, u: Floats, v: Floats) -> Floats:
-        """Return the distances (n,), m, by which points of the section's plane (n,) lie outside."""
+        """Return how far points (u, v) of the section's plane lie outside the section, shape (n,), m."""
         r = np.hypot(u, v)
         far: Floats = np.maximum(np.maximum(r - self.radius, self.inner - r), 0.0)
         return far
@@ -70,18 +72,18 @@ class Annulus(CircularSection):
         return self.inner
 
     def hole(self, around: int) -> Floats:
-        """Return points of its inner border (around, 2), m, counter-clockwise."""
+        """Return points of the inner border (around, 2), m, counter-clockwise."""
         circle: Floats = self.outline(around) * (self.inner / self.radius)
         return circle
 
 
 @dataclass(frozen=True)
 class Tube(RoundPrism):
-    """A straight hollow circular cylinder, its axis starting at `origin`.
+    """A straight hollow circular cylinder, whose axis starts at `origin`.
 
-    It is meshed with rings of hexahedra, or of tetrahedra made of them. The mesh is inscribed in both circles: a coarse
-    one of linear elements has less volume (the report says how much). Beam models use a ring as section; their stated
-    error includes the flattening of thin walls in bending (Brazier 1927).
+    It is meshed with rings of hexahedra, or of tetrahedra made of them. The mesh is inscribed in both circles, so that
+    a coarse mesh of linear elements has less volume (the report gives the difference). Beam models use a ring as
+    section; their stated error includes the flattening of thin walls in bending (Brazier 1927).
     """
 
     length: Annotated[float, "m in (0, inf)", "length along the axis"]
@@ -101,12 +103,12 @@ class Tube(RoundPrism):
         return Annulus(self.radius, self.inner)
 
     def chord(self, plane: Plane) -> Cut | None:
-        """Return the cut of a plane a x + b y + c z + d = 0 through the axis; None if it does not contain the axis."""
+        """Return the cut at the plane a x + b y + c z + d = 0; None if it does not contain the axis."""
         cut = super().chord(plane)
         return None if cut is None or abs(cut.at) >= 1e-9 * self.radius else replace(cut, at=0.0)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Return cell counts of a mesh of a size (m): around, across the wall and along the axis."""
+        """Return the numbers of cells for a cell `size` (m): around, across the wall and along the axis."""
         wall = count_cells(
             self.inner, self.radius, count_divisions(self.radius - self.inner, size), cuts_along(cuts, "radius")
         )
@@ -126,10 +128,10 @@ class Tube(RoundPrism):
 
     @property
     def sides(self) -> tuple[CylinderSide, ...]:
-        """Outer and inner side."""
+        """Outer and inner curved side."""
         return tuple(CylinderSide(self.axis, self.origin, self.length, r) for r in (self.radius, self.inner))
 
 
 def count_cells_around(radius: float, size: float) -> int:
-    """Return the number of cells around a circle (m): at least eight, and equally many in each quarter."""
+    """Return the number of cells around a circle of a `radius` (m): a multiple of eight."""
     return 8 * count_divisions(math.pi * radius / 4, size)

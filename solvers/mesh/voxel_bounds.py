@@ -1,4 +1,4 @@
-"""Least and largest values of an image within boxes of voxels."""
+"""Least and largest values of an image inside boxes of voxels."""
 
 from __future__ import annotations
 
@@ -15,18 +15,24 @@ MANY = 4096  # largest number of voxels evaluated one by one; beyond, blocks are
 
 @dataclass(frozen=True)
 class VoxelBounds:
-    """Bounds of an image's values: `low` and `high` (nx, ny, nz), the same array if each voxel has one value."""
+    """Least and largest value of an image in each voxel: `low` and `high`, both (nx, ny, nz).
+
+    They are the same array if each voxel has a single value.
+    """
 
     low: Floats
     high: Floats
 
     @cached_property
     def coarser(self) -> VoxelBounds:
-        """Return bounds over blocks of two by two by two voxels."""
+        """Return the bounds over blocks of two by two by two voxels."""
         return VoxelBounds(_blocks(self.low, np.minimum), _blocks(self.high, np.maximum))
 
     def within(self, first: Ints, last: Ints) -> tuple[Floats, Floats]:
-        """Return bounds (n,) over boxes of voxels from `first` to `last` (n, 3), inclusive; looser for large boxes."""
+        """Return bounds (n,) over boxes of voxels from `first` to `last`, inclusive, both (n, 3).
+
+        Bounds over large boxes are not the tightest.
+        """
         low, high = np.empty(len(first)), np.empty(len(first))
         many = np.prod(last - first + 1.0, axis=1) > MANY
         some = np.flatnonzero(~many)

@@ -1,7 +1,7 @@
 """Energies over cells, split into single cells or restricted to chosen cells with weights.
 
-They are the dataclasses of `energies` whose fields `cells`, `dNdX`, `w`, `G` and `K` have a row for each cell, or sums
-of such; `X` has a row for each node.
+They are the dataclasses of `energies` whose fields `cells`, `dNdX`, `w`, `G` and `K` have one row for each cell, or
+sums of such energies. Their field `X` has one row for each node.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ WEIGHED = ("w", "K")  # fields that the energy of a cell is proportional to
 
 
 def nodes_of_cells(energy: Energy) -> Ints:
-    """Return the nodes of each cell (m, a)."""
+    """Return the node numbers of each cell (m, a)."""
     if isinstance(energy, EnergySum):
         return nodes_of_cells(energy.parts[0])
     known: Any = energy
@@ -33,7 +33,10 @@ def nodes_of_cells(energy: Energy) -> Ints:
 
 
 def disconnect_cells(energy: Energy) -> Energy:
-    """Return the energy on disconnected cells: node b of cell e becomes e a + b."""
+    """Return the energy on disconnected cells that share no nodes: node b of cell e gets the number a e + b.
+
+    a is the number of nodes of a cell.
+    """
     if isinstance(energy, EnergySum):
         return EnergySum(tuple(disconnect_cells(part) for part in energy.parts))
     known: Any = energy
@@ -44,7 +47,10 @@ def disconnect_cells(energy: Energy) -> Energy:
 
 
 def restrict_to_cells(energy: Energy, which: Ints, weights: Floats, nodes: Ints) -> Energy:
-    """Return the weighted energy of the cells `which`; nodes are renumbered by their position in `nodes`, ascending."""
+    """Return the energy of the cells `which`, each multiplied by its entry in `weights`.
+
+    `nodes` are their node numbers in ascending order. Nodes are renumbered by their position in `nodes`.
+    """
     if isinstance(energy, EnergySum):
         return EnergySum(tuple(restrict_to_cells(own, which, weights, nodes) for own in energy.parts))
     known: Any = energy
@@ -58,7 +64,10 @@ def restrict_to_cells(energy: Energy, which: Ints, weights: Floats, nodes: Ints)
 
 
 def fields_of_cells(energy: Energy, which: Any) -> dict[str, Any]:
-    """Return the fields of an energy that have a row for each cell, for some cells, with varying constants of laws."""
+    """Return those fields of an energy that differ from cell to cell, restricted to the cells `which`.
+
+    They include the material laws whose constants vary.
+    """
     rows: dict[str, Any] = {n: np.ascontiguousarray(a[which]) for n, a in _fields(energy, BY_CELL).items()}
     rows |= {n: law.of(which) for n, law in _fields(energy, LAWS).items() if isinstance(law, VaryingLaw)}
     rows |= {n: a[which] for n, a in _fields(energy, SHAPES).items() if np.ndim(a) == 3}
@@ -66,13 +75,13 @@ def fields_of_cells(energy: Energy, which: Any) -> dict[str, Any]:
 
 
 def _fields(energy: Energy, names: tuple[str, ...]) -> dict[str, Any]:
-    """Return the energy's fields that have one of these names, and a value."""
+    """Return the fields of the energy, by name, that are among `names` and are not None."""
     known: Any = energy
     each = ((f.name, getattr(known, f.name)) for f in fields(known) if f.name in names)
     return {name: value for name, value in each if value is not None}
 
 
 def restrict_to_loaded_nodes(load: FollowerPressure) -> tuple[FollowerPressure, Ints]:
-    """Return a follower pressure over the nodes of its facets only, and these nodes."""
+    """Return a follower pressure defined only on the nodes of its facets, and the numbers of these nodes."""
     nodes, faces = np.unique(load.faces, return_inverse=True)
     return replace(load, points=load.points[nodes], faces=faces.reshape(load.faces.shape)), nodes

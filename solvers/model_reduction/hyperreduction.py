@@ -1,8 +1,9 @@
-"""Hyperreduction: few weighted cells represent all, by energy-conserving sampling and weighting.
+"""Hyperreduction: a few weighted cells represent all cells, by energy-conserving sampling and weighting (ECSW).
 
-A few cells with weights w_e >= 0 reproduce the sum of the forces of all cells on the fields V: in every training state,
-and for small displacements along every field. A weighted energy is an energy: the tangent stays symmetric, and is
-definite if the cells' own are. Source: Farhat, Avery, Chapman and Cortial (2014).
+The selected cells with weights w_e >= 0 reproduce the sum of the forces of all cells, projected on the fields V. They
+do so in every training state, and for small displacements along every field. A weighted sum of cell energies is an
+energy too, so the tangent stays symmetric. It is positive definite if those of the cells are.
+Source: Farhat, Avery, Chapman and Cortial (2014).
 """
 
 from __future__ import annotations
@@ -23,7 +24,10 @@ SMALL = 1e-5  # relative to the body's size: displacements along a field that gi
 
 @dataclass(frozen=True)
 class CellSample:
-    """Selected cells (s,), ascending, their weights (s,) > 0, and the relative error of the fitted forces."""
+    """Numbers of the selected cells (s,), ascending, and their weights (s,) > 0.
+
+    `error` is the relative error of the fitted forces.
+    """
 
     cells: Ints
     weights: Floats
@@ -31,7 +35,7 @@ class CellSample:
 
 
 class CellContributions:
-    """Contributions of each cell: generalised forces and stiffness by cell and field."""
+    """Contribution of each of m cells to the generalised forces and the stiffness of a reduced model with r fields."""
 
     def __init__(self, energies: Sequence[Energy], V: Floats, size: float) -> None:
         self.apart = [disconnect_cells(energy) for energy in energies]
@@ -41,7 +45,7 @@ class CellContributions:
         self.steps = SMALL * size / np.abs(V).max(axis=0)
 
     def _by_cell(self, x: Floats) -> Floats:
-        """Return the forces (m, 3a) of each cell at displacements x (dofs,)."""
+        """Return the nodal forces of each cell, N, shape (m, 3a), at displacements x (dofs,), m."""
         y = np.ascontiguousarray(x[self.dofs].ravel())
         g = np.zeros_like(y)
         for energy in self.apart:
@@ -49,12 +53,15 @@ class CellContributions:
         return g.reshape(self.dofs.shape)
 
     def forces(self, x: Floats) -> Floats:
-        """Return generalised forces (m, r) at displacements x (dofs,)."""
+        """Return the generalised forces of each cell (m, r) at displacements x (dofs,), m."""
         found: Floats = np.einsum("mk,mkr->mr", self._by_cell(x), self.rows)
         return found
 
     def stiffness(self, x: Floats) -> Floats:
-        """Return V^T K_e V (m, r, r) at displacements x (dofs,), by central differences."""
+        """Return the reduced stiffness V^T K_e V of each cell (m, r, r) at displacements x (dofs,), m.
+
+        It is computed by central differences of the forces.
+        """
         columns = zip(self.V.T, self.steps, strict=True)
         K = np.stack([(self.forces(x + h * v) - self.forces(x - h * v)) / (2.0 * h) for v, h in columns], axis=2)
         symmetric: Floats = 0.5 * (K + K.swapaxes(1, 2))
@@ -62,13 +69,15 @@ class CellContributions:
 
 
 def sample_cells(energies: Sequence[Energy], V: Floats, states: Floats, size: float, tolerance: float) -> CellSample:
-    """Return cells and weights that preserve the reduced states (s, dofs), and the stiffness at rest, within
-    `tolerance`.
+    """Return cells and weights that preserve the training states and the stiffness at rest, within `tolerance`.
 
-    An error in the forces is weighted by its effect: K^-1 times it, K the stiffness in that state, is the change of the
-    state, relative to the length of its linear response (V^T M V = I); stiffness is measured in the metric where that
-    of all cells is the identity. The tolerance holds for the root mean square over states and stiffness. `size` is that
-    of the body, m.
+    `states` (s, dofs) are displacements in the space of the fields V, m. Errors of the forces in a state are weighted
+    by
+    their effect: the change of the state K^-1 error, K being the stiffness in that state, relative to the length of the
+    linear response (V^T M V = I). Errors of the stiffness are measured in the metric in which the stiffness of all
+    cells is
+    the identity. The tolerance holds for the root mean square over states and stiffness. `size` is the size of the
+    body, m.
     """
     shares = CellContributions(energies, V, size)
     blocks = [_stiffness_rows(shares.stiffness(np.zeros(len(V))))]
@@ -83,7 +92,11 @@ def sample_cells(energies: Sequence[Energy], V: Floats, states: Floats, size: fl
 
 
 def _stiffness_rows(K: Floats) -> Floats:
-    """Return each cell's contribution to the identity (r (r + 1) / 2, m), scaled so that their sum has length one."""
+    """Return the contribution of each cell to the total stiffness, which is scaled to the identity.
+
+    The columns (r (r + 1) / 2, m) are the upper triangles of the contributions. They are scaled so that their sum has
+    length one.
+    """
     L = np.linalg.inv(np.linalg.cholesky(K.sum(axis=0)))
     rows, columns = np.triu_indices(len(L))
     unit = (L @ K @ L.T)[:, rows, columns]
@@ -92,7 +105,7 @@ def _stiffness_rows(K: Floats) -> Floats:
 
 
 def fit_nonnegative(G: Floats, b: Floats, tolerance: float) -> tuple[Floats, float]:
-    """Return w (m,) >= 0, mostly zero, with |G w - b| <= tolerance |b|, and the relative error reached.
+    """Return sparse weights w (m,) >= 0 with |G w - b| <= tolerance |b|, and the relative error reached.
 
     The active set method of Lawson and Hanson (1974, chapter 23) is stopped as soon as the tolerance is met.
     """
@@ -113,7 +126,10 @@ def fit_nonnegative(G: Floats, b: Floats, tolerance: float) -> tuple[Floats, flo
 
 
 def _fit_active(G: Floats, b: Floats, w: Floats, active: Ints) -> Ints:
-    """Solve least squares over the active columns into w; drop columns that would become negative."""
+    """Write the nonnegative least squares solution over the active columns into w.
+
+    Columns whose weights would become negative are dropped. Return the columns that stay active.
+    """
     while True:
         target = _least_squares(G[:, active], b)
         if target.min() > 0.0:
@@ -129,7 +145,10 @@ def _fit_active(G: Floats, b: Floats, w: Floats, active: Ints) -> Ints:
 
 
 def _least_squares(A: Floats, b: Floats) -> Floats:
-    """Return the y with the least |A y - b|: by corrected normal equations, or by the SVD if they fail."""
+    """Return the least squares solution y of A y = b.
+
+    The normal equations with one step of correction are used, and the SVD if their factorisation fails.
+    """
     with ALONE:
         try:
             L = dense.cho_factor(inner_products(A, A), check_finite=False)

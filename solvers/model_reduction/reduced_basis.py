@@ -1,7 +1,7 @@
-"""Basis of a reduced space: vibration modes, modal derivatives, principal fields of training states.
+"""Basis of a reduced model: vibration modes, modal derivatives, principal fields of training states.
 
-Fields are the columns of arrays (n, k) over n free unknowns; M (n, n) is the mass in kg, so that V^T M V = I gives the
-unknowns of a reduced model the unit m kg^(1/2).
+Fields are the columns of arrays (n, k) over n free unknowns. M (n, n) is the mass matrix, kg. The fields V satisfy
+V^T M V = I, so the unknowns of a reduced model have the unit m kg^(1/2).
 """
 
 from __future__ import annotations
@@ -26,10 +26,11 @@ Solve = Callable[[Floats], Floats]
 
 @dataclass(frozen=True)
 class PrincipalFields:
-    """Orthonormal fields (n, r), the fraction of the states' squared length that they contain, and the rest of each
-    state.
+    """Orthonormal principal fields V (n, r) of a set of states, with the accuracy of their space.
 
-    `error` is the largest relative distance of a state from the space.
+    `captured` is the fraction of the squared length of all states that the fields contain. `error` is the largest
+    relative
+    distance of a state from the space of the fields.
     """
 
     V: Floats
@@ -38,9 +39,9 @@ class PrincipalFields:
 
 
 def orthonormalize(S: Floats, M: sparse.csr_matrix) -> tuple[Floats, Floats]:
-    """Return Q (n, r) and R (r, k) with S = Q R and Q^T M Q = I; linearly dependent columns add no field.
+    """Return Q (n, r) and R (r, k) with S = Q R and Q^T M Q = I; linearly dependent columns of S (n, k) add no field.
 
-    Gram-Schmidt is applied twice to each column, which suffices (Giraud, Langou and Rozloznik 2005).
+    Gram-Schmidt orthogonalisation is applied twice to each column, which suffices (Giraud, Langou and Rozloznik 2005).
     """
     Q, R = np.empty((len(S), 0)), np.zeros((S.shape[1], S.shape[1]))
     for k, column in enumerate(S.T):
@@ -58,9 +59,11 @@ def orthonormalize(S: Floats, M: sparse.csr_matrix) -> tuple[Floats, Floats]:
 
 
 def principal_fields(S: Floats, W: sparse.csr_matrix, modes: int | None, tolerance: float) -> PrincipalFields:
-    """Return the fields that contain most of the states S (n, k), with lengths measured by W (Sirovich 1987).
+    """Return the principal fields of the states S (n, k), with lengths measured by the matrix W (Sirovich 1987).
 
-    The first `modes` of them, or as many as leave at most `tolerance` of the root mean square of the states.
+    They are the first `modes` fields, or, if that is None, as many as leave at most the fraction `tolerance` of the
+    root
+    mean square of the states.
     """
     Q, R = orthonormalize(S, W)
     U, s, _ = np.linalg.svd(R, full_matrices=False)
@@ -75,19 +78,20 @@ def principal_fields(S: Floats, W: sparse.csr_matrix, modes: int | None, toleran
 
 
 def vibration_modes(K: sparse.csr_matrix, M: sparse.csr_matrix, count: int) -> tuple[Floats, Floats]:
-    """Return the lowest angular frequencies (count,), rad/s, and their modes (n, count) with Phi^T M Phi = I.
+    """Return the lowest angular frequencies w (count,), rad/s, and their modes (n, count) with Phi^T M Phi = I.
 
-    K phi = w^2 M phi (see `lowest`). Raises Singular if K is singular.
+    They solve K phi = w^2 M phi (see `lowest`). Raises Singular if K is singular.
     """
     values, modes = lowest_modes(K, M, count, lambda: factor(K))
     return np.sqrt(np.maximum(values, 0.0)), modes
 
 
 def modal_derivatives(gradient: Solve, solve: Solve, fields: Floats, size: float) -> Floats:
-    """Return modal derivatives -K^-1 D^2 g [v_i, v_j] (n, pairs): the curvature of static responses at large amplitude.
+    """Return the modal derivatives -K^-1 D^2 g [v_i, v_j] (n, pairs), static responses of second order.
 
-    g is the internal force, whose second derivative at rest is found by central differences between displacements of
-    `size` times STEP (m). Source: Idelsohn and Cardona (1985); Barbic and James (2005), section 4.2.
+    g is the internal force. Its second derivative at rest is computed by central differences between displacements of
+    `size` times STEP, m.
+    Source: Idelsohn and Cardona (1985); Barbic and James (2005), section 4.2.
     """
     found = []
     for i, j in combinations_with_replacement(range(min(PAIRED, fields.shape[1])), 2):

@@ -1,8 +1,9 @@
 """Error of a reduced model, from the residual of its states in the equations of the full model.
 
 In statics the displacement error is estimated by one Newton step of the full equations from the reduced state. In
-dynamics it is the solution of the error equation M e'' + C e' + K e = -R(t), which linearises the full equations about
-the reduced motion; in linear problems it is exact. It is integrated with the trapezoidal rule over the output times.
+dynamics the error solves the equation M e'' + C e' + K e = -R(t), which is the full equation linearised about the
+reduced motion; in linear problems this is exact. The error equation is integrated with the trapezoidal rule over the
+output times.
 Source: Ainsworth and Oden (2000), "A Posteriori Error Estimation in Finite Element Analysis", chapter 9; for reduced
 models Hesthaven, Rozza and Stamm (2016), "Certified Reduced Basis Methods", section 4.2.
 """
@@ -34,7 +35,8 @@ class ReductionError:
     """Residual of the full equations in the states of a reduced model, and the estimated displacement error.
 
     `residual` is relative to the largest of the balancing forces. `distance` is the largest estimated displacement
-    error of a node, m, and `relative` the same over the largest displacement; None if unknown.
+    error of
+    a node, m, and `relative` is `distance` over the largest displacement. Both are None if they are unknown.
     """
 
     residual: float
@@ -43,7 +45,7 @@ class ReductionError:
 
     @property
     def facts(self) -> dict[str, float | None]:
-        """Return the entries of a report."""
+        """Entries of the report, by name."""
         return {
             "full_residual": self.residual, "estimated_error": self.relative, "estimated_error_m": self.distance
         }  # fmt: skip
@@ -64,7 +66,7 @@ def _relative(distance: float, size: float) -> float:
 
 
 def static_error(problem: Statics, x: Floats) -> ReductionError:
-    """Return the error of the state x (dofs,), m, of a reduced model in the full static `problem`."""
+    """Return the error of a reduced model's state x (dofs,), m, in the full static `problem`."""
     assembly = problem.assembly
     g, loads = assembly.gradient(x, 1.0), np.zeros_like(x)
     for load in assembly.loads:
@@ -91,7 +93,10 @@ def static_error(problem: Statics, x: Floats) -> ReductionError:
 
 @dataclass(frozen=True)
 class ReducedMotion:
-    """States of a reduced model at t times, s: unknowns, velocities, accelerations (t, r), over `fields` (dofs, r)."""
+    """States of a reduced model at t times, s: unknowns, velocities and accelerations (t, r).
+
+    `fields` (dofs, r) are the displacement fields that the unknowns multiply.
+    """
 
     fields: Floats
     times: Floats
@@ -101,12 +106,15 @@ class ReducedMotion:
 
 
 def dynamic_error(full: Dynamics, reduced: Dynamics, motion: ReducedMotion) -> ReductionError:
-    """Return the error of a motion of the `reduced` equations in the `full` problem, over all output times."""
+    """Return the error of a motion of the reduced model in the full dynamic problem, over all output times.
+
+    `full` and `reduced` are the equations of motion of the two models.
+    """
     return _ErrorEquation(full, reduced, motion).integrate()
 
 
 class _ErrorEquation:
-    """Linearised equation of the displacement error, integrated in time."""
+    """Linearised equation of motion of the displacement error, integrated in time."""
 
     def __init__(self, full: Dynamics, reduced: Dynamics, motion: ReducedMotion) -> None:
         self.full, self.reduced, self.motion = full, reduced, motion
@@ -145,7 +153,10 @@ class _ErrorEquation:
         return ReductionError(relative, _relative(distance, size), distance)
 
     def _advanced(self, i: int, h: float, x: Floats, e: Floats, w: Floats, R: Floats) -> tuple[Floats, Floats]:
-        """Return error and velocity after a trapezoidal step of h, s; R is the sum of the residuals at both ends, N."""
+        """Return the error and its velocity after a trapezoidal step of h, s.
+
+        e and w are their values before the step. R is the sum of the residuals at both ends of the step, N.
+        """
         if self.solver is None or (i - 1) % self.every == 0 or abs(h - self.step) > 1e-9 * h:
             factors = self.forces.factors(float(self.motion.times[i]))
             self.K = self.forces.tangent(x, factors, projected=True)
@@ -159,9 +170,11 @@ class _ErrorEquation:
         return found, 2.0 / h * (found - e) - w
 
     def _residual(self, i: int, x: Floats) -> Floats:
-        """Return the out-of-balance forces (free,), N, of the full equations in output i.
+        """Return the out-of-balance forces of the full equations at output time i, N, shape (free,).
 
-        The acceleration follows from the reduced equations in that state, since integrators store one of another time.
+        The acceleration is computed from the reduced equations in that state, because integrators may store the
+        acceleration
+        of another time.
         """
         motion, V, time = self.motion, self.motion.fields, float(self.motion.times[i])
         q, v, a = motion.q[i], motion.v[i], motion.a[i].copy()
@@ -178,7 +191,7 @@ class _ErrorEquation:
         return np.asarray(whole[self.free])
 
     def _drag(self, forces: DynamicForces, x: Floats, v: Floats) -> Floats:
-        """Return damping forces (dofs,), N: alpha M v + beta K v, the latter by a difference of internal forces."""
+        """Return the damping forces alpha M v + beta K v, N, shape (dofs,); K v is a difference of internal forces."""
         damping = self.full.damping
         drag = damping.alpha * forces.inertia(v)
         speed = float(np.abs(v).max(initial=0.0))

@@ -9,11 +9,11 @@ Floats = NDArray[np.float64]
 
 
 def gauss_jacobi(n: int, power: int) -> tuple[Floats, Floats]:
-    """Return points s (n,), ascending, and weights (n,) on [-1, 1] for integrands times (1 - s)^power, exact to degree
-    2n - 1.
+    """Return Gauss-Jacobi points s (n,), ascending, and weights (n,) on [-1, 1], for the weight (1 - s)^power.
 
-    The points are the eigenvalues of the three-term recurrence, the weights the squares of the eigenvectors' first
-    entries times the whole weight, 2^(power + 1) / (power + 1).
+    The rule is exact for polynomials up to degree 2n - 1 times (1 - s)^power. The points are the eigenvalues of the
+    three-term recurrence matrix. The weights are the squares of the first entries of its eigenvectors times the total
+    weight, 2^(power + 1) / (power + 1).
 
     Source: Golub and Welsch 1969; the recurrence of Jacobi polynomials P^(power, 0), Abramowitz and Stegun 22.7.
     """

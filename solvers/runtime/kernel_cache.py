@@ -1,22 +1,27 @@
 """Compilation by numba with a disk cache that never returns code compiled from older sources.
 
-numba's own cache does not notice that a function called from another file has changed, and silently returns the old
-kernel. So the cache folder is named by a digest of all solver sources, of numba's and numpy's version and of the
-processor. numba's index of a function is also read, changed and written without a lock, so that two processes that
-compile it at once for different types can store one's machine code under the other's types; and a truncated or altered
-file is executed as it is. Here a kernel has its own file, named by everything that determines it, that begins with a
-checksum of the rest: it is complete, or it is compiled anew. The folder name reflects the sources at the time this file
-was loaded, and numba's key of a function only the operations of its code: the key here also includes its constants, its
-names, the values they refer to, its file when it was loaded, and the same for the kernels it calls.
+A kernel is a function that numba compiles to machine code. numba's own cache has three defects:
 
-Kernels are in modules named `*_kernels.py`, in `sparse` and in `corotational_tets.py`; code that needs no kernels must
+- It does not notice that a function called from another file has changed, and silently returns the old kernel.
+- It reads, changes and writes the index of a function without a lock. Two processes that compile a function at once for
+  different types can store the machine code of one under the types of the other.
+- It executes a truncated or altered file.
+
+So the cache folder is named by a digest of all solver sources, of the versions of numba and numpy, and of the
+processor. Each kernel has its own file, named by everything that determines the kernel. The file begins with a checksum
+of its other bytes; a kernel with a wrong checksum is compiled again. The folder name reflects the sources at the time
+this module was loaded. numba's key of a function covers only the operations of its code. The key here also includes its
+constants, its names, the values that they refer to, its source file when it was loaded, and the same for the kernels
+that it calls.
+
+Kernels are in modules named `*_kernels.py`, in `sparse` and in `corotational_tets.py`. Code that needs no kernels must
 not import these, since numba is slow to load. A kernel is compiled only for the types that it is called with, so an
-unused one costs a run nothing. The cost of a kernel is mostly the wrapper code that numba adds, so there are three
-decorators: `kernel` for functions called from Python that make no array, `maker` for those that make some, and `part`
-for functions called only by kernels.
+unused kernel costs a run nothing. Most of the compile time goes into the wrapper code that numba adds, so there are
+three decorators: `kernel` for functions called from Python that create no array, `maker` for those that create arrays,
+and `part` for functions called only by kernels.
 
-numba does not guarantee the interface of the classes used here, so pyproject.toml bounds its version; tests/solvers/
-test_numba.py reports what a newer one lacks before the bound is raised.
+numba does not guarantee the interface of the classes used here, so pyproject.toml bounds its version. The test
+tests/solvers/test_numba.py shows whether a newer version still has this interface.
 """
 
 from __future__ import annotations
@@ -73,7 +78,7 @@ def digest(files: Iterable[Path], *facts: str) -> str:
 
 
 def _processor() -> str:
-    """Return the processor's model if known: kernels are compiled for it."""
+    """Return the model and the features of the processor, for which kernels are compiled."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
     except OSError:
@@ -82,16 +87,16 @@ def _processor() -> str:
 
 
 def cache_folder() -> Path:
-    """Return the folder of this version's kernels: $XDG_CACHE_HOME/softmark/kernels/<digest>."""
+    """Return the folder of the kernels of this version: $XDG_CACHE_HOME/softmark/kernels/<digest>."""
     home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     facts = (version("numba"), version("numpy"), sys.version, _processor())
     return Path(home) / "softmark" / "kernels" / digest(sources(), *facts)
 
 
-def _usable(folder: Path) -> bool:
-    """Return whether the folder can be searched for kernels, creating it if needed; otherwise they stay in memory.
+def _is_usable(folder: Path) -> bool:
+    """Return whether kernels can be read from the folder, which is created if needed.
 
-    A read-only folder may contain them: kernels compiled in addition are not saved.
+    If not, kernels stay in memory. A read-only folder is usable: its kernels are loaded, and new ones are not saved.
     """
     if not folder.is_absolute():  # without a home folder "~" would be a folder in the working directory
         return False
@@ -104,22 +109,23 @@ def _usable(folder: Path) -> bool:
 
 
 FOLDER = cache_folder()
-CACHED = _usable(FOLDER)
+CACHED = _is_usable(FOLDER)
 
 
 _made = 0  # kernels that this process has compiled
 
 
 class _KernelFiles:
-    """Kernels of one function on disk, one file for each set of types, with the interface of numba's index and data
-    files.
+    """Disk files of the kernels of one function, one file for each combination of argument types.
+
+    The class has the interface of numba's index and data files.
     """
 
     def __init__(self, folder: Path, name: str) -> None:
         self.folder, self.name = folder, name
 
     def load(self, key: Any) -> Any:
-        """Return the object saved under the key, None if it is missing or incomplete."""
+        """Return the object saved under the key; None if its file is missing, damaged or incomplete."""
         try:
             data = self._path(key).read_bytes()
         except OSError:
@@ -130,7 +136,7 @@ class _KernelFiles:
         return kept if own == key else None
 
     def save(self, key: Any, kept: Any) -> None:
-        """Save it completely or not at all; nothing is saved on a full or read-only disk."""
+        """Save the object `kept` under the key, completely or not at all; a full or read-only disk raises no error."""
         global _made
         _made += 1
         data: bytes = serialize.dumps((key, kept))
@@ -139,7 +145,7 @@ class _KernelFiles:
             _replace(self._path(key), hashlib.sha256(data).digest() + data)
 
     def flush(self) -> None:
-        """Delete all kernels of the function."""
+        """Delete all saved kernels of the function."""
         for file in self.folder.glob(f"{self.name}.*{SUFFIX}"):
             file.unlink(missing_ok=True)
 
@@ -148,7 +154,7 @@ class _KernelFiles:
 
 
 def _replace(path: Path, data: bytes) -> None:
-    """Write under another name, then rename, so that no process reads half a file. Raises OSError."""
+    """Write a file under a temporary name, then rename it, so that no process reads half a file. Raises OSError."""
     handle, part = tempfile.mkstemp(dir=path.parent, prefix=".part-")
     try:
         with os.fdopen(handle, "wb") as file:
@@ -160,7 +166,7 @@ def _replace(path: Path, data: bytes) -> None:
 
 
 class _CacheLocator(caching.UserProvidedCacheLocator):  # type: ignore[misc]
-    """Locator that always selects our folder: numba's choice may fall back on folders that miss edited callees."""
+    """numba cache locator that always selects our folder, because other locators miss changes of called functions."""
 
     def __init__(self, function: Any, file: str) -> None:
         super().__init__(function, file)
@@ -168,21 +174,21 @@ class _CacheLocator(caching.UserProvidedCacheLocator):  # type: ignore[misc]
 
     @classmethod
     def from_function(cls, function: Any, file: str) -> _CacheLocator:
-        """Return our locator, whether or not its folder can be written to."""
+        """Return our locator for a function, whether or not the folder can be written to."""
         return cls(function, file)
 
     def ensure_cache_path(self) -> None:
-        """Do nothing: saving creates the folder, or skips it if that fails."""
+        """Do nothing: saving a kernel creates the folder, and does without if that fails."""
 
 
 class _CompileResultData(caching.CompileResultCacheImpl):  # type: ignore[misc]
-    """numba's conversion between compiled functions and stored data."""
+    """numba's conversion of compiled functions to and from stored bytes."""
 
     _locator_classes = (_CacheLocator,)
 
 
-def _source(file: str) -> str:
-    """Return the SHA-256 of a file's present content, "" for a missing file."""
+def hash_source(file: str) -> str:
+    """Return the SHA-256 of the present content of a file, "" for a missing file."""
     try:
         return hashlib.sha256(Path(file).read_bytes()).hexdigest()
     except OSError:
@@ -190,37 +196,40 @@ def _source(file: str) -> str:
 
 
 class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
-    """numba's cache of a function, on our files."""
+    """numba's cache of one function, with our files instead of numba's."""
 
     _impl_class = _CompileResultData
 
     def __init__(self, function: Any) -> None:
         super().__init__(function)
         self._cache_file = _KernelFiles(Path(self._cache_path), self._impl.filename_base)
-        self.source = _source(function.__code__.co_filename)  # now, while it is being loaded
+        self.source = hash_source(function.__code__.co_filename)  # now, while it is being loaded
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the machine code on disk, or None; numba's version would first import its whole compiler, 0.3 s.
+        """Return the machine code on disk for a signature, or None.
 
-        Loaded code is linked only with numba's memory management and its C helpers; if there is nothing to load,
-        compilation imports what it needs.
+        numba's own method would first import its whole compiler, 0.3 s. Loaded code is linked only with numba's memory
+        management and its C helpers. If there is no code to load, compilation imports the modules that it needs.
         """
         runtime.rtsys.initialize(target_context)
         with self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
-        """Return numba's key extended by what it omits; requested only when the function is to be compiled."""
+        """Return numba's key of a signature, extended by the digest of the function.
+
+        The digest is computed only when the function is loaded or compiled.
+        """
         return (*super()._index_key(sig, codegen), self.source, kernel_digest(self._py_func))
 
 
 def kernel_digest(function: Any) -> str:
-    """Return the SHA-256 of all inputs of a kernel: code, constants, numbers of its module, kernels it calls."""
+    """Return the SHA-256 of all inputs of a kernel: its code, constants, global values and called kernels."""
     return hashlib.sha256("\0".join(_describe_function(function, set())).encode()).hexdigest()
 
 
 def _describe_function(function: Any, seen: set[Any]) -> list[str]:
-    """Return the description of a function and of the kernels it calls, each once."""
+    """Return the lines that describe a function and the kernels that it calls; functions in `seen` are skipped."""
     if function in seen:
         return [function.__qualname__]
     seen.add(function)
@@ -240,7 +249,10 @@ def _describe_function(function: Any, seen: set[Any]) -> list[str]:
 
 
 def _describe_value(value: Any, seen: set[Any]) -> list[str]:
-    """Return the description of a name's value, as far as machine code depends on it; the same in every process."""
+    """Return the lines that describe the value of a global name, as far as machine code depends on it.
+
+    They are the same in every process.
+    """
     callee = getattr(value, "py_func", None) or getattr(value, "_defn", None)  # a kernel, an intrinsic
     if callee is not None:
         return [getattr(getattr(value, "_cache", value), "source", ""), *_describe_function(callee, seen)]
@@ -255,18 +267,18 @@ def _describe_value(value: Any, seen: set[Any]) -> list[str]:
 
 
 def _describe_constant(value: Any) -> str:
-    """Return a constant as text; a set is sorted, since it has no order."""
+    """Return a constant as text; the items of a set are sorted, since a set has no order."""
     return repr(sorted(map(repr, value))) if isinstance(value, frozenset) else repr(value)
 
 
 class _GarbageCollectionPause(event.Listener):  # type: ignore[misc]
-    """Suspends garbage collection while numba compiles, where it takes a tenth of the time."""
+    """Listener that suspends garbage collection while numba compiles, which saves a tenth of the compile time."""
 
     def __init__(self) -> None:
         self._lock, self._depth, self._enabled = threading.Lock(), 0, False
 
     def on_start(self, event: Any) -> None:
-        """Disable collection at the first compilation; kernels are compiled within others, and in other threads."""
+        """Disable garbage collection at the first of several nested or simultaneous compilations."""
         with self._lock:
             if not self._depth:
                 self._enabled = gc.isenabled()
@@ -274,7 +286,7 @@ class _GarbageCollectionPause(event.Listener):  # type: ignore[misc]
             self._depth += 1
 
     def on_end(self, event: Any) -> None:
-        """Restore the original setting after the last one."""
+        """Restore the original setting after the last compilation."""
         with self._lock:
             self._depth -= 1
             if not self._depth and self._enabled:
@@ -291,11 +303,11 @@ _LEAN: dict[str, Any] = {
 
 
 class _KernelPart:
-    """A function that numba compiles within its calling kernels, and that Python runs directly."""
+    """A function that numba compiles as part of the kernels that call it; Python calls run it uncompiled."""
 
     def __init__(self, function: Any) -> None:
         self.py_func = function
-        self.source = _source(function.__code__.co_filename)
+        self.source = hash_source(function.__code__.co_filename)
         self._compiled = njit(**_LEAN, no_cpython_wrapper=True, _nrt=False)(function)
         self._numba_type_ = numba.types.Dispatcher(self._compiled)  # which holds a weak reference to it
         functools.update_wrapper(self, function)
@@ -305,20 +317,23 @@ class _KernelPart:
 
 
 def kernel(function: Kernel) -> Kernel:
-    """Decorate a kernel: it is compiled at its first call and saved on disk if possible.
+    """Decorate a function as a kernel, which is compiled at its first call and saved on disk if possible.
 
-    It counts no references: an array belongs to the caller, and none can be made.
+    The kernel does no reference counting, so it must not create arrays. Its array arguments belong to the caller.
     """
     return _with_disk_cache(function, njit(**_LEAN, _nrt=False)(function))
 
 
 def maker(function: Kernel) -> Kernel:
-    """Decorate a kernel that makes arrays."""
+    """Decorate a function as a kernel that may create arrays."""
     return _with_disk_cache(function, njit(**_LEAN)(function))
 
 
 def part(function: Kernel) -> Kernel:
-    """Decorate a function that is compiled within kernels; Python runs it directly. It makes no array."""
+    """Decorate a function that numba compiles as part of the kernels that call it.
+
+    Python calls run it uncompiled. The function must not create arrays.
+    """
     return cast(Kernel, _KernelPart(function))
 
 
@@ -334,7 +349,7 @@ def is_compiled() -> bool:
 
 
 def count_compiled() -> int:
-    """Return how many kernels this process or its helper process has compiled so far, with all their parts."""
+    """Return the number of kernels that this process and its helper process have compiled so far, with their parts."""
     return _made
 
 

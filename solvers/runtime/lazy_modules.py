@@ -1,7 +1,7 @@
-"""Modules that are imported at their first use, so that reading a vocabulary does not import numpy.
+"""Modules that are imported at their first use, so that reading the vocabulary does not import numpy.
 
-The classes that a scene names are in the same modules as their numerics. `dsl check` and `dsl explain` read the classes
-only.
+The module of a scene word contains both its class and its numerical methods. `dsl check` and `dsl explain` need only
+the classes.
 """
 
 from __future__ import annotations

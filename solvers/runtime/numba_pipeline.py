@@ -1,8 +1,8 @@
-"""Shortened numba compiler pipeline: only the passes that our kernels need, two thirds of all.
+"""Shortened numba compiler pipeline: two thirds of numba's passes, those that our kernels need.
 
-It omits the passes for closures, `with` blocks, whole-array expressions, literal arguments and inlined functions: a
-kernel has none of these, and each pass visits all of its code. The result type of an operation is also inferred once
-for all operands of the same types, where numba tries all its array rules at every operation.
+The pipeline omits the passes for closures, `with` blocks, whole-array expressions, literal arguments and inlined
+functions. Kernels contain none of these, and each pass visits all code of a kernel. The result type of an operation is
+inferred once for all operands of the same types. numba itself tries all its array rules at every operation.
 """
 
 from __future__ import annotations
@@ -18,12 +18,15 @@ early: Any = untyped_passes
 
 @machinery.register_pass(mutates_CFG=True, analysis_only=False)
 class CachedTypeInference(typed_passes.NopythonTypeInference):
-    """numba's type inference with a cache for functions of numbers."""
+    """numba's type inference, with a cache for functions whose arguments are all numbers."""
 
     _name = "types"
 
     def run_pass(self, state: Any) -> bool:
-        """Infer types in the context of this kernel only; called kernels are compiled meanwhile, with their own."""
+        """Infer the types of one kernel with a cache of its own.
+
+        Kernels that it calls are compiled meanwhile, with their own caches.
+        """
         context, known = state.typingctx, {}
         resolve, before = context.resolve_function_type, vars(context).get("resolve_function_type")
 
@@ -63,10 +66,10 @@ ORDER = (
 
 
 class ShortPipeline(compiler.CompilerBase):
-    """numba's compiler with these passes; anything else in a kernel ends in numba's error message."""
+    """numba compiler with the shortened pipeline; an unsupported language feature ends in numba's error message."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return one pipeline, without a second one that falls back on Python objects."""
+        """Return a single pipeline, without numba's second one for Python objects."""
         manager = machinery.PassManager("kernel")
         for step in ORDER:
             manager.add_pass(step, step.__name__)

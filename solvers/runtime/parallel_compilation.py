@@ -1,7 +1,8 @@
-"""Parallel compilation of kernels in a second process, since numba compiles one at a time in each process.
+"""Parallel compilation of kernels in a second process, since numba compiles only one at a time in each process.
 
-The helper process saves its kernels on disk, where this process finds them; missing ones are compiled here, so that the
-result does not depend on the helper, only the time. It is started once, if no kernel of this version is on disk.
+The helper process saves its kernels on disk, where this process finds them. Kernels that it has not compiled are
+compiled in this process, so the helper affects only the time, not the results. It is started once, if no kernel of this
+version is on disk.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ def allow_helper(wanted: bool) -> Iterator[None]:
 
 @contextmanager
 def helper_process(code: str) -> Iterator[None]:
-    """Run Python code that prints how many kernels it compiled in a helper process, if useful; wait for it at the end.
+    """Run Python code in a helper process during the block, if a helper is useful, and wait for it at the end.
 
-    If the block fails, the helper is terminated.
+    The code prints the number of kernels that it compiled. If the block fails, the helper is terminated.
     """
     helper = _start(code) if _asked and _is_useful() else None
     try:
@@ -47,21 +48,24 @@ def helper_process(code: str) -> Iterator[None]:
             helper.communicate()
 
 
-def processors() -> int:
+def count_processors() -> int:
     """Return the number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _is_useful() -> bool:
-    """Return whether there is a second processor, a Python to start, and a usable cache folder."""
+    """Return whether there is a second processor, a Python executable to start, and a usable cache folder."""
     from softmark.solvers.runtime import kernel_cache
 
     startable = bool(sys.executable) and not getattr(sys, "frozen", False)
-    return processors() > 1 and startable and kernel_cache.CACHED and os.access(kernel_cache.FOLDER, os.W_OK)
+    return count_processors() > 1 and startable and kernel_cache.CACHED and os.access(kernel_cache.FOLDER, os.W_OK)
 
 
 def _start(code: str) -> Popen[str] | None:
-    """Return the started process, None if that fails; nothing is imported from its working folder."""
+    """Return a helper process that runs Python code, None if it cannot be started.
+
+    The helper imports nothing from the working folder.
+    """
     from subprocess import DEVNULL, PIPE, Popen
 
     with suppress(OSError):
@@ -70,7 +74,10 @@ def _start(code: str) -> Popen[str] | None:
 
 
 def _join(helper: Popen[str]) -> None:
-    """Wait and add its number of kernels; a crashed process adds none, and one that does not end is not waited for."""
+    """Wait for the helper process and add its number of compiled kernels.
+
+    A crashed helper adds none. The wait has a time limit.
+    """
     from subprocess import TimeoutExpired
 
     from softmark.solvers.runtime import kernel_cache

@@ -1,7 +1,7 @@
 """Functions of a number or an array, so that a formula is written once for both.
 
-For a `float` they are those of `math`, about twenty times as fast as an array of one; otherwise those of numpy. Outside
-their domain they return inf and NaN as numpy does, and raise nothing.
+For a `float` they call `math`, about twenty times as fast as numpy with an array of one number; for arrays they call
+numpy. Outside their domain they return inf or NaN as numpy does, and raise nothing.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def exp(x: float) -> float: ...
 @overload
 def exp(x: Array) -> Array: ...
 def exp(x: Any) -> Any:
-    """e^x."""
+    """Return e^x."""
     if type(x) is not float:
         return np.exp(x)
     try:
@@ -39,7 +39,7 @@ def expm1(x: float) -> float: ...
 @overload
 def expm1(x: Array) -> Array: ...
 def expm1(x: Any) -> Any:
-    """e^x - 1, accurate near 0."""
+    """Return e^x - 1, accurate near x = 0."""
     if type(x) is not float:
         return np.expm1(x)
     try:
@@ -53,7 +53,7 @@ def log1p(x: float) -> float: ...
 @overload
 def log1p(x: Array) -> Array: ...
 def log1p(x: Any) -> Any:
-    """ln(1 + x), accurate near 0."""
+    """Return ln(1 + x), accurate near x = 0."""
     if type(x) is not float:
         return np.log1p(x)
     if x > -1.0:
@@ -62,7 +62,7 @@ def log1p(x: Any) -> Any:
 
 
 def where(condition: Any, one: T, other: Any) -> T:
-    """Return `one` where a condition holds, else `other`."""
+    """Return `one` where the condition holds, else `other`."""
     if type(condition) is bool:
         alone: T = one if condition else other
         return alone
@@ -72,5 +72,5 @@ def where(condition: Any, one: T, other: Any) -> T:
 
 
 def like(x: Any, value: Any) -> Any:
-    """Return a value repeated to the shape of x."""
+    """Return a value repeated to the shape of `x`."""
     return value if type(x) is float else np.full_like(x, value)

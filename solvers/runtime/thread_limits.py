@@ -9,10 +9,12 @@ from functools import cache
 
 
 class SingleThread:
-    """A context that limits OpenBLAS to one thread, process-wide, while any block `with ALONE` runs.
+    """Context manager that limits OpenBLAS to one thread in the whole process, while any block `with ALONE` runs.
 
-    The frontal matrices are too small for more: on two processors a second thread triples the time, most of it spent
-    waiting. Other libraries, which have no such setting, are unaffected.
+    Frontal matrices (the dense blocks of a sparse factorisation) are too small for more: on two processors a second
+    thread
+    triples the time, most of it spent waiting. BLAS libraries other than OpenBLAS have no such setting and are
+    unaffected.
     """
 
     def __init__(self) -> None:
@@ -41,7 +43,7 @@ ALONE = SingleThread()
 
 @cache
 def _thread_functions() -> tuple[Callable[[], int], Callable[[int], object]]:
-    """Return functions that read and set the library's number of threads."""
+    """Return the functions of the BLAS library that read and set its number of threads."""
     from softmark.solvers.runtime.scipy_submodules import import_submodule
 
     library = ctypes.CDLL(import_submodule("scipy.linalg.cython_blas").__file__)  # finds what the module is linked with

@@ -1,1 +1,1 @@
-"""Sparse symmetric solvers: ordering, symbolic and numeric Cholesky factorisation, conjugate gradients, multigrid."""
+"""Sparse symmetric solvers: ordering, symbolic and numeric factorisation, conjugate gradients, multigrid."""

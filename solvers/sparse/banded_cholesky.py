@@ -1,7 +1,7 @@
-"""Banded Cholesky factorisation for chains, such as the nodes of a rod in order.
+"""Banded Cholesky factorisation of symmetric matrices with a narrow band, such as the tangent of a rod.
 
-A rod tangent has 11 diagonals beside the main one, and its factor fills nothing else, so that no ordering is needed:
-LAPACK's `pbtrf` takes a tenth of the time of a general sparse method.
+With the nodes numbered along the rod, its tangent has 11 diagonals above the main diagonal. The factor has no entries
+outside this band, so no ordering is needed: LAPACK's `pbtrf` takes a tenth of the time of a general sparse method.
 """
 
 from __future__ import annotations
@@ -20,56 +20,55 @@ from softmark.solvers.energies.energy import Floats
 from softmark.solvers.runtime.scipy_submodules import import_submodule
 
 NAME = "banded Cholesky (LAPACK)"
-WIDEST = 32  # diagonals up to which LAPACK goes column by column: nothing that threads could share
-KEPT = 8  # patterns known at a time
-NEUTRAL = 1e-13  # of the largest pivot: smaller ones have no sign
+WIDEST = 32  # diagonals; LAPACK factorises narrower bands column by column, without threads
+KEPT = 8  # largest number of cached patterns
+NEUTRAL = 1e-13  # fraction of the largest pivot: the sign of smaller pivots is rounding
 _LOCK = threading.Lock()
 
 
 @cache
 def _lapack() -> Any:
-    """Return the module of LAPACK functions in scipy."""
+    """Return scipy's module of LAPACK functions."""
     return import_submodule("scipy.linalg._flapack")
 
 
 class NegativePivot(Exception):
-    """Raised if a pivot is negative beyond rounding: the matrix has a negative eigenvalue."""
+    """Raised if a pivot is negative beyond rounding, so that the matrix has a negative eigenvalue."""
 
 
 @dataclass(frozen=True)
 class BandedCholesky:
-    """Banded Cholesky factor K = U^T U, U within the band of K: every pivot is positive."""
+    """Banded Cholesky factor K = U^T U, with U in the band of K; every pivot is positive."""
 
-    band: Floats  # of U (diagonals, n), as LAPACK stores it
+    band: Floats  # (diagonals, n) U in LAPACK's band storage
     name: str = NAME
     negative_pivots: int | None = 0
     tolerance: float = 0.0
     iterations: int = 0
 
     def solve(self, b: Floats) -> Floats:
-        """Return x with K x = b."""
+        """Return the solution x of K x = b."""
         found: Floats = _lapack().dpbtrs(self.band, b)[0]
         return found
 
 
 @dataclass(frozen=True)
 class _Band:
-    """Positions of the entries of a pattern in the band."""
+    """Band storage of a sparsity pattern: for each position in the band, the number of its matrix entry."""
 
     shape: tuple[int, int]  # (n, diagonals)
-    entries: NDArray[Any]  # for each place of the band, column by column, which of the data; one behind the last: none
+    entries: NDArray[Any]  # number of the matrix entry at each band position, column by column; nnz if none
 
 
-# a weak reference to indptr, indices, the band or None where the pattern is no chain; the latest first
+# weak reference to indptr, the array indices, the band (None if too wide); the latest entry first
 _KNOWN: list[tuple[Any, Any, _Band | None]] = []
 
 
 def factorise_banded(K: sparse.csr_matrix) -> BandedCholesky | None:
-    """Return the factor of a symmetric matrix; None if its band is wide, or a pivot vanishes to rounding.
+    """Return the banded factor of a symmetric matrix; None if the band is wide or a pivot vanishes to rounding.
 
-    Raises NegativePivot for a negative pivot. LAPACK stops at the first one that is not positive, and leaves it in
-    place:
-    bands this narrow are factorised column by column.
+    Raises NegativePivot for a negative pivot. LAPACK stops at the first pivot that is not positive and leaves its value
+    in the band, since a band this narrow is factorised column by column.
     """
     band = None if K.dtype != np.float64 else _band_of(K)
     if band is None:
@@ -85,7 +84,10 @@ def factorise_banded(K: sparse.csr_matrix) -> BandedCholesky | None:
 
 
 def _band_of(K: sparse.csr_matrix) -> _Band | None:
-    """Return the cached band of the pattern of K, identified by its two arrays, as in `linear.symbolic_cache`."""
+    """Return the cached band of the pattern of K.
+
+    A pattern is identified by its two arrays, as in `linear.symbolic_cache`.
+    """
     for entry in _KNOWN:
         if entry[0]() is K.indptr and (entry[1] is K.indices or np.array_equal(entry[1], K.indices)):
             return entry[2]
@@ -97,7 +99,10 @@ def _band_of(K: sparse.csr_matrix) -> _Band | None:
 
 
 def _find_band(K: sparse.csr_matrix) -> _Band | None:
-    """Return the band of a pattern; None if it is wide, as full as the whole matrix, or has duplicate entries."""
+    """Return the band of the pattern of K, or None if a banded factor is not worthwhile.
+
+    This is so if the band is wide, has as many entries as the matrix itself, or the pattern has duplicate entries.
+    """
     n, columns = K.shape[0], K.indices.astype(np.int64)
     rows = np.repeat(np.arange(n), np.diff(K.indptr))
     above = int((columns - rows).max(initial=0))

@@ -1,7 +1,7 @@
-"""BLAS and LAPACK calls from compiled kernels, by address, in the library that scipy ships.
+"""Calls of BLAS and LAPACK routines from compiled kernels, by their addresses in the library that scipy ships.
 
-Kernels receive a table of addresses as an argument, so that they can be cached on disk: an address is valid only in one
-process.
+Kernels receive the addresses as an argument, because an address is valid only in one process and kernels are cached on
+disk.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ ROUTINES = (
     *(("lapack", "potrf"), ("blas", "trsm"), ("blas", "syrk")),
     *(("blas", "trsv"), ("blas", "gemv"), ("blas", "gemm")),
 )
-POTRF, TRSM, SYRK, TRSV, GEMV, GEMM = range(6)  # columns of the table
+POTRF, TRSM, SYRK, TRSV, GEMV, GEMM = range(6)  # positions in the table of addresses
 
 
 @cache
 def routine_addresses(letter: str) -> NDArray[np.int64]:
-    """Return the addresses of ROUTINES for letter "d" (float64) or "s" (float32)."""
+    """Return the addresses of ROUTINES for the letter "d" (float64) or "s" (float32), shape (6,)."""
     for library in ("blas", "lapack"):
         import_submodule(f"scipy.linalg.cython_{library}")
     found = [get_cython_function_address(f"scipy.linalg.cython_{library}", letter + name) for library, name in ROUTINES]
@@ -34,10 +34,10 @@ def routine_addresses(letter: str) -> NDArray[np.int64]:
 
 
 def _call(typing: Any, address: Any, arguments: Any) -> Any:
-    """Call the C function at `address`; all arguments are pointers, given as integers in a tuple."""
+    """Call the C function at `address`; `arguments` is a tuple of pointers given as integers."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        """Emit the call of the C function."""
+        """Emit the LLVM instructions that call the C function."""
         pointer = ir.IntType(8).as_pointer()
         kind = ir.FunctionType(ir.VoidType(), [pointer] * len(arguments))
         function = builder.inttoptr(values[0], kind.as_pointer())

@@ -1,4 +1,4 @@
-"""Conjugate gradients with a preconditioner."""
+"""Preconditioned conjugate gradients."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ from softmark.solvers.energies.energy import Floats
 def conjugate_gradients(
     K: sparse.csr_matrix, b: Floats, precondition: Callable[[Floats], Floats], goal: float, budget: int
 ) -> tuple[Floats, int, bool]:
-    """Return x with |b - K x| <= goal, the iterations, and whether it converged (Hestenes and Stiefel 1952).
+    """Solve K x = b: return x, the number of iterations, and whether |b - K x| <= `goal` was reached.
 
-    They stop early if K or the preconditioner has a curvature that is not positive.
+    `precondition` applies the preconditioner to a residual; `budget` is the largest number of iterations. Iterations
+    stop early if K or the preconditioner has a curvature that is not positive.
+    Source: Hestenes and Stiefel (1952).
     """
     x, r = np.zeros_like(b), b.copy()
     p, rz = np.zeros_like(b), 1.0
@@ -35,5 +37,5 @@ def conjugate_gradients(
 
 
 def dot(a: Floats, b: Floats) -> float:
-    """Return a . b, in one thread: a second BLAS thread waits longer than it works."""
+    """Return the dot product a . b, computed in one thread: a second BLAS thread would cost more than it saves."""
     return float(np.einsum("i,i->", a, b))

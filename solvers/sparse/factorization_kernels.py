@@ -1,4 +1,4 @@
-"""Compiled loops of the multifrontal sparse factorisation, on plain arrays."""
+"""Compiled loops of the numeric multifrontal factorisation, on plain arrays."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Shorts = NDArray[np.int32]
 Bytes = NDArray[np.uint8]
 Values = NDArray[Any]  # of float32 or float64
 Floats = NDArray[np.float64]
-BLOCK = 48  # columns that are factorised without the help of BLAS
+BLOCK = 48  # columns that are factorised at a time without BLAS
 
 
 @kernel
@@ -25,15 +25,16 @@ def factorise(
     child_start: Ints, children: Ints, update: Ints, index_start: Ints, local: Places, L: Values, U: Values, blas: Ints,
     letters: Bytes, numbers: Shorts, reals: Values, first: Ints, signs: Values | None, values: Values, work: Values,
 ) -> int:  # fmt: skip
-    """Factorise fronts in postorder by multifrontal Cholesky (Duff and Reid 1983); return 0, or 1 + the indefinite
-    front.
+    """Factorise all fronts in postorder; return 0, or 1 + the number of the first front that is not definite.
 
-    Front s has pivots[s] columns of rows[s] rows at L[panel[s]:], column by column; its update matrix, the lower
-    triangle of the rest, is at U[update[s]:]. Places are unsigned: signed ones would be tested for being negative.
+    The multifrontal Cholesky method is used (Duff and Reid 1983). Front s has pivots[s] columns of rows[s] rows at
+    L[panel[s]:], stored column by column. Its update matrix, the lower triangle of the Schur complement, is at
+    U[update[s]:]. Positions are unsigned integers, because signed indices would be tested for being negative.
 
-    With `signs` (n,) it is K = L S L^T, S = diag(+-1), in the same order, from front `begin`, where it stopped without
-    them: writes S, and the pivots into `values` (n,); `work` has room for BLOCK columns, or for all columns below the
-    pivots, of every front. If `signs` is None that part is not compiled.
+    With `signs` (n,) the factorisation is K = L S L^T, S = diag(+-1), in the same order. It starts at front `begin`,
+    where the factorisation without signs stopped. S is written to `signs` and the pivots to `values` (n,). `work` has
+    room for BLOCK columns, or for all columns below the pivots, of every front. If `signs` is None, this branch is not
+    compiled.
     """
     for s in range(begin, len(pivots)):
         k, n, p = pivots[s], rows[s], panel[s]
@@ -64,7 +65,10 @@ def _eliminate_definite(
     k: int, n: int, p: int, L: Values, U: Values, update: int, blas: Ints, letters: Bytes, numbers: Shorts,
     reals: Values,
 ) -> bool:  # fmt: skip
-    """Eliminate the k pivots of a front of n rows at L[p:], its update matrix to U[update:]; False if not definite."""
+    """Eliminate the pivots of one front by Cholesky; return whether they are all positive.
+
+    The front has k pivots and n rows and is stored at L[p:]. Its update matrix is written to U[update:].
+    """
     size = L.itemsize
     lower = letters.ctypes.data
     right, transposed, plain = lower + 1, lower + 2, lower + 3
@@ -77,7 +81,7 @@ def _eliminate_definite(
     call(blas[POTRF], (lower, K, at, LD, INFO))
     if numbers[3] != 0:
         return False
-    for j in range(k):  # numbers that are not finite pass through the factorisation without a word
+    for j in range(k):  # LAPACK reports no error for numbers that are not finite
         if not L[p + j * n + j] < np.inf:
             return False
     if n > k:
@@ -92,7 +96,11 @@ def _eliminate_signed(
     k: int, n: int, p: int, L: Values, U: Values, update: int, blas: Ints, letters: Bytes, numbers: Shorts,
     reals: Values, first: int, signs: Values, values: Values, work: Values,
 ) -> bool:  # fmt: skip
-    """Eliminate a front like `_definite`, with sign and value of each pivot, from `first`; False if one vanishes."""
+    """Eliminate the pivots of one front with signs; return False if a pivot vanishes.
+
+    The arguments are those of `_eliminate_definite`. The sign and the value of each pivot are stored in `signs` and
+    `values`, beginning at position `first`.
+    """
     size = L.itemsize
     lower = letters.ctypes.data
     right, transposed, plain = lower + 1, lower + 2, lower + 3
@@ -145,7 +153,7 @@ def _eliminate_signed(
                 for i in range(m):
                     work[negative * m + i] = L[p + j * n + k + i]
                 negative += 1
-        if negative > 0:  # these columns were subtracted instead of added
+        if negative > 0:  # columns with negative sign were subtracted; they must be added
             numbers[4] = negative
             call(blas[SYRK], (lower, plain, R, D, two, work.ctypes.data, R, one, to, R))
     return True
@@ -164,9 +172,10 @@ def _add(
     base: int,
     height: int,
 ) -> None:
-    """Add the columns lowest ... highest - 1 of the parent's front from an update matrix.
+    """Add a child's update matrix to the columns `lowest` to `highest` - 1 of its parent's front.
 
-    `local` are rows in the parent's front; the target holds its rows from `lowest` on if lowest > 0, else all.
+    `local` are the rows of the child's entries in the parent's front. If `lowest` > 0, the target array holds only the
+    rows of the parent's front from `lowest` on; else it holds all rows.
     """
     first = 0
     while first < m and local[start + first] < lowest:
@@ -198,7 +207,10 @@ def substitute(
     reals: Values,
     signs: Values,
 ) -> None:
-    """Solve x <- (L L^T)^-1 x in place, in elimination order; with L S L^T if `signs` has (n,) entries, not (0,)."""
+    """Solve with the factor in place: x <- (L L^T)^-1 x, with x in elimination order.
+
+    If `signs` has n entries instead of none, the factor is L S L^T.
+    """
     trsv, gemv = blas[TRSV], blas[GEMV]
     size = L.itemsize
     lower = letters.ctypes.data

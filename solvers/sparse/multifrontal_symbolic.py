@@ -10,17 +10,19 @@ from softmark.solvers.runtime.kernel_cache import kernel, maker
 Ints = NDArray[np.int64]
 Places = NDArray[np.uint64]
 Floats = NDArray[np.float64]
-Entries = NDArray[np.int32] | NDArray[np.int64]  # of a CSR pattern
+Entries = NDArray[np.int32] | NDArray[np.int64]  # indices of a CSR pattern
 
 
 @kernel
 def build_elimination_tree(
     indptr: Ints, indices: Ints, order: Ints, weights: Ints, parent: Ints, counts: Ints, lists: Ints
 ) -> None:  # fmt: skip
-    """Compute the postorder `order` (n,) in place, parents in the elimination tree, and column counts of the factor.
+    """Compute the elimination tree of a graph and the column counts of its Cholesky factor.
 
-    The tree is by Liu (1990); the counts, with the diagonal and weighted by the unknowns of each node, by Gilbert, Ng
-    and Peyton (1994). `lists` (11, n) of -1 is work memory.
+    `order` (n,) is replaced by a postorder of the tree, `parent` receives the parent of each node, and `counts` the
+    entries in each column of the factor. Counts include the diagonal and are weighted by the number of unknowns of each
+    node. `lists` (11, n), filled with -1, is work memory.
+    Source: Liu (1990) for the tree; Gilbert, Ng and Peyton (1994) for the counts.
     """
     n = len(order)
     place, ancestor, above, head, after = lists[0], lists[1], lists[2], lists[3], lists[4]
@@ -36,7 +38,7 @@ def build_elimination_tree(
                 if following == -1:
                     above[p] = k
                 p = following
-    # postorder: children in their order
+    # postorder; children stay in their order
     for k in range(n - 1, -1, -1):
         if above[k] >= 0:
             after[k] = head[above[k]]
@@ -63,7 +65,7 @@ def build_elimination_tree(
         parent[rank[k]] = rank[above[k]] if above[k] >= 0 else -1
     for k in range(n):
         place[order[k]] = k
-    # counts
+    # column counts
     first, latest, leaf = lists[8], lists[9], lists[10]
     for k in range(n):
         ancestor[k] = k
@@ -83,7 +85,7 @@ def build_elimination_tree(
             counts[k] += weights[order[i]]
             q = leaf[i]
             leaf[i] = k
-            if q >= 0:  # the least common ancestor of two leaves has the row once too often
+            if q >= 0:  # the row is counted twice in the least common ancestor of two leaves
                 root = q
                 while ancestor[root] != root:
                     root = ancestor[root]
@@ -98,17 +100,18 @@ def build_elimination_tree(
 
 
 def merge_supernodes(parent: Ints, counts: Ints, weights: Ints, columns_up_to: Ints, shares: Floats) -> Ints:
-    """Return the starts (fronts + 1,) of runs of columns that are eliminated together.
+    """Return the first column of each front, and the number of columns, shape (fronts + 1,).
 
-    These are fundamental supernodes, merged with their last child if few explicit zeros result: at most `shares` of a
-    front of `columns_up_to` columns. Plain Python: 1 us a column, once for each pattern.
+    Fronts are fundamental supernodes, merged with their last child if the merged front has few explicit zeros: at most
+    the fraction `shares` of a front of up to `columns_up_to` columns. The function is plain Python: it takes 1 us per
+    column and runs once per pattern.
     """
     n, relaxed = len(parent), list(zip(columns_up_to.tolist(), shares.tolist(), strict=True))
     only = np.bincount(parent[parent >= 0], minlength=n) == 1
-    same = np.zeros(n, dtype=np.bool_)  # as the column before, which is its one child
+    same = np.zeros(n, dtype=np.bool_)  # True if the structure equals that of the column before, its only child
     same[1:] = only[1:] & (parent[:-1] == np.arange(1, n)) & (counts[:-1] == counts[1:] + weights[:-1])
     parents, fundamental = parent.tolist(), same.tolist()
-    fronts: list[tuple[int, int, int, int]] = []  # start, columns, height and explicit zeros
+    fronts: list[tuple[int, int, int, int]] = []  # first node, columns, rows below the pivots, explicit zeros
     for k, (width, height) in enumerate(zip(weights.tolist(), (counts - weights).tolist(), strict=True)):
         begin, w, z = k, width, 0
         if fronts and fundamental[k]:
@@ -132,11 +135,12 @@ def compute_front_structures(
     indptr: Ints, indices: Ints, order: Ints, place: Ints, owner: Ints, starts: Ints, offset: Ints, index_start: Ints,
     parents: Ints, filled: Ints, mark: Ints, index: Places, local: Places,
 ) -> None:  # fmt: skip
-    """Compute the unknowns below each front in order (`index`), and their positions in the parent's front (`local`).
+    """Compute the unknowns below each front's pivots (`index`), and their positions in the parent's front (`local`).
 
-    A node is below every front on the paths up the tree from its neighbours to its own, and nodes come in order: no
-    sorting is needed. `place` is the inverse of `order`, `owner` (n,) the front of each node in that order, `offset` (n
-    + 1,) its first unknown; `filled` begins as index_start, `mark` (fronts,) with -1.
+    A node is below the pivots of every front on the paths up the tree from its neighbours to its own front. Nodes are
+    visited in elimination order, so no sorting is needed. `place` is the inverse of `order`, `owner` (n,) is the front
+    of each node in that order, and `offset` (n + 1,) the first unknown of each node. On entry `filled` equals
+    index_start and `mark` (fronts,) is -1.
     """
     for k in range(len(order)):
         for t in range(indptr[order[k]], indptr[order[k] + 1]):
@@ -171,7 +175,7 @@ def assign_entries_to_fronts(
     indptr: Entries, indices: Entries, unknowns: Ints, place: Ints, first: Ints, pivots: Ints, rows: Ints,
     panel: Ints, index_start: Ints, index: Places, source: Places, target: Places, entry_start: Ints, position: Ints,
 ) -> None:  # fmt: skip
-    """Compute which matrix entries each front assembles (`source`), and their positions in L (`target`).
+    """Compute the matrix entries that each front assembles (`source`) and their positions in L (`target`).
 
     `position` (n,) is work memory.
     """
@@ -194,16 +198,17 @@ def assign_entries_to_fronts(
 
 
 def place_update_matrices(parents: Ints, sizes: Ints, update: Ints) -> int:
-    """Compute positions of the update matrices in two stacks, by parity of depth, so that none overwrites its children.
+    """Compute the positions of the update matrices in memory (`update`), and return the length of that memory.
 
-    Returns the length of both together.
+    The matrices lie in two stacks, chosen by the parity of a front's depth in the tree, so that no matrix overwrites
+    those of its children.
     """
     above, squares = parents.tolist(), (sizes**2).tolist()
     side, places = [0] * len(above), [0] * len(above)
     for s in range(len(above) - 1, -1, -1):
         side[s] = 1 - side[above[s]] if above[s] >= 0 else 0
     top, peak = [0, 0], [0, 0]
-    held: dict[int, int] = {}  # first place of the children of a front
+    held: dict[int, int] = {}  # front -> position of its first child's update matrix
     for s, p in enumerate(above):
         if s in held:
             top[1 - side[s]] = held[s]
@@ -218,10 +223,11 @@ def place_update_matrices(parents: Ints, sizes: Ints, update: Ints) -> int:
 
 @maker
 def dissect(indptr: Ints, indices: Ints, points: Floats, leaf: int, order: Ints) -> int:
-    """Compute a nested dissection by planes (George 1973; Heath and Raghavan 1995), separators last in `order` (n,).
+    """Compute a nested dissection of a graph by planes; separators come last in `order` (n,).
 
-    Each part of more than `leaf` nodes is cut across one of the axes or its longest direction, with the smallest
-    separator. Returns the number of nodes in no separator; these come first, unordered.
+    Each part of more than `leaf` nodes is cut normal to one of the axes or to its longest direction, whichever gives
+    the smallest separator. Return the number of nodes in no separator; these come first, unordered.
+    Source: George (1973); Heath and Raghavan (1995).
     """
     n = len(order)
     nodes, rank = np.arange(n), np.full(n, -1, np.int64)
@@ -276,7 +282,11 @@ def dissect(indptr: Ints, indices: Ints, points: Floats, leaf: int, order: Ints)
 
 @maker
 def _find_cut(indptr: Ints, indices: Ints, by: Ints, rank: Ints) -> tuple[int, bool, float]:
-    """Return where to cut the nodes `by` (size,): nodes before it, whether the separator is behind it, and its cost."""
+    """Return the best cut of the nodes `by` (size,), which are sorted along one direction.
+
+    The result is the number of nodes before the cut, whether the separator lies behind the cut, and the cost: the size
+    of the separator, increased if the two parts differ in size.
+    """
     size = len(by)
     reach = np.zeros((2, size + 2), np.int64)
     for r in range(size):
@@ -309,6 +319,7 @@ def _find_cut(indptr: Ints, indices: Ints, by: Ints, rank: Ints) -> tuple[int, b
 
 @maker
 def _project_to_axis(points: Floats, part: Ints, axis: Floats) -> Floats:
+    """Return the coordinates of the points of a part along an axis."""
     t = np.empty(len(part))
     for k in range(len(part)):
         t[k] = points[part[k], 0] * axis[0] + points[part[k], 1] * axis[1] + points[part[k], 2] * axis[2]
@@ -317,7 +328,10 @@ def _project_to_axis(points: Floats, part: Ints, axis: Floats) -> Floats:
 
 @maker
 def _cut_directions(points: Floats, part: Ints) -> Floats:
-    """Return the three axes and the longest direction of the points of a part, by power iteration (4, 3)."""
+    """Return the directions for cutting a part, shape (4, 3): x, y, z and the longest direction of its points.
+
+    The longest direction is found by power iteration.
+    """
     middle, spread = np.zeros(3), np.zeros((3, 3))
     for i in part:
         for a in range(3):

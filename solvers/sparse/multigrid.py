@@ -13,13 +13,13 @@ from softmark.solvers.energies.energy import Floats
 from softmark.solvers.sparse.conjugate_gradients import conjugate_gradients
 
 NAME = "smoothed aggregation multigrid with conjugate gradients (pyamg)"
-# aggregates, of six unknowns each, that are solved by a factor; a level below them costs iterations: 240 000 unknowns
-# that ended with 70 aggregates took 22, 369 000 that went on from 105 to 3 took 35, and 22 without that level
+# largest number of aggregates of six unknowns on the coarsest level, which is factorised. A further level costs
+# iterations: 240 000 unknowns with 70 aggregates took 22; 369 000 took 35 with levels of 105 and 3, else 22
 COARSEST = 1000
-# entries below this part of their diagonals' do not aggregate: 369 000 unknowns then take 15 iterations and not 22, and
-# 114 000 with a Poisson's ratio of 0.45 26 and not 39
+# entries smaller than this fraction of the diagonals do not aggregate: 369 000 unknowns then take 15 iterations instead
+# of 22, and 114 000 with a Poisson's ratio of 0.45 take 26 instead of 39
 WEAK = 0.05
-BUDGET = 400  # iterations: a clamped beam of silicone with a Poisson's ratio of 0.49 needs 84
+BUDGET = 400  # largest number of iterations: a clamped beam of silicone with a Poisson's ratio of 0.49 needs 84
 
 OPTIONS: dict[str, Any] = {
     "strength": ("symmetric", {"theta": WEAK}),
@@ -33,43 +33,48 @@ OPTIONS: dict[str, Any] = {
 
 
 def is_installed() -> bool:
-    """Return whether the package is installed."""
+    """Return whether the package pyamg is installed."""
     return find_spec("pyamg") is not None
 
 
 def warm_up() -> None:
-    """Import the package, if it is installed."""
+    """Import the package pyamg if it is installed, so that the import is not part of timings."""
     if is_installed():
         import pyamg  # noqa: F401
 
 
 class Multigrid:
-    """Smoothed aggregation (Vanek, Mandel and Brezina 1996) that keeps rigid motions `modes` (n, 6) on all levels."""
+    """Conjugate gradients with a smoothed-aggregation multigrid preconditioner.
+
+    All levels represent the rigid body modes `modes` (n, 6) exactly.
+    Source: Vanek, Mandel and Brezina (1996).
+    """
 
     def __init__(self, K: sparse.csr_matrix, modes: Floats | None) -> None:
+        """Build the multigrid levels of K."""
         import pyamg
 
         self._K = K
-        self.iterations = 0  # of the last solve
+        self.iterations = 0  # iterations in the last solve
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # it warns of conversions and of its own versions
+            warnings.simplefilter("ignore")  # pyamg warns of conversions and of its versions
             self._hierarchy = pyamg.smoothed_aggregation_solver(_in_node_blocks(K), B=modes, **OPTIONS)
         self._cycle = self._hierarchy.aspreconditioner(cycle="V")
 
     @property
     def sizes(self) -> list[int]:
-        """Number of unknowns of each level."""
+        """Number of unknowns on each level."""
         return [level.A.shape[0] for level in self._hierarchy.levels]
 
     def solve(self, b: Floats, tolerance: float) -> tuple[Floats, bool]:
-        """Return x with |b - K x| <= tolerance |b|, and whether that was reached."""
+        """Return x, and whether |b - K x| <= tolerance |b| was reached."""
         goal = tolerance * float(np.linalg.norm(b))
         x, self.iterations, done = conjugate_gradients(self._K, b, self._cycle.matvec, goal, BUDGET)
         return x, done
 
 
 def _in_node_blocks(K: sparse.csr_matrix) -> sparse.csr_matrix | sparse.bsr_matrix:
-    """Return K in blocks of a node's three unknowns, unless some nodes are partly fixed."""
+    """Return K in 3 x 3 blocks, one for each pair of nodes; K itself if some nodes are only partly fixed."""
     if K.shape[0] % 3 or np.any(np.diff(K.indptr[::3]) % 9):
         return K
     blocks = K.tobsr((3, 3))

@@ -1,4 +1,4 @@
-"""Interface to Intel's MKL Pardiso, through the package pypardiso, which finds the library."""
+"""Interface to Intel's MKL Pardiso; the package pypardiso locates the library."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from scipy import sparse
 from softmark.solvers.energies.energy import Floats
 
 NAME = "MKL Pardiso (pypardiso)"
-DEFINITE, INDEFINITE, GENERAL = 2, -2, 11  # its types of real matrices
-ANALYSE, FACTORISE, SOLVE, RELEASE = 11, 22, 33, -1  # its phases
+DEFINITE, INDEFINITE, GENERAL = 2, -2, 11  # Pardiso's numbers of real matrix types
+ANALYSE, FACTORISE, SOLVE, RELEASE = 11, 22, 33, -1  # Pardiso's numbers of phases
 
 
 class PardisoError(Exception):
@@ -27,38 +27,41 @@ class PardisoError(Exception):
 
 
 def is_packaged() -> bool:
-    """Return whether the package is installed; its library may be missing."""
+    """Return whether the package pypardiso is installed; the MKL library itself may be missing."""
     return find_spec("pypardiso") is not None
 
 
 def is_installed() -> bool:
-    """Return whether the package is installed and finds its library."""
+    """Return whether the package pypardiso is installed and finds the MKL library."""
     return is_packaged() and not missing_reason()
 
 
 @cache
 def missing_reason() -> str:
-    """Return why an installed package cannot be used; empty if it can."""
+    """Return why the installed package pypardiso cannot be used; "" if it can."""
     try:
         _routine()
-    except (ImportError, OSError, AttributeError) as error:  # of its own import, of the library, of the routine in it
+    except (ImportError, OSError, AttributeError) as error:  # from the import, the library, the routine
         return str(error).partition(". ")[0].rstrip(".") or type(error).__name__
     return ""
 
 
 @cache
 def _routine() -> Any:
-    """Return the Pardiso function of the library."""
+    """Return the C function `pardiso` of the MKL library."""
     from pypardiso import PyPardisoSolver
 
-    # the library once more: what the package has set for its own calls stays as it is
+    # load the library again, so that the package's settings for its own calls stay unchanged
     routine = ctypes.CDLL(PyPardisoSolver().libmkl._name).pardiso
     routine.restype = None
     return routine
 
 
 def _release(handle: Any, kind: int, size: int) -> None:
-    """Free the library's memory of a handle."""
+    """Free the memory that the library holds for a factor.
+
+    `handle` identifies the factor, `kind` is the matrix type and `size` the number of unknowns.
+    """
     nothing, none = np.zeros(1), np.zeros(64, np.int32)
     _call(handle, kind, RELEASE, size, nothing, none, none, none, nothing, nothing)
 
@@ -75,7 +78,7 @@ def _call(
     b: Any,
     x: Any,
 ) -> None:
-    """Call the library once. Raises Failed."""
+    """Call the library once, for one `phase` of the solution. Raises PardisoError."""
     error = ctypes.c_int32(0)
     one, silent = ctypes.c_int32(1), ctypes.c_int32(0)
     arrays = [ctypes.c_void_p(a.ctypes.data) for a in (data, indptr, indices)]
@@ -90,13 +93,17 @@ def _call(
 
 
 class Pardiso:
-    """Pardiso factor of K (a `linear.Factor`): L L^T if definite, L D L^T if symmetric, else L U."""
+    """Pardiso factor of K, with the interface of `linear.factorisations.Factor`.
+
+    The factor is L L^T for a positive definite, L D L^T for a symmetric and L U for a general matrix.
+    """
 
     name = NAME
     tolerance = 0.0
     iterations = 0
 
     def __init__(self, K: sparse.csr_matrix, kind: int, single: bool = False) -> None:
+        """Factorise K of the matrix type `kind`, in single precision if `single`. Raises PardisoError."""
         part = K if kind == GENERAL else sparse.triu(K, format="csr")
         part.sort_indices()
         self._kind, self._n = kind, K.shape[0]
@@ -117,7 +124,7 @@ class Pardiso:
             self._phase(phase, np.zeros(self._n))
 
     def _phase(self, phase: int, b: Floats) -> Floats:
-        """Run a phase of the library, and return x."""
+        """Run one phase of the library, and return x."""
         b = np.ascontiguousarray(b, dtype=self._real)
         x = np.zeros_like(b)
         _call(self._handle, self._kind, phase, self._n, *self._matrix, self._settings, b, x)
@@ -125,9 +132,9 @@ class Pardiso:
 
     @property
     def negative_pivots(self) -> int | None:
-        """Number of negative pivots; None for a matrix not declared symmetric."""
+        """Number of negative pivots; None for a matrix that was not declared symmetric."""
         return None if self._kind == GENERAL else int(self._settings[22]) if self._kind == INDEFINITE else 0
 
     def solve(self, b: Floats) -> Floats:
-        """Return x with K x = b."""
+        """Return the solution x of K x = b."""
         return self._phase(SOLVE, b)

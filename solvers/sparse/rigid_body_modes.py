@@ -1,4 +1,4 @@
-"""Rigid body modes, as vectors of unknowns: the motions that an elastic body does not resist."""
+"""Rigid body modes as vectors of unknowns: the motions that an elastic body does not resist."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ import numpy as np
 
 from softmark.solvers.energies.energy import Floats, Ints
 
-Modes = Floats | Callable[[], Floats | None] | None  # (n, 6) rigid motions of the unknowns, or what makes them
+Modes = Floats | Callable[[], Floats | None] | None  # (n, 6) modes of the unknowns, or a function that returns them
 
 
 def rigid_motions(points: Floats, free: Ints) -> Floats:
-    """Return three translations and three rotations of points (n, 3) about their centre, by unknowns `free` (free, 6).
+    """Return the rigid body modes of points, shape (free, 6): three translations, then three rotations.
 
-    Rotations are divided by the size of the body, so that all columns are of similar size.
+    `points` (n, 3) are the positions, and `free` (free,) the unknowns to keep, out of 3 n. Rotations are about the
+    centre of the points and are divided by the size of the body, so that all columns have similar magnitude.
     """
     x = points - points.mean(axis=0)
     x /= max(float(np.abs(x).max(initial=0.0)), np.finfo(float).tiny)
@@ -28,11 +29,11 @@ def rigid_motions(points: Floats, free: Ints) -> Floats:
 
 
 def positions_from_modes(motions: Floats, start: Ints) -> Floats:
-    """Return positions of nodes (g, 3) from rigid motions (n, 6) of their unknowns; `start` (g + 1,) are first
-    unknowns.
+    """Return the positions of nodes (g, 3), relative to the centre, from their rigid body modes.
 
-    An unknown along one axis rotates with the two other coordinates of its node. A coordinate that no unknown of a node
-    gives, as where two are fixed, is taken from the centre.
+    `motions` (n, 6) are the modes of the unknowns, and `start` (g + 1,) the first unknown of each node. An unknown
+    along one axis rotates with the two other coordinates of its node. If no unknown of a node determines a coordinate,
+    as when two axes are fixed, that coordinate is set to the centre's.
     """
     sums, known = np.zeros((len(motions), 3)), np.zeros((len(motions), 3))
     for axis, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):

@@ -14,48 +14,54 @@ from softmark.solvers.sparse.rigid_body_modes import positions_from_modes
 Ints = NDArray[np.int64]
 Places = NDArray[np.uint64]
 Floats = NDArray[np.float64]
-WASTE = 2.2  # panels and stack over entries of the factor: 1.8 to 2.1 in beams of 20 000 to 100 000 unknowns
+WASTE = 2.2  # memory / entries of the factor: 1.8 to 2.1 in beams of 20 000 to 100 000 unknowns
 DISSECTED, LARGE = (
     8000,
     40_000,
-)  # nodes from which a dissection may save work over minimum degree, and always does
-# columns up to: share of explicit zeros that a merger may have
+)  # nodes from which nested dissection may need fewer operations than minimum degree, and always does
+# largest number of columns, and the fraction of explicit zeros allowed in a merged front of this size
 RELAXED = np.array([12, 48, 10**9]), np.array([0.8, 0.1, 0.05])
 
 
 @dataclass(frozen=True)
 class Symbolic:
-    """Symbolic factorisation: fronts in postorder and positions of all entries, with the kernels' array names."""
+    """Symbolic factorisation: fronts in postorder, and positions of all entries in memory.
+
+    Fields have the names of the arguments of the compiled kernels.
+    """
 
     size: int
-    order: Ints  # (n,) unknown eliminated k-th
-    place: Ints  # (n,) its inverse
-    pivots: Ints  # (fronts,)
-    rows: Ints
+    order: Ints  # (n,) the unknown that is eliminated k-th
+    place: Ints  # (n,) inverse of `order`
+    pivots: Ints  # (fronts,) number of pivots
+    rows: Ints  # (fronts,) number of rows
     first: Ints  # first column of each front
-    panel: Ints  # where its columns start in L
-    update: Ints  # where its update matrix starts in U
+    panel: Ints  # position in L at which the columns of a front start
+    update: Ints  # position in U at which the update matrix of a front starts
     index_start: Ints
-    index: Places  # rows below the pivots of every front, one after the other ...
-    local: Places  # ... and where they are in the front of its parent
+    index: Places  # rows below the pivots of all fronts, concatenated ...
+    local: Places  # ... and their positions in the parent's front
     child_start: Ints
     children: Ints
     entry_start: Ints
-    source: Places  # entries of the matrix that belong to the front ...
-    target: Places  # ... and their places in L
+    source: Places  # matrix entries that each front assembles ...
+    target: Places  # ... and their positions in L
     factor_size: int
     stack_size: int
 
     @property
     def flops(self) -> float:
-        """Multiplications and additions of one factorisation."""
+        """Number of multiplications and additions of one factorisation."""
         k, n = self.pivots.astype(float), self.rows.astype(float)
         m = n - k
         return float(np.sum(k**3 / 3 + k**2 * m + k * m**2))
 
 
 def group_unknowns(K: sparse.csr_matrix) -> Ints:
-    """Return the starts (g + 1,) of runs of adjacent unknowns with the same pattern, such as those of a node."""
+    """Return the first unknown of each group of adjacent unknowns with equal pattern, shape (g + 1,).
+
+    Such a group usually is a node; the last entry is the number of unknowns.
+    """
     salt = np.random.default_rng(1).integers(1, 2**62, K.shape[0], dtype=np.int64)
     digest = np.add.reduceat(salt[K.indices], K.indptr[:-1].astype(np.int64))
     new = np.flatnonzero(np.diff(digest) != 0) + 1
@@ -63,7 +69,7 @@ def group_unknowns(K: sparse.csr_matrix) -> Ints:
 
 
 def has_symmetric_pattern(K: sparse.csr_matrix) -> bool:
-    """Return whether the pattern of K is sorted, symmetric and has every diagonal entry."""
+    """Return whether the pattern of K is sorted, symmetric and contains every diagonal entry."""
     if K.shape[0] != K.shape[1] or not K.has_sorted_indices:
         return False
     pattern = sparse.csr_matrix((np.ones(K.nnz), K.indices, K.indptr), shape=K.shape)
@@ -74,14 +80,14 @@ def has_symmetric_pattern(K: sparse.csr_matrix) -> bool:
 
 @dataclass(frozen=True)
 class FactorEstimate:
-    """Order and elimination tree of the nodes, which give the cost of a factor before it is planned."""
+    """Elimination order and elimination tree of the nodes, which determine the cost of a factor."""
 
     start: Ints  # (g + 1,) first unknown of each node
     graph: tuple[Ints, Ints]  # indptr and indices of the nodes' graph
-    order: Ints  # (g,) node eliminated k-th
-    parent: Ints  # (g,)
-    counts: Ints  # (g,) unknowns in the columns of each node
-    weights: Ints  # (g,) unknowns of each node
+    order: Ints  # (g,) the node that is eliminated k-th
+    parent: Ints  # (g,) parents in the elimination tree
+    counts: Ints  # (g,) entries in a factor column of each node
+    weights: Ints  # (g,) number of unknowns of each node
 
     @property
     def entries(self) -> float:
@@ -89,25 +95,32 @@ class FactorEstimate:
         return float(self.counts @ self.weights)
 
     def bytes(self, real: int) -> float:
-        """Return the memory of a factorisation with numbers of `real` bytes: factor, explicit zeros and stack."""
+        """Return the memory of a factorisation, bytes: factor, explicit zeros and stack.
+
+        `real` is the number of bytes of a floating-point number.
+        """
         return WASTE * real * self.entries
 
     @property
     def flops(self) -> float:
-        """Multiplications and additions of one factorisation, without explicit zeros."""
+        """Number of multiplications and additions of one factorisation, without explicit zeros."""
         return float(self.counts.astype(float) ** 2 @ self.weights)
 
 
 def analyse(K: sparse.csr_matrix, motions: Floats | None = None) -> Symbolic:
-    """Return the symbolic factorisation for the pattern of K. Raises ValueError unless symmetric with full diagonal.
+    """Return the symbolic factorisation for the pattern of K.
 
-    Rigid motions (n, 6) of the unknowns, if given, provide their positions: large systems are dissected by these.
+    `motions` (n, 6), the rigid body modes of the unknowns, provide node positions, by which large systems are
+    dissected. Raises ValueError unless the pattern is symmetric with a full diagonal.
     """
     return plan_fronts(K, estimate_factor(K, motions))
 
 
 def estimate_factor(K: sparse.csr_matrix, motions: Floats | None = None) -> FactorEstimate:
-    """Return order and elimination tree for the pattern of K. Raises ValueError as `analyse` does."""
+    """Return the elimination order with the fewest operations among several, and its elimination tree.
+
+    Raises ValueError as `analyse` does.
+    """
     if not has_symmetric_pattern(K):
         raise ValueError("the pattern of the matrix is not symmetric with a full diagonal")
     start = group_unknowns(K)
@@ -121,14 +134,17 @@ def estimate_factor(K: sparse.csr_matrix, motions: Floats | None = None) -> Fact
 
 
 def _tree(start: Ints, graph: tuple[Ints, Ints], order: Ints, weights: Ints) -> FactorEstimate:
-    """Return the elimination tree and column counts for an order."""
+    """Return the elimination tree and the column counts for an elimination order."""
     parent, counts = np.empty_like(order), np.empty_like(order)
     multifrontal_symbolic.build_elimination_tree(*graph, order, weights, parent, counts, np.full((11, len(order)), -1))
     return FactorEstimate(start, graph, order, parent, counts, weights[order])
 
 
 def _graph(K: sparse.csr_matrix, start: Ints) -> tuple[Ints, Ints]:
-    """Return the graph of groups that share an entry, without loops: indptr and indices."""
+    """Return the graph of the groups of unknowns that share a matrix entry, as CSR arrays without loops.
+
+    `start` (g + 1,) is the first unknown of each group.
+    """
     count = len(start) - 1
     member = np.repeat(np.arange(count), np.diff(start))
     representatives = K[start[:-1]]
@@ -140,7 +156,7 @@ def _graph(K: sparse.csr_matrix, start: Ints) -> tuple[Ints, Ints]:
 
 
 def plan_fronts(K: sparse.csr_matrix, sketched: FactorEstimate) -> Symbolic:
-    """Return the fronts and positions of all entries, in unknowns."""
+    """Return the fronts and the positions of all entries for the elimination order in an estimate."""
     begins = multifrontal_symbolic.merge_supernodes(sketched.parent, sketched.counts, sketched.weights, *RELAXED)
     count = len(begins) - 1
     offset = _cumulative_sums(sketched.weights)
@@ -188,12 +204,12 @@ def plan_fronts(K: sparse.csr_matrix, sketched: FactorEstimate) -> Symbolic:
 
 
 def _cumulative_sums(lengths: Ints) -> Ints:
-    """Return cumulative sums of lengths, starting with 0."""
+    """Return the cumulative sums of lengths, starting with 0, shape (k + 1,) for k lengths."""
     return np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
 
 
 def _expand(first: Ints, lengths: Ints) -> Ints:
-    """Return the ranges first[i], first[i] + 1, ... of lengths[i] numbers, concatenated."""
+    """Return the ranges first[i], first[i] + 1, ... of lengths[i] integers, concatenated."""
     ends = np.cumsum(lengths)
     every: Ints = np.arange(ends[-1] if len(ends) else 0) + np.repeat(first - (ends - lengths), lengths)
     return every

@@ -1,10 +1,11 @@
-"""Arc-length method: follows the equilibrium path of a body past maximum loads and snaps.
+"""Arc-length method: follows the equilibrium path of a body past maximum loads and snap-through.
 
 The path is a curve of states and load factors. Its points are a given length apart, measured in displacements and load
-together (Keller 1977; Riks 1979). Each is found by Newton's method in the plane normal to the tangent of the one before
-(Ramm 1981), and the system of state and load is solved by block elimination (Crisfield 1981). The load may fall along
-the path; a point where it turns is a limit point. Where the number of negative eigenvalues of the tangent stiffness
-changes without that, paths meet: at such a bifurcation this method goes straight on.
+together (Keller 1977; Riks 1979). Each point is found by Newton's method in the plane normal to the tangent at the last
+point (Ramm 1981). The equations for state and load are solved by block elimination (Crisfield 1981). The load may
+decrease along the path; a point where it turns is a limit point. Where the number of negative eigenvalues of the
+tangent stiffness changes and the load does not turn, another path crosses: this is a bifurcation, and the method
+follows the original path.
 """
 
 from __future__ import annotations
@@ -23,22 +24,22 @@ from softmark.solvers.linear.linear_solver import TIGHTEST
 from softmark.solvers.statics.static_newton import Newton
 from softmark.solvers.statics.static_problem import NotConverged, Statics
 
-FIRST = 0.1  # of the length of a linear path to full load: the first step
-FINEST = 1e-6  # of the same: the shortest step
-STRIDE = 0.25  # longest step, of the same; later a part of the path so far
-RELATIVE = 0.05  # of the path so far
+FIRST = 0.1  # first step, relative to the length of a linear path to full load
+FINEST = 1e-6  # shortest step, relative to the same length
+STRIDE = 0.25  # longest step, relative to the same length; later RELATIVE times the path
+RELATIVE = 0.05  # longest step, relative to the path so far
 STEPS = 600  # points at most
 CORRECTIONS, USUAL = 10, 4  # Newton iterations of a point at most, and as many as a step should take
 TURN = 0.6  # least cosine between tangents of neighbouring points
 EXACT = 1e-7  # relative residual of a point on the way
 SHARP = 2e-4  # relative width of the bracket around a limit
-FAR = 20.0  # extents of the body: where a path is given up
+FAR = 20.0  # extents of the body: a path that leads farther is given up
 BACK = -1.0  # load at which a path is given up
 
 
 @dataclass(frozen=True)
 class PathLimit:
-    """Critical point of a path: its load factor, and its kind, a `limit point` or a `bifurcation`."""
+    """Critical point of an equilibrium path: its load factor and its kind, `limit point` or `bifurcation`."""
 
     load: float
     kind: str
@@ -46,7 +47,11 @@ class PathLimit:
 
 @dataclass
 class PathPoint:
-    """Point of a path: state, load, unit tangent (dofs of motion, load), and number of negative eigenvalues."""
+    """Point of an equilibrium path: state x (dofs,), load factor, unit tangent and stability.
+
+    The tangent has a motion (dofs,) and a change of the load. `negative` is the number of negative eigenvalues of the
+    tangent stiffness, or None if unknown.
+    """
 
     x: Floats
     load: float
@@ -58,7 +63,7 @@ class PathPoint:
 
 @dataclass
 class Path:
-    """Points and critical points of a path found so far."""
+    """Equilibrium path found so far: its points and its critical points."""
 
     points: list[PathPoint] = field(default_factory=list)
     limits: list[PathLimit] = field(default_factory=list)
@@ -71,7 +76,7 @@ class Path:
 
 
 def _mask_pressures(problem: Statics) -> NDArray[np.bool_]:
-    """Return a mask of the unknowns (dofs,) that are pressures."""
+    """Return a mask (dofs,) of the unknowns that are pressures, not displacements."""
     found = np.zeros(problem.space.dofs, dtype=np.bool_)
     if problem.linear.spare is not None:
         found[problem.assembly.free] = problem.linear.spare != 0.0
@@ -79,40 +84,43 @@ def _mask_pressures(problem: Statics) -> NDArray[np.bool_]:
 
 
 class PathLost(Exception):
-    """Raised if no point of the path is found at a given length."""
+    """Raised if no point of the path is found at the required distance."""
 
 
 class PathFollower:
-    """Arc-length solver that follows the path of one problem from rest."""
+    """Arc-length solver: follows the equilibrium path of one problem from the rest state."""
 
     def __init__(self, newton: Newton) -> None:
         self.newton = newton
         self.problem, self.assembly = newton.problem, newton.problem.assembly
         self.path = Path()
-        self.scale = 1.0  # of motions: that of full load, were the body linear
+        self.scale = 1.0  # scale of motions: the linear response to full load
         self.origin = self.problem.rest
         weights = np.broadcast_to(self.problem.weights, (self.problem.space.dofs,)).astype(np.float64)
-        self.weights = np.where(_mask_pressures(self.problem), np.inf, weights)  # pressures are no part of the length
+        self.weights = np.where(_mask_pressures(self.problem), np.inf, weights)  # pressures do not count in the length
 
     def to_full_load(self) -> Floats:
-        """Return the first state of the path under full load. Raises NotConverged if it does not get there."""
+        """Return the first state (dofs,) of the path under full load. Raises NotConverged if there is none."""
         try:
-            return self._followed()
+            return self._follow_to_full_load()
         except PathLost as lost:
             raise self._stopped(f"where it ends: {lost}") from lost
 
-    def _followed(self) -> Floats:
-        """Follow the path to full load. Raises NotConverged, and PathLost if a point that must exist is not found."""
+    def _follow_to_full_load(self) -> Floats:
+        """Return the first state (dofs,) of the path under full load.
+
+        Raises NotConverged if the path is given up, and PathLost if a point between two known ones is not found.
+        """
         here, step, length = self._first(), FIRST, 0.0
         self.path.points.append(here)
         while len(self.path.points) < STEPS:
             there, step = self._next(here, step)
             crossing = self._crossing(here, there, step)
-            self._note(here, there if crossing is None else crossing, step)
+            self._store_critical_points(here, there if crossing is None else crossing, step)
             self.path.points.append(there if crossing is None else crossing)
             if crossing is not None:
                 return crossing.x
-            self._given_up(there)
+            self._raise_if_given_up(there)
             length, here = length + step, there
             longest = max(STRIDE, RELATIVE * length)
             step = min(longest, step * float(np.clip(np.sqrt(USUAL / max(1, there.iterations)), 0.5, 1.6)))
@@ -121,7 +129,7 @@ class PathFollower:
     # ------------------------------------------------------------------ points
 
     def _first(self) -> PathPoint:
-        """Return the point of the path at rest."""
+        """Return the first point of the path: the rest state without load."""
         x = np.array(self.problem.rest, dtype=np.float64)
         factor = self._factor(x, 0.0)
         rate = self._rate(x, 0.0, factor)
@@ -129,7 +137,10 @@ class PathFollower:
         return PathPoint(x, 0.0, self._unit(rate, 1.0), self._negative(factor), 0.0)
 
     def _next(self, here: PathPoint, step: float) -> tuple[PathPoint, float]:
-        """Return the next point, and the step taken, which is shortened as needed. Raises NotConverged."""
+        """Return the next point of the path, and the step length that was used. Raises NotConverged.
+
+        The step is shortened until a point is found and the tangent turns only little.
+        """
         while True:
             try:
                 there = self.at(here, step)
@@ -143,7 +154,7 @@ class PathFollower:
                 raise self._stopped("where it has a kink")
 
     def at(self, here: PathPoint, step: float) -> PathPoint:
-        """Return the point of the path at distance `step` along the tangent of another point. Raises PathLost."""
+        """Return the point of the path at the distance `step` along the tangent of another point. Raises PathLost."""
         ahead, lift = here.tangent
         d, up = step * ahead, step * lift
         x, load = self._moved(here.x, d), here.load + up
@@ -163,7 +174,10 @@ class PathFollower:
     def _correction(
         self, x: Floats, load: float, g: Floats, tangent: tuple[Floats, float], missing: float
     ) -> tuple[Floats, float]:
-        """Return the Newton correction of state and load that also adds the missing length along the tangent."""
+        """Return the Newton correction of state (dofs,) and load.
+
+        It also adds the length `missing` along the tangent. g (dofs,) are the residual forces. Raises PathLost.
+        """
         factor = self._factor(x, load)
         try:
             rate = self._rate(x, load, factor)
@@ -179,14 +193,14 @@ class PathFollower:
         return balance + rise * rate, rise
 
     def _moved(self, x: Floats, d: Floats) -> Floats:
-        """Return the state after a motion, and set the predicted pressures for the next tangent."""
+        """Return the state after a motion d (dofs,), and set the predicted pressures for the next tangent."""
         if self.newton.cellular:
             self.newton._promised = self.newton.mixing.with_predicted_pressures(self.assembly, x, d)
         self.newton.moved = self.newton._farther(d, 1.0)
         return self.problem.space.move(x, d)
 
     def _point(self, here: PathPoint, x: Floats, load: float, iterations: int) -> PathPoint:
-        """Return a converged state as a point of the path, with its tangent directed forward."""
+        """Return a converged state as a point of the path; its tangent continues the direction of the last point."""
         self.newton._promised = None
         factor = self._factor(x, load)
         try:
@@ -195,10 +209,13 @@ class PathFollower:
             tangent = here.tangent
         if self._dot(tangent, here.tangent) < 0.0:
             tangent = -tangent[0], -tangent[1]
-        return PathPoint(x, load, tangent, self._negative(factor), self._displaced(x), iterations)
+        return PathPoint(x, load, tangent, self._negative(factor), self._largest_displacement(x), iterations)
 
-    def _displaced(self, x: Floats) -> float:
-        """Return the largest nodal displacement, m; rods also have rotations at nodes, solids have none."""
+    def _largest_displacement(self, x: Floats) -> float:
+        """Return the largest displacement of a node in a state x, m.
+
+        Rods also have rotations at nodes, which are left out.
+        """
         moved = x - self.origin
         if len(x) == self.assembly.dofs:
             moved, width = moved[~_mask_pressures(self.problem)], 3
@@ -209,10 +226,10 @@ class PathFollower:
         u = moved.reshape(-1, width)[:, :3]
         return float(np.linalg.norm(u, axis=1).max(initial=0.0))
 
-    # ------------------------------------------------------------------ its equations
+    # ------------------------------------------------------------------ equations
 
     def _factor(self, x: Floats, load: float) -> Factor:
-        """Return a factorisation of the tangent stiffness. Raises PathLost if it is singular."""
+        """Return a factorisation of the tangent stiffness in a state x. Raises PathLost if it is singular."""
         newton = self.newton
         assembly = newton._promised if newton._promised is not None else self.assembly
         K = assembly.tangent(x, load)
@@ -228,11 +245,14 @@ class PathFollower:
         return newton.last
 
     def _negative(self, factor: Factor) -> int | None:
-        """Return the number of negative eigenvalues; None for follower loads."""
+        """Return the number of negative eigenvalues of the tangent; None for follower loads."""
         return factor.negative_pivots if self.assembly.conservative else None
 
     def _rate(self, x: Floats, load: float, factor: Factor) -> Floats:
-        """Return dx/dload along the path (dofs,): imposed motions as given, the rest from the tangent."""
+        """Return the derivative dx/dload (dofs,) along the path.
+
+        Imposed displacements change by their full-load values; all other degrees of freedom follow from the tangent.
+        """
         problem, free = self.problem, self.assembly.free
         change = np.zeros(problem.space.dofs)
         for energy in self.assembly.loads:
@@ -245,13 +265,16 @@ class PathFollower:
         return rate
 
     def _towed(self, x: Floats, load: float, d: Floats) -> Floats:
-        """Return the force that the imposed motion d causes per unit of it, by central differences."""
+        """Return the derivative of the forces (dofs,) by a motion d (dofs,) of the supports, by central differences."""
         eps = 1e-6 * self.problem.extent / max(float(np.abs(d).max()), np.finfo(float).tiny)
         ahead, behind = (self.assembly.gradient(self.problem.space.move(x, s * d), load) for s in (eps, -eps))
         return (ahead - behind) / (2.0 * eps)
 
     def _balanced(self, x: Floats, load: float, g: Floats) -> bool:
-        """Return whether forces balance to EXACT of the full load or of the reactions, or to rounding."""
+        """Return whether residual forces g (dofs,) are small enough for a point on the path.
+
+        They must be below EXACT times the larger of full load and reactions, or below their rounding error.
+        """
         weights, external = self.problem.weights, np.zeros_like(g)
         for energy in self.assembly.loads:
             energy.add_gradient(x, external, 1.0)
@@ -261,32 +284,34 @@ class PathFollower:
         return left <= max(EXACT * max(sizes), 4.0 * self.assembly.rounding(x))
 
     def _dot(self, a: tuple[Floats, float], b: tuple[Floats, float]) -> float:
-        """Return the scalar product of two vectors of motion and load, scaled."""
+        """Return the scalar product of two vectors of a motion (dofs,) and a load, with motions scaled."""
         w = self.weights * self.scale
         return float((a[0] / w) @ (b[0] / w)) + a[1] * b[1]
 
     def _parts(self, a: tuple[Floats, float]) -> tuple[float, float]:
-        """Return the scaled length of the motion, and the load."""
+        """Return the scaled length of the motion, and the load, of a vector a of both."""
         return float(np.linalg.norm(a[0] / (self.weights * self.scale))), a[1]
 
     def _unit(self, d: Floats, load: float) -> tuple[Floats, float]:
-        """Return a vector of motion and load scaled to length one."""
+        """Return a motion d (dofs,) and a load, scaled to unit length together."""
         size = np.sqrt(self._dot((d, load), (d, load)))
         return d / size, load / size
 
     def _record(self, load: float, g: Floats) -> None:
-        """Add an iteration to the history."""
+        """Add an iteration to the history of the solution."""
         left = float(np.linalg.norm((g * self.problem.weights)[self.assembly.free]))
         reactions = float(np.linalg.norm((g * self.problem.weights)[self.problem.fixed]))
         self.newton._record(load, len(self.path.points), left / max(reactions, left) if left else 0.0, 1.0)
 
-    # ------------------------------------------------------------------ where it is special
+    # ------------------------------------------------------------------ full load and critical points
 
     def _crossing(self, here: PathPoint, there: PathPoint, step: float) -> PathPoint | None:
-        """Return the point under full load between two points, to the tolerance; None if there is none."""
+        """Return the equilibrium under full load between two points of the path; None if there is none."""
         top = there
-        if there.load < 1.0 and here.tangent[1] > 0.0 > there.tangent[1]:  # it may have gone over and come back
-            top, step = self._turning(here, there, step)
+        if (
+            there.load < 1.0 and here.tangent[1] > 0.0 > there.tangent[1]
+        ):  # the load may have exceeded 1 and decreased again
+            top, step = self._find_limit_point(here, there, step)
         if not here.load < 1.0 <= top.load:
             return None
         low, high = (0.0, here.load), (step, top.load)
@@ -299,7 +324,7 @@ class PathFollower:
         raise self._stopped("but the point at full load was not found")
 
     def _settled(self, here: PathPoint, near: PathPoint) -> PathPoint | None:
-        """Return the converged point at full load near another; None if Newton's method leads elsewhere."""
+        """Return the converged point under full load near another point; None if Newton's method leads elsewhere."""
         newton = self.newton
         newton._promised = None
         try:
@@ -311,29 +336,32 @@ class PathFollower:
         if not done or strayed:
             return None
         newton._promised = None
-        return PathPoint(x, 1.0, near.tangent, near.negative, self._displaced(x), near.iterations)
+        return PathPoint(x, 1.0, near.tangent, near.negative, self._largest_displacement(x), near.iterations)
 
     def _imposed(self, x: Floats, part: float) -> Floats:
-        """Return a fraction of the imposed displacements (dofs,)."""
+        """Return a fraction `part` of the imposed displacements, shape (dofs,)."""
         d = np.zeros(self.problem.space.dofs)
         d[self.problem.fixed] = part * self.problem.target
         return d
 
-    def _note(self, here: PathPoint, there: PathPoint, step: float) -> None:
-        """Find critical points between two points, and store them."""
+    def _store_critical_points(self, here: PathPoint, there: PathPoint, step: float) -> None:
+        """Find critical points between two points of the path, and store them."""
         turns = here.tangent[1] * there.tangent[1] < 0.0
         known = here.negative is not None and there.negative is not None
         change = (there.negative or 0) - (here.negative or 0) if known else 0
         try:
             if turns:
-                self.path.limits.append(PathLimit(self._turning(here, there, step)[0].load, "limit point"))
+                self.path.limits.append(PathLimit(self._find_limit_point(here, there, step)[0].load, "limit point"))
             if change and abs(change) != int(turns):
-                self.path.limits.append(PathLimit(self._meeting(here, there, step), "bifurcation"))
+                self.path.limits.append(PathLimit(self._find_bifurcation_load(here, there, step), "bifurcation"))
         except PathLost:
-            pass  # the two points say themselves that something lies between them
+            pass  # the tangents at both points already show that a critical point lies between
 
-    def _turning(self, here: PathPoint, there: PathPoint, step: float) -> tuple[PathPoint, float]:
-        """Return the point where the load turns, by false position on the tangent (Illinois). Raises PathLost."""
+    def _find_limit_point(self, here: PathPoint, there: PathPoint, step: float) -> tuple[PathPoint, float]:
+        """Return the limit point between two points of the path, and its distance from the first. Raises PathLost.
+
+        It is found by false position on the load component of the tangent (Illinois method).
+        """
         a, fa, b, fb = 0.0, here.tangent[1], step, there.tangent[1]
         best, at = there, step
         for _ in range(12):
@@ -349,8 +377,11 @@ class PathFollower:
             b, fb = at, f
         return best, at
 
-    def _meeting(self, here: PathPoint, there: PathPoint, step: float) -> float:
-        """Return the load at which the number of negative eigenvalues first changes, by bisection. Raises PathLost."""
+    def _find_bifurcation_load(self, here: PathPoint, there: PathPoint, step: float) -> float:
+        """Return the load factor of the first bifurcation between two points of the path. Raises PathLost.
+
+        The number of negative eigenvalues changes there; it is found by bisection.
+        """
         low, high = (0.0, here), (step, there)
         while abs(high[1].load - low[1].load) > SHARP * abs(high[1].load) and high[0] - low[0] > 1e-6 * step:
             middle = 0.5 * (low[0] + high[0])
@@ -358,10 +389,10 @@ class PathFollower:
             low, high = ((middle, point), high) if point.negative == here.negative else (low, (middle, point))
         return 0.5 * (low[1].load + high[1].load)
 
-    # ------------------------------------------------------------------ where it is given up
+    # ------------------------------------------------------------------ end of the path
 
-    def _given_up(self, there: PathPoint) -> None:
-        """Stop a path that inverts cells, reverses the load, or leads too far: raises NotConverged."""
+    def _raise_if_given_up(self, there: PathPoint) -> None:
+        """Raise NotConverged if the path at a point inverts cells, reverses the load, or leads too far from rest."""
         checks: tuple[tuple[bool, Callable[[], str]], ...] = (
             (not self.problem.sound(there.x), lambda: "where cells become inverted"),
             (there.load < BACK, lambda: "where the load changes sign"),
@@ -375,7 +406,7 @@ class PathFollower:
                 raise self._stopped(why())
 
     def _stopped(self, why: str) -> NotConverged:
-        """Return the error for a path that does not reach full load."""
+        """Return the error for a path that does not reach full load, with the reason `why`."""
         highest = max((p.load for p in self.path.points), default=0.0)
         tops = [s.load for s in self.path.limits if s.kind == "limit point" and s.load > 0.0]
         last = self.path.points[-1].load if self.path.points else 0.0

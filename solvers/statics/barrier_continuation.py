@@ -1,4 +1,4 @@
-"""Barrier continuation: solves contact with rigid bodies again with stiffer barriers until all gaps are positive.
+"""Barrier continuation: solves rigid contact again with stiffer barriers until all gaps are positive.
 
 If facets still penetrate between contact points, points are added and the problem is solved again
 (contact/facet_penetration.py).
@@ -14,23 +14,24 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics.static_problem import Equilibrium, Iteration, NotConverged, Statics
 
-STIFFER = 8.0  # times, at once
-TIMES = 6  # at most: a pressure of a million times Young's modulus is no solid's
-ROUNDS = 12  # of more points at most: where something still cuts in then, the state without them stays, and is told
+STIFFER = 8.0  # factor of one increase of the barrier stiffness
+TIMES = 6  # largest number of increases: higher pressures do not occur in solids
+ROUNDS = 12  # largest number of rounds that add points; after that the state is reported as it is
 
 Find = Callable[[Statics], Equilibrium]
 
 
 class PassedThrough(NotConverged):
-    """Raised if a rigid body has passed through the surface in one step: smaller steps may avoid it."""
+    """Raised if a rigid body has passed through the surface in one step; smaller steps may avoid this."""
 
 
 def solve_with_stiffer_barriers(problem: Statics, find: Find) -> Equilibrium:
-    """Return the equilibrium from `find` with barriers stiff enough, and contact points enough, for positive gaps.
+    """Return the equilibrium with positive gaps, by stiffer barriers and additional contact points.
 
-    Its `beside` has the final contacts. In its facts, `stiffened` is the factor of stiffness, and `joined` the number
-    of added points in contact; these start with the state before, like all others. Raises NotConverged if no
-    equilibrium is found, no barrier is stiff enough, or a rigid body has passed through the surface.
+    `find` solves the problem for given barriers and points. The field `beside` of the result has the final contacts. In
+    its facts, `stiffened` is the factor of the barrier stiffness, and `joined` the number of added points with a
+    contact force. Added points start with the friction history of the last state, like all others. Raises NotConverged
+    if no equilibrium is found, no barrier is stiff enough, or a rigid body has passed through the surface.
     """
     found, used = _stiffen_until_gaps_positive(problem, find)
     last, contacts = found, _rigid_contacts(used.assembly)
@@ -45,16 +46,19 @@ def solve_with_stiffer_barriers(problem: Statics, find: Find) -> Equilibrium:
         except NotConverged:
             break
         problem, last = more, replace(again, history=(*last.history, *again.history))
-    if not _is_on_body_surface(contacts, found.x):  # what had joined in the state before presses on nothing
+    if not _is_on_body_surface(contacts, found.x):  # points added in the last state press where there is no body
         found, used = _stiffen_until_gaps_positive(_without_added_points(problem), find)
         contacts = _rigid_contacts(used.assembly)
-    contacts = [energy.shed(found.x) for energy in contacts]
+    contacts = [energy.without_unloaded_points(found.x) for energy in contacts]
     facts = found.facts | {"joined": sum(len(energy.A) - energy.lasting for energy in contacts)}
     return replace(found, beside=tuple(contacts), history=last.history, facts=facts)
 
 
 def _is_on_body_surface(contacts: list[Any], x: Floats) -> bool:
-    """Return whether added points press close to the surface of their rigid body, so that the state is acceptable."""
+    """Return whether contact forces on added points act close to the surface of their rigid body.
+
+    Only then is the state x acceptable.
+    """
     if all(energy.extra is None for energy in contacts):
         return True
     from softmark.solvers.contact.facet_penetration import MOST, presses_off_surface
@@ -65,7 +69,10 @@ def _is_on_body_surface(contacts: list[Any], x: Floats) -> bool:
 def _stiffen_until_gaps_positive(
     problem: Statics, find: Find, near: Equilibrium | None = None
 ) -> tuple[Equilibrium, Statics]:
-    """Return the equilibrium with barriers stiff enough, and its problem; starts from `near`. Raises NotConverged."""
+    """Return the equilibrium with positive gaps, and the problem with the barriers used. Raises NotConverged.
+
+    The solution starts from the equilibrium `near`, if given.
+    """
     history, given, factor = tuple[Iteration, ...](), problem, 1.0
     if near is not None:
         factor = near.facts["stiffened"]
@@ -82,7 +89,7 @@ def _stiffen_until_gaps_positive(
 
 
 def _check_tunnelling(problem: Statics, found: Equilibrium) -> None:
-    """Raise PassedThrough if a rigid body has passed through the surface since the start."""
+    """Raise PassedThrough if a rigid body has passed through the surface between the start and the result `found`."""
     from softmark.solvers.contact.tunnelling_check import tunnelling_depth
 
     before = problem.rest if problem.start is None else problem.start
@@ -94,20 +101,24 @@ def _check_tunnelling(problem: Statics, found: Equilibrium) -> None:
 
 
 def _rigid_contacts(assembly: Assembly) -> list[Any]:
-    """Return the contacts with rigid bodies at full load."""
+    """Return the rigid contacts of an assembly, at full load."""
     known: list[Any] = [energy for energy in assembly.loads if energy.driven]
     return [energy.at(1.0) for energy in known]
 
 
 def least_gap(problem: Statics, x: Floats) -> float:
-    """Return the smallest gap of all contacts in a state (dofs,), m; inf without contacts."""
+    """Return the smallest gap of all rigid contacts in a state x (dofs,), m; inf without contacts."""
     return min((float(energy.gaps(x).min()) for energy in _rigid_contacts(problem.assembly)), default=float("inf"))
 
 
 def _with_stiffer_barriers(problem: Statics, factor: float, stay: bool = False) -> Statics:
-    """Return the problem with stiffer barriers; with `stay`, rigid bodies are already in place in the start."""
+    """Return the problem with barrier stiffnesses multiplied by a factor.
+
+    With `stay`, the start state already belongs to the final positions of the rigid bodies.
+    """
 
     def each(assembly: Assembly) -> Assembly:
+        """Return an assembly with stiffer barriers."""
         known: list[Any] = list(assembly.loads)
         loads = [energy.stiffer(factor) if energy.driven else energy for energy in known]
         return assembly.acting(assembly.internal, [replace(e, earlier=None) if e.driven and stay else e for e in loads])
@@ -124,7 +135,10 @@ def _without_added_points(problem: Statics) -> Statics:
 
 
 def _with_added_points(problem: Statics, x: Floats) -> tuple[Statics | None, bool]:
-    """Return the problem with more points if facets penetrate in x, else None, and whether x is acceptable."""
+    """Return the problem with more contact points, or None, and whether the state x is acceptable.
+
+    Points are added where facets penetrate a rigid body in x; the problem is None if no facet does.
+    """
     before = problem.rest if problem.start is None else problem.start
     loads: list[Any] = list(problem.assembly.loads)
     stays = True

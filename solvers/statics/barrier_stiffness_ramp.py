@@ -1,8 +1,9 @@
-"""Barrier stiffness ramp: solves contact with soft barriers first, and starts stiffer ones from there.
+"""Barrier stiffness ramp: solves contact with soft barriers first, and with stiffer ones from the result.
 
-A barrier is thin, and behind it there is no resistance: when many nodes come into contact at once, Newton's method
-oscillates between contact and separation. With a soft barrier that begins at the same gap all loaded nodes lie behind
-the surface, and full Newton steps lead there from anywhere near; the stiff barrier then moves them only little.
+A barrier is thin, and behind it there is no resistance. When many nodes come into contact at once, Newton's method
+oscillates between contact and separation. With a soft barrier that begins at the same gap, all loaded nodes lie behind
+the surface, and full Newton steps lead there from any state nearby. The stiff barrier then moves the nodes only a
+little.
 """
 
 from __future__ import annotations
@@ -19,29 +20,31 @@ if TYPE_CHECKING:
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.statics.static_newton import Newton
 
-SOFTEST, SOFT = 1e-4, 0.01  # of the stiffness, across the surface and along it: to begin with
-CLOSEST = 1.5  # from one stiffness to the next: given up below
-STEPS = 20  # whole ones, where pressures are unknowns as well
-WHOLE = 0.5  # of a step: where less of it is in the domain of the law, they lead nowhere
-BEHIND = 0.1  # of how deep the middle of a rigid body is: where the softest barrier begins to bear much
-NEAR = 1e-4  # residual to which all but the last are solved
+SOFTEST, SOFT = 1e-4, 0.01  # first fractions of the stiffness: least normal one, and the next one
+CLOSEST = 1.5  # least factor between two stiffnesses; the ramp fails below it
+STEPS = 20  # largest number of full steps with pressure unknowns
+WHOLE = 0.5  # least fraction of a full step in the domain of the law
+BEHIND = 0.1  # of the depth of the centroid: where the softest barrier becomes stiff
+NEAR = 1e-4  # relative residual for all stiffnesses except the last
 
 
 def ramp_barrier(newton: Newton, x: Floats, load: float) -> Floats:
-    """Return the frictionless equilibrium at a load, from x, by a stiffness ramp. Raises NotConverged."""
+    """Return the frictionless equilibrium at a load factor, from x, by a stiffness ramp. Raises NotConverged."""
 
     def known(own: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
+        """Return the equilibrium of one barrier stiffness."""
         return minimize_at_load(own, x, load, before is None)
 
     return solve_in_stiffness_steps(newton, x, load, (_softest_fraction(newton.assembly), SOFT, 1.0), known)
 
 
 def minimize_at_load(newton: Newton, x: Floats, load: float, first: bool) -> Floats:
-    """Return the equilibrium at a load by decreasing the energy; with pressure unknowns, by full Newton steps first.
+    """Return the equilibrium at a load factor by steps that decrease the energy. Raises NotConverged.
 
-    With pressure unknowns no energy decreases as nodes come into contact and leave it, and steps that decrease the
-    residual are short. If full steps leave the domain of the law at the `first` stiffness, such steps follow; at a
-    later one it stops, since a smaller change of stiffness is faster. Raises NotConverged.
+    With pressure unknowns full Newton steps are tried first: then there is no energy that decreases while nodes come
+    into contact and leave it, and steps that decrease the residual are short. If full steps leave the domain of the law
+    at the `first` stiffness of a ramp, steps that decrease the residual follow. At a later stiffness the error is
+    raised, because a smaller change of stiffness is faster.
     """
     if newton.assembly.saddle:
         try:
@@ -53,7 +56,10 @@ def minimize_at_load(newton: Newton, x: Floats, load: float, first: bool) -> Flo
 
 
 def _softest_fraction(assembly: Assembly) -> float:
-    """Return the first stiffness fraction: as soft as possible without a body passing the middle of a rigid body."""
+    """Return the first fraction of the barrier stiffness in a ramp.
+
+    It is as small as possible without nodes passing the centroid of a rigid body.
+    """
     each: list[Any] = [e for e in assembly.loads if e.driven]
     softest: Iterator[float] = (
         e.barrier.distance / max(BEHIND * depth_of_centroid(e.body), e.barrier.distance / SOFT) for e in each
@@ -64,10 +70,11 @@ def _softest_fraction(assembly: Assembly) -> float:
 def solve_in_stiffness_steps(
     newton: Newton, x: Floats, load: float, softs: tuple[float, ...], find: Callable[..., Floats]
 ) -> Floats:
-    """Return the equilibrium at a load, from x, at the last of the fractions `softs` of the barrier stiffness.
+    """Return the equilibrium at a load factor at the last of the fractions `softs` of the barrier stiffness.
 
-    The fractions are solved in turn by `find`, which gets a solver, a state, the load, and the assembly of that state
-    (None at first). Where it fails, smaller steps follow. Raises NotConverged.
+    The fractions are solved in turn, from the state x on. `find` solves one fraction: its arguments are a solver, the
+    last state, the load factor, and the assembly of that state (None at first). If it fails, smaller changes of
+    stiffness follow. Raises NotConverged.
     """
     known, left, before, own = 0.0, list(softs), None, newton
     while left:
@@ -87,7 +94,10 @@ def solve_in_stiffness_steps(
 
 
 def solver_for(newton: Newton, assembly: Assembly, tolerance: float = 0.0) -> Newton:
-    """Return a Newton solver like another, for another assembly; `tolerance` replaces its tolerance if it is larger."""
+    """Return a copy of a Newton solver for another assembly.
+
+    `tolerance` replaces the tolerance of the solver if it is larger.
+    """
     tolerance = max(newton.problem.tolerance, tolerance)
     problem = replace(newton.problem, assembly=assembly, tolerance=tolerance, exact=None)
     own = type(newton)(problem, newton.history, newton.systems, newton.phase)
@@ -96,12 +106,15 @@ def solver_for(newton: Newton, assembly: Assembly, tolerance: float = 0.0) -> Ne
 
 
 def copy_result(newton: Newton, own: Newton) -> None:
-    """Copy the last factorisation and criterion from a solver that has found an equilibrium."""
+    """Copy the last factorisation and convergence criterion from the solver `own` to the solver `newton`."""
     newton.last, newton.matrix, newton.criterion = own.last, own.matrix, own.criterion
 
 
 def with_softer_barriers(assembly: Assembly, load: float, soft: float) -> Assembly:
-    """Return the assembly at a load with a fraction of the stiffness of all rigid contacts and of friction."""
+    """Return the assembly at a load factor with softer barriers of rigid contacts and softer friction.
+
+    `soft` is the fraction of the stiffness.
+    """
     inner, outer = list[Any](assembly.internal), list[Any](assembly.loads)
     internal = [e.softened(soft) if e.rubs else e for e in inner]
     return assembly.acting(internal, [e.at(load).softened(soft) if e.driven else e for e in outer])

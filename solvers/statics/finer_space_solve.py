@@ -1,9 +1,9 @@
-"""Equilibrium on a finer space over the same mesh, by Newton's method from the state on the coarse space.
+"""Equilibrium on a finer finite element space over the same mesh, by Newton's method from the coarse equilibrium.
 
-The systems of the finer space are solved by conjugate gradients. Smooth errors are reduced by the factor of the coarse
-tangent in the same state, rough ones by the diagonal. The angle between a space and its complement in a finer one does
-not depend on the mesh size, so the number of iterations does not grow with it (Bank 1996). The state is found only to
-a fraction of the distance between the two.
+The linear systems of the finer space are solved by conjugate gradients with two levels: smooth errors are reduced by
+the factorised coarse tangent in the same state, and rough errors by the diagonal. The angle between a space and its
+complement in a finer space does not depend on the mesh size, and so neither does the number of iterations (Bank 1996).
+The error of the result is only a fraction of the distance between coarse and fine equilibrium.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from softmark.solvers.linear.factorisations import Factor, factor
 from softmark.solvers.runtime.thread_limits import ALONE
 from softmark.solvers.sparse.conjugate_gradients import dot
 
-SMALL = 20_000  # unknowns up to which a factor takes hardly more than iterations, and less where volumes are kept
-LARGER = 40_000  # the same where iterations lead nowhere
+SMALL = 20_000  # largest number of unknowns for a direct factorisation
+LARGER = 40_000  # the same if conjugate gradients fail
 CLOSE = 2e-2  # relative residual of the systems, and their error in the energy norm
-NEAR = 0.1  # the same of a step to a mode, whose frequency it changes by its square
-SETTLED = 0.03  # of the first step: a step this short is the last
-NEARBY = 1e-3  # the same where steps cost next to nothing
-ROUNDED = 1e-12  # of the displacements: a step this short is rounding, and those after it are no shorter
-CRAWL = 3.0  # times that, of the way so far: what the steps of DELAY iterations may add up to where they have settled
-STEPS = 10  # of Newton's method at most
-AWAY = 5.0  # times the first step: a longer one does not lead to a state nearby
-DELAY = 10  # iterations over which the energy and the displacements must have come to rest
+NEAR = 0.1  # the same for modes, whose error enters the frequency squared
+SETTLED = 0.03  # of the first step: Newton's method ends at a step this short
+NEARBY = 1e-3  # the same for modified Newton steps, which are cheap
+ROUNDED = 1e-12  # of the displacements: a step this short is rounding
+CRAWL = 3.0  # times the tolerance: largest sum of the last DELAY steps relative to x after convergence
+STEPS = 10  # largest number of Newton steps
+AWAY = 5.0  # times the first step: a longer step leads away
+DELAY = 10  # iterations over which energy and displacements must hardly change
 MOST = 400  # iterations of conjugate gradients in a step
-ALIKE = 1e-10  # of the largest: a smaller direction among vectors is one that they have already
+ALIKE = 1e-10  # of the largest eigenvalue: smaller ones are dependent vectors
 
 
 LOST = "conjugate gradients do not converge on the finer space"
@@ -46,14 +46,17 @@ class StateLost(Exception):
 
 @dataclass(frozen=True)
 class CoarseLevel:
-    """Coarse level: factor of its tangent, and prolongation P of its free unknowns to those of the fine level."""
+    """Coarse level of the preconditioner: factorised tangent and prolongation to the fine level.
+
+    The prolongation P maps the free unknowns of the coarse level to those of the fine level.
+    """
 
     factor: Factor
     P: sparse.csr_matrix  # (fine free, coarse free)
 
     @classmethod
     def of(cls, P: sparse.csr_matrix, coarse: Assembly, fine: Assembly, factor: Factor) -> CoarseLevel:
-        """Return the coarse level for a prolongation P of nodal values (fine nodes, coarse nodes)."""
+        """Return the coarse level for a prolongation P of nodal values, shape (fine nodes, coarse nodes)."""
         three = sparse.kron(P, sparse.identity(3), format="csr")
         return cls(factor, three[fine.free][:, coarse.free].tocsr())
 
@@ -61,7 +64,11 @@ class CoarseLevel:
 def solve_on_finer_space(
     assembly: Assembly, x: Floats, below: Callable[[], CoarseLevel], watch: Callable[[], None] = lambda: None
 ) -> Floats:
-    """Return the equilibrium (dofs,) near x, to SETTLED of its distance. Raises StateLost, Singular, `watch` errors."""
+    """Return the equilibrium (dofs,) of the finer space near the coarse state x (dofs,).
+
+    `below` returns the coarse level, and `watch` is called in every iteration. The last step is at most SETTLED times
+    the first. Raises StateLost, Singular, and the errors of `watch`.
+    """
     first = 0.0
     with np.errstate(all="ignore"), ALONE:
         for number in range(STEPS):
@@ -83,10 +90,10 @@ def solve_on_finer_space(
 def solve_with_known_tangent(
     assembly: Assembly, x: Floats, known: Factor, watch: Callable[[], None] = lambda: None
 ) -> Floats:
-    """Return the equilibrium (dofs,) near x by modified Newton steps, with the factorised tangent of another law.
+    """Return the equilibrium (dofs,) near x by modified Newton steps with the factorised tangent of another law.
 
-    Raises StateLost if a step is longer than half of the last one or leaves the domain of the law, and any error of
-    `watch`.
+    `watch` is called before every step. Raises StateLost if a step is longer than half of the last one or leaves the
+    domain of the law, and the errors of `watch`.
     """
     first = before = 0.0
     with np.errstate(all="ignore"), ALONE:
@@ -106,7 +113,10 @@ def solve_with_known_tangent(
 def tangent_solver(
     assembly: Assembly, x: Floats, below: Callable[[], CoarseLevel], watch: Callable[[], None] = lambda: None
 ) -> tuple[sparse.csr_matrix, Solve]:
-    """Return the tangent in a state, and a solver for it, which raises StateLost. Raises Singular, `watch` errors."""
+    """Return the tangent stiffness in a state x, and a function that solves linear systems with it.
+
+    The function raises StateLost. Raises Singular, and the errors of `watch`.
+    """
     K = assembly.tangent(x, 1.0)
     watch()
     if is_direct(assembly):
@@ -114,6 +124,7 @@ def tangent_solver(
     nearly = _two_level_preconditioner(K, below(), watch)
 
     def solve(b: Floats) -> Floats:
+        """Return the solution of K d = b by conjugate gradients. Raises StateLost."""
         if (found := _conjugate_gradients(K, b, nearly, NEAR)) is None:
             raise StateLost(LOST)
         return found
@@ -122,11 +133,11 @@ def tangent_solver(
 
 
 def lowest_frequencies(K: sparse.csr_matrix, solve: Solve, M: sparse.csr_matrix, modes: Floats) -> Floats:
-    """Return w^2 (m,), (rad/s)^2, of K phi = w^2 M phi near `modes` (n, m) of a coarser space. Raises StateLost.
+    """Return squared frequencies w^2 (m,), (rad/s)^2, of K phi = w^2 M phi on the finer space. Raises StateLost.
 
-    Each mode gets one step of inverse iteration, which leaves w^2 / w_j^2 of its faster parts; modes and steps together
-    are combined by the Rayleigh-Ritz method (Bathe 2014, section 10.3.2). The error of w^2 is quadratic in that of
-    modes.
+    `modes` (n, m) are the modes of a coarser space, prolongated to the finer one. Each mode gets one step of inverse
+    iteration, which reduces its part in a faster mode j to w^2 / w_j^2. Modes and steps are then combined by the
+    Rayleigh-Ritz method (Bathe 2014, section 10.3.2). The error of w^2 is quadratic in the error of the modes.
     """
     with np.errstate(all="ignore"), ALONE:
         stiff, heavy = K @ modes, M @ modes
@@ -136,7 +147,7 @@ def lowest_frequencies(K: sparse.csr_matrix, solve: Solve, M: sparse.csr_matrix,
 
 
 def _rayleigh_ritz(K: sparse.csr_matrix, M: sparse.csr_matrix, basis: Floats) -> Floats:
-    """Return w^2 in ascending order in the span of vectors (n, k). Raises StateLost."""
+    """Return w^2, in ascending order, of modes in the span of the vectors `basis` (n, k). Raises StateLost."""
     basis = basis / np.maximum(np.sqrt((basis * (M @ basis)).sum(axis=0)), np.finfo(np.float64).tiny)
     if not np.all(np.isfinite(basis)):
         raise StateLost("the modes of the finer space are not finite")
@@ -148,9 +159,9 @@ def _rayleigh_ritz(K: sparse.csr_matrix, M: sparse.csr_matrix, basis: Floats) ->
 
 
 def _next_step_is_short(assembly: Assembly, x: Floats, solve: Solve, size: float) -> bool:
-    """Return whether the next step, with the solver of the last, would be short compared with `size`, m.
+    """Return whether the next step, with the linear solver of the last, would be short compared with `size`, m.
 
-    The energy is no measure of that: the finer space first changes the volume of cells, which says little about
+    The energy would be no measure of this: the finer space first changes the volume of cells, which says little about
     bending.
     """
     next_step = solve(assembly.gradient(x, 1.0)[assembly.free])
@@ -158,7 +169,7 @@ def _next_step_is_short(assembly: Assembly, x: Floats, solve: Solve, size: float
 
 
 def _step_within_domain(assembly: Assembly, x: Floats, d: Floats) -> Floats:
-    """Return the state after as much of the step as stays in the domain of the law. Raises StateLost."""
+    """Return the state x + s d with the largest s of 1, 1/2, 1/4 in the domain of the law. Raises StateLost."""
     length = 1.0
     while length > 0.2:
         y = x + length * d
@@ -171,7 +182,10 @@ def _step_within_domain(assembly: Assembly, x: Floats, d: Floats) -> Floats:
 def _newton_step(
     assembly: Assembly, x: Floats, g: Floats, below: Callable[[], CoarseLevel], watch: Callable[[], None]
 ) -> tuple[Floats, Solve]:
-    """Return the Newton step of the free unknowns, by a tangent or a definite one, and its solver. Raises StateLost."""
+    """Return the Newton step of the free unknowns, and the linear solver used for it. Raises StateLost.
+
+    If the tangent is indefinite a definite approximation replaces it. g are the residual forces of the free unknowns.
+    """
     if not np.all(np.isfinite(g)):
         raise StateLost("the forces of the finer space are not finite")
     direct = is_direct(assembly)
@@ -193,16 +207,17 @@ def _newton_step(
 
 
 def is_direct(assembly: Assembly) -> bool:
-    """Return whether the systems of an assembly are factorised, not iterated."""
+    """Return whether the linear systems of an assembly are solved by factorisation instead of iteration."""
     return len(assembly.free) <= SMALL or not assembly.conservative or assembly.saddle
 
 
 def _conjugate_gradients(K: sparse.csr_matrix, b: Floats, precondition: Solve, close: float = CLOSE) -> Floats | None:
-    """Return x with K x = b by conjugate gradients; None if K is not definite, or after MOST iterations.
+    """Return x with K x = b by preconditioned conjugate gradients.
 
-    The residual is dominated by stiff modes, such as volume changes, while bending is soft. So convergence also
-    requires that the energy has stopped growing over DELAY iterations (Strakos and Tichy 2002), and that x has stopped
-    moving. Near incompressibility almost all the energy may be in volume changes while the error of x is as large as x.
+    Returns None if K is not positive definite, or after MOST iterations. The residual is dominated by stiff modes, such
+    as volume changes, while bending is soft. So convergence also requires that the energy has stopped growing over
+    DELAY iterations (Strakos and Tichy 2002), and that x has stopped changing. For nearly incompressible materials
+    almost all the energy may be in volume changes while the error of x is as large as x.
     """
     x, r, p, rz = np.zeros_like(b), b.copy(), np.zeros_like(b), 1.0
     gained: list[float] = []
@@ -227,10 +242,11 @@ def _conjugate_gradients(K: sparse.csr_matrix, b: Floats, precondition: Solve, c
 
 
 def _two_level_preconditioner(K: sparse.csr_matrix, below: CoarseLevel, watch: Callable[[], None]) -> Solve:
-    """Return the two-level preconditioner: diagonal for rough errors, coarse factor for smooth ones."""
+    """Return the two-level preconditioner: the diagonal for rough errors, the coarse tangent for smooth errors."""
     rough, down = 1.0 / K.diagonal(), below.P.T.tocsr()
 
     def precondition(r: Floats) -> Floats:
+        """Return the preconditioned residual of r."""
         watch()
         there: Floats = rough * r + below.P @ below.factor.solve(down @ r)
         return there

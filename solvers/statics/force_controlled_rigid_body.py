@@ -1,8 +1,8 @@
-"""Equilibrium of a rigid body under a known force in one direction: finds the position where contact balances it.
+"""Force-controlled rigid body: finds its position along one direction where contact balances a given force.
 
-The contact force at any position is found as if a support had moved the body there. So the position is one unknown,
-found by Newton's method between positions known to give too little and too much force. The stiffness includes all
-deformation; it must be positive, or the position is unstable.
+The contact force at any position is found as if a support had moved the body there. So the position is the only
+unknown. It is found by Newton's method between positions with too small and too large contact forces. The stiffness
+includes all deformation; the position is unstable if it is not positive.
 """
 
 from __future__ import annotations
@@ -20,32 +20,33 @@ from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.statics.static_problem import Equilibrium, Iteration, NotConverged, Statics
 
-PLACES = 60  # at most
-CLOSER = 0.1  # of the tolerance: what equilibria at one place may leave of theirs
-GROWS = 6.0  # times the force that it presses with over its stiffness, which is as deep as it is: no farther at once
-FIRST = 30.0  # times the barrier's distance: how far it goes at first
-NOTHING = 1e-9  # of the force: what it meets does not resist yet, as a piece that nothing stops does not
-LONGEST = 0.1  # of the size of the body: how far it goes at once then
-FAILURES = 12  # places without an equilibrium, at most
-FAR = 4.0  # times the size of the body and the gap: where nothing has stopped it, nothing does
-LOOKS = 1000  # for what it meets on its way
-WITHIN, AIMED = 0.9, 0.5  # of the barrier's distance: touch, and where it stops on its way there
-SMALL = 1e-4  # of the barrier's distance: differences for a stiffness
-ROUNDED = 4.0  # times what rounding leaves: no less is asked for
-LEAST = 1e-16  # of the size of the body: places that are nearer are one
-LOOKED = 12  # places between others, at most, where the force may have fallen on the way
-STEEP = 3.0  # times the mean slope: what those at both ends may be, squared and added, of a cubic that only rises
-NEAR = 1e-3  # of the force: neighbouring places whose forces are nearer are taken to have nothing between them
+PLACES = 60  # largest number of positions
+CLOSER = 0.1  # of the tolerance: tolerance of the equilibrium at each position
+GROWS = 6.0  # times force over stiffness (the present depth): longest step
+FIRST = 30.0  # times the barrier distance: first step
+NOTHING = 1e-9  # of the force: less is no resistance, as of a piece that is not supported
+LONGEST = 0.1  # of the size of the body: longest step without resistance
+FAILURES = 12  # largest number of positions without an equilibrium
+FAR = 4.0  # times size of the body plus gap: farther away there is nothing to meet
+LOOKS = 1000  # largest number of steps in the search for first contact
+WITHIN, AIMED = 0.9, 0.5  # of the barrier distance: contact, and target of each search step
+SMALL = 1e-4  # of the barrier distance: step of the difference quotient for the stiffness
+ROUNDED = 4.0  # times the rounding error: least tolerance
+LEAST = 1e-16  # of the size of the body: nearer positions are the same
+LOOKED = 12  # largest number of positions added between others to detect a fall of the force
+STEEP = 3.0  # times the mean slope: largest root of the sum of squared end slopes of a monotonic cubic
+NEAR = 1e-3  # of the force: smaller differences between neighbouring positions are not examined
 
 Find = Callable[[Statics], Equilibrium]
 
 
 @dataclass(frozen=True)
 class ForceControl:
-    """Rigid body that moves along x, y or z, number `along`, under a `force` in that direction, N, from `begun`, m, on.
+    """Rigid body that moves along one axis under a given force.
 
-    `contacts` are the indices of its contacts among the loads; `placed` returns a contact with the body moved by a
-    distance, m, from its position without the force.
+    `along` is the number of the axis (x, y or z), `force` the force in this direction, N, and `begun` the travel, m, at
+    the start. `contacts` are the indices of the contacts of the body among the loads. `placed` returns a contact with
+    the body at a given travel, m, from its position without the force.
     """
 
     along: int
@@ -57,7 +58,10 @@ class ForceControl:
 
 @dataclass(frozen=True)
 class TravelPoint:
-    """Travel of the rigid body, m, the equilibrium there, and its force on the deformable body in that direction, N."""
+    """Equilibrium at a travel d of the rigid body, m.
+
+    `push` is the force of the rigid body on the deformable body in the direction of travel, N.
+    """
 
     d: float
     found: Equilibrium
@@ -65,18 +69,18 @@ class TravelPoint:
 
 
 def solve_force_balance(problem: Statics, press: ForceControl, find: Find) -> Equilibrium:
-    """Return the equilibrium, by `find` with contact, at the position where the contact force balances the force.
+    """Return the equilibrium at the travel of the rigid body where the contact force balances the given force.
 
-    Its facts `pressed` hold the travel, m, the unbalanced force `left_N`, N, the stiffness, N/m, the number of
-    positions solved, and whether the body `gave_way` on the way there. Raises NotConverged if nothing stops the rigid
-    body, or the position is unstable.
+    `find` solves contact at a fixed travel. In the facts of the result, `pressed` holds the travel, m, the unbalanced
+    force `left_N`, N, the stiffness, N/m, the number of positions solved, and whether the body `gave_way` (snapped
+    through) on the way. Raises NotConverged if nothing stops the rigid body, or the position is unstable.
     """
     return _PositionSearch(problem, press, find).found()
 
 
 @dataclass(frozen=True)
 class TravelStiffness:
-    """Position and stiffness there, N/m."""
+    """Travel of the rigid body, and the stiffness there, N/m."""
 
     place: TravelPoint
     k: float
@@ -91,18 +95,18 @@ class _PositionSearch:
         self.places = 0
         self.least = LEAST * problem.extent
         self.failures, self.stride = 0, 0.0
-        self.seen = list[TravelStiffness]()  # where it met something that is held
-        self.low, self.high = -np.inf, np.inf  # where it bears too little, and too much, in the direction of d
+        self.seen = list[TravelStiffness]()  # positions with resistance
+        self.low, self.high = -np.inf, np.inf  # bracket of the travel: too small and too large contact force
 
     def found(self) -> Equilibrium:
-        """Return the equilibrium where the force is balanced. Raises NotConverged."""
+        """Return the equilibrium where the given force is balanced. Raises NotConverged."""
         here = self._at(self.press.begun)
         while self.places < PLACES:
             left = self._left(here)
             if here.push == 0.0 and left == 0.0:
                 return self._kept(here, 0.0, 0.0)
             if here.push == 0.0:
-                there = self._met(here, float(np.sign(left)))
+                there = self._first_contact_position(here, float(np.sign(left)))
             else:
                 stiffness = self._stiffness(here)
                 if self._resists(here):
@@ -117,7 +121,7 @@ class _PositionSearch:
         raise NotConverged(reason, self.history)
 
     def _left(self, here: TravelPoint) -> float:
-        """Return the unbalanced force, N, and narrow the bracket of positions."""
+        """Return the unbalanced force at a position, N, and narrow the bracket of positions."""
         left = self.press.force - here.push
         if left > 0.0:
             self.low = max(self.low, here.d)
@@ -130,9 +134,10 @@ class _PositionSearch:
         return ROUNDED * float(sum(contact.rounding(here.found.x) for contact in self._contacts(here.found)))
 
     def _next(self, here: TravelPoint, left: float, stiffness: float) -> float:
-        """Return Newton's next position, limited to GROWS times the present depth and to the bracket.
+        """Return the next travel by Newton's method, m, from the unbalanced force, N, and the stiffness, N/m.
 
-        Without a force the body also leaves the barrier, in which its force would decrease without end.
+        The step is at most GROWS times the present depth, and the result stays inside the bracket. If the given force
+        is zero, the body also moves out of the barrier, where its force would otherwise decrease without end.
         """
         distance = min(c.barrier.distance for c in self._contacts(here.found))
         first = FIRST * distance
@@ -146,15 +151,15 @@ class _PositionSearch:
         return there if self.low < there < self.high else self._between(there)
 
     def _resists(self, here: TravelPoint) -> bool:
-        """Return whether the contact force is not negligible."""
+        """Return whether the contact force at a position is not negligible."""
         return abs(here.push) > NOTHING * abs(self.press.force)
 
     def _between(self, there: float) -> float:
-        """Return the middle of the bracket, or `there` if it has no two sides yet."""
+        """Return the middle of the bracket, or `there` if the bracket is still open on one side."""
         return 0.5 * (self.low + self.high) if np.isfinite(self.low) and np.isfinite(self.high) else there
 
     def _towards(self, here: TravelPoint, there: float) -> TravelPoint:
-        """Return the equilibrium at a position, or at a nearer one. Raises NotConverged if there is none."""
+        """Return the equilibrium at the travel `there`, m, or nearer to `here` if that fails. Raises NotConverged."""
         while True:
             try:
                 return self._at(there, here)
@@ -169,8 +174,9 @@ class _PositionSearch:
                     raise NotConverged(f"{reason}, and further on {failure.reason}", self.history) from failure
 
     def _at(self, d: float, near: TravelPoint | None = None) -> TravelPoint:
-        """Return the equilibrium at a position, from a near one; with friction, which depends on the path, from the
-        start.
+        """Return the equilibrium at the travel d, m, solved from the equilibrium `near`.
+
+        With friction, which depends on the path, it is solved from the start of the problem. Raises NotConverged.
         """
         self.places += 1
         problem = replace(self.problem, tolerance=CLOSER * self.problem.tolerance)
@@ -196,12 +202,15 @@ class _PositionSearch:
         return [c for i, c in zip(driven, found.beside, strict=True) if i in own]
 
     def _push(self, found: Equilibrium, x: Floats, d: float) -> float:
-        """Return the force on the deformable body in the direction of travel, N, in a state x at travel d, m."""
+        """Return the force on the deformable body along the travel, N, in a state x with the rigid body at d, m."""
         each = (self.press.placed(contact, d) for contact in self._contacts(found))
         return float(sum(contact.pushes(x).sum(axis=0)[self.press.along] for contact in each))
 
     def _stiffness(self, here: TravelPoint) -> float:
-        """Return the derivative of the contact force by travel, with all deformation, N/m; 0 for a singular tangent."""
+        """Return the derivative of the contact force by the travel, N/m, including all deformation.
+
+        It is 0 for a singular tangent.
+        """
         x, found = here.found.x, here.found
         last = iter(found.beside)
         loads: list[Any] = [next(last) if energy.driven else energy for energy in self.problem.assembly.loads]
@@ -221,8 +230,11 @@ class _PositionSearch:
         ahead, behind = (self._push(found, x + sign * way, here.d + sign * e) for sign in (1.0, -1.0))
         return float((ahead - behind) / (2.0 * e))
 
-    def _met(self, here: TravelPoint, sign: float) -> float:
-        """Return the position of first contact with the body at rest, m. Raises NotConverged if there is none."""
+    def _first_contact_position(self, here: TravelPoint, sign: float) -> float:
+        """Return the travel, m, at which the rigid body first touches the body in its present state.
+
+        `sign` is the direction of the search. Raises NotConverged if there is no contact.
+        """
         contacts, x, way = self._contacts(here.found), here.found.x, 0.0
         distance = min(c.barrier.distance for c in contacts)
         far = None
@@ -240,10 +252,10 @@ class _PositionSearch:
         raise NotConverged(f"nothing stops the rigid body: it moves on along {along}", self.history)
 
     def _gave_way(self, here: TravelPoint) -> bool:
-        """Return whether the contact force falls on the way to a position, so that the body snaps through.
+        """Return whether the contact force falls somewhere on the way to a position, so that the body snaps through.
 
-        Steps may jump over that: if the cubic through two neighbouring positions with their stiffnesses need not be
-        monotonic (Fritsch and Carlson 1980), the middle position is solved as well.
+        Steps may jump over such a fall. So between two neighbouring positions the middle one is solved as well, unless
+        the cubic through both forces and stiffnesses must be monotonic (Fritsch and Carlson 1980).
         """
         low, high = sorted((self.press.begun, here.d))
         way = sorted((own for own in self.seen if low <= own.place.d <= high), key=lambda own: own.place.d)
@@ -269,7 +281,7 @@ class _PositionSearch:
         return False
 
     def _kept(self, here: TravelPoint, left: float, stiffness: float) -> Equilibrium:
-        """Return the equilibrium with the facts of the search. Raises NotConverged if it is unstable."""
+        """Return the equilibrium with the facts of the search added. Raises NotConverged if it is unstable."""
         if here.push != 0.0 and not stiffness > 0.0:
             reason = (
                 "the equilibrium of the rigid body is unstable: it snaps through at a contact force of "
@@ -282,9 +294,10 @@ class _PositionSearch:
 
 
 def _with_loads(problem: Statics, loads: Sequence[Any]) -> Statics:
-    """Return the problem with other loads, also in its corotational twin."""
+    """Return the problem with other loads, also for its corotational twin."""
 
     def each(assembly: Assembly) -> Assembly:
+        """Return an assembly with the other loads."""
         return assembly.joined(list(loads))
 
     return replace(problem, assembly=each(problem.assembly), twin=problem.twin and each(problem.twin))

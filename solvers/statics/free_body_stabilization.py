@@ -1,8 +1,9 @@
 """Equilibrium of bodies held only by contact, with a stabilising spring whose force vanishes at the end.
 
-The spring ties every node to a reference position. The solution becomes the next reference, until the spring force has
-vanished (proximal point method, Rockafellar 1976). So the result does not depend on its stiffness. While nothing
-balances a load, each iteration moves the body by a fraction of its size; this is no motion in time.
+The spring ties every node to a reference position. Each solution becomes the next reference, until the spring force has
+vanished (proximal point method, Rockafellar 1976). So the result does not depend on the spring stiffness. As long as
+contact does not balance the loads, each iteration moves the body by a fraction of its size; these iterations are no
+motion in time.
 """
 
 from __future__ import annotations
@@ -18,22 +19,23 @@ from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Float
 from softmark.solvers.energies.stabilization_spring import StabilizationSpring
 from softmark.solvers.statics.static_problem import HELD, SLIDES, Equilibrium, Iteration, NotConverged, Statics
 
-REACH = 0.1  # of its size: how far loads take a free body at a time
-WEAKER = 100.0  # times, from place to place, as long as it bears less and less
-GONE = 1e-10  # of the forces on the body: what it may bear in the end
-STUCK = 30  # places at which it bears no less than at the one before
-MOST = 60  # places
-NOTHING = 1e-6  # of what the weakest spring bears when it is stretched by the size of the body: no force
-FALLS = 0.5  # of the forces that it bears: nothing else does yet
-FREE = 0.99  # of the forces: nothing else bears anything
-CLOSER = 0.3  # of the tolerance: what is left of it is for what the spring bears
+REACH = 0.1  # of its size: largest motion of a free body in one iteration
+WEAKER = 100.0  # factor by which the spring is weakened per iteration while its force falls
+GONE = 1e-10  # of the forces on the body: largest spring force at the end
+STUCK = 30  # largest number of iterations in which the spring force does not fall
+MOST = 60  # largest number of iterations
+NOTHING = 1e-6  # of the force of the weakest spring stretched by the size of the body: zero force
+FALLS = 0.5  # ratio of spring forces above which contact does not yet carry the loads
+FREE = 0.99  # of the forces: above this, only the spring carries the loads
+CLOSER = 0.3  # of the tolerance: the remainder is for the spring force
 
 
 def solve_with_vanishing_spring(problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equilibrium:
-    """Return the equilibrium from `find` of a problem whose last energy is a stabilising spring with no force left.
+    """Return the equilibrium of a body held only by contact, without any force of the stabilising spring.
 
-    In its facts `grounded` are the spring force, relative to the forces on the body, and the number of reference
-    positions. Raises NotConverged if no equilibrium is found, or nothing else comes to carry the loads.
+    The spring is the last energy of the problem, and `find` solves the problem with a given spring. In the facts of the
+    result, `grounded` holds the spring force relative to the forces on the body, and the number of reference positions.
+    Raises NotConverged if no equilibrium is found, or contact does not come to carry the loads.
     """
     known: Any = problem.assembly.internal[-1]
     ground: StabilizationSpring = replace(known, place=problem.rest if problem.start is None else problem.start)
@@ -62,7 +64,10 @@ def solve_with_vanishing_spring(problem: Statics, find: Callable[[Statics], Equi
 
 
 def _load_resultant(problem: Statics) -> float:
-    """Return the resultant at rest, N, of loads independent of rigid bodies, or their moment divided by the size."""
+    """Return the resultant, N, of the loads at rest that do not come from rigid bodies.
+
+    Their moment divided by the size of the body replaces it if larger.
+    """
     f = np.zeros(problem.assembly.dofs)
     for energy, scale in problem.assembly.loaded(1.0):
         if not energy.driven:
@@ -71,7 +76,7 @@ def _load_resultant(problem: Statics) -> float:
 
 
 def _relative_spring_force(assembly: Assembly, ground: StabilizationSpring, x: Floats, least: float) -> float:
-    """Return the spring force relative to the forces of loads and contacts on the nodes, or to `least`."""
+    """Return the spring force relative to the nodal forces of loads and contacts, or to `least`, N, if larger."""
     f = np.zeros(assembly.dofs)
     meets = [(energy, 1.0) for energy in assembly.internal if isinstance(energy, DynamicPatternEnergy)]
     for energy, scale in (*assembly.loaded(1.0), *meets):
@@ -94,13 +99,13 @@ def _with_internal(assembly: Assembly, internal: list[Energy]) -> Assembly:
 
 
 def _with_bodies_in_place(assembly: Assembly) -> Assembly:
-    """Return the assembly with rigid bodies that are already in place in the start."""
+    """Return the assembly with rigid bodies already in their final positions at the start."""
     known: list[Any] = list(assembly.loads)
     return assembly.acting(assembly.internal, [replace(e, earlier=None) if e.driven else e for e in known])
 
 
 def _failure_reason(problem: Statics, ground: StabilizationSpring, x: Floats, borne: float) -> str:
-    """Return the reason why contact does not come to hold the body."""
+    """Return the reason why contact does not come to hold the body, as text."""
     each: list[Any] = [e for e in problem.assembly.loads if e.rubs]
     if any(e.at(1.0).pressures(x).any() for e in each) and not any(e.at(1.0).holds(x) for e in each):
         held = problem.fixed.size > 0 or any(

@@ -1,9 +1,10 @@
-"""Friction iteration: minimises energies with lagged pressures, then takes full Newton steps with the present ones.
+"""Friction iteration: minimises energies with lagged pressures, then takes full Newton steps.
 
-Friction depends on unknown pressures, and has no energy. With pressures and normals of an earlier iterate it has one,
-which Newton's method minimises as without friction. The result gives new pressures; their changes shrink with the
-coupling of pressure and shear (Jean 1999; Li et al. 2020). Close to the solution, full steps with the complete,
-unsymmetric tangent converge quadratically.
+Friction depends on unknown pressures, and has no energy. With constant pressures and normals of an earlier iterate it
+has an energy, which Newton's method minimises as in problems without friction. The result gives new pressures. Their
+changes shrink from iteration to iteration, by a factor that depends on the coupling of pressure and shear (Jean 1999;
+Li et al. 2020). Close to the solution, full steps with the present pressures and the complete, unsymmetric tangent
+converge quadratically.
 """
 
 from __future__ import annotations
@@ -26,15 +27,15 @@ if TYPE_CHECKING:
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.statics.static_newton import Newton
 
-MOST, WITHIN = 12, 20  # iterates, and steps of each
-BESIDE = 0.5  # residual of a start from which it is found at once
-ROUGH, FINER = 1e-2, 0.05  # how well an iterate is worth solving: at most, and of the residual that friction leaves
-EACH = 3, 6  # whole steps of all of it from an iterate: the second as long as the residual falls
-FALLS = 1, 2, 6  # the same beside surfaces that deform, whose barriers whole steps go too near to
+MOST, WITHIN = 12, 20  # largest numbers of iterates, and of steps in each
+BESIDE = 0.5  # largest residual for full steps at once
+ROUGH, FINER = 1e-2, 0.05  # tolerance of an iterate: upper limit, and relative to the friction residual
+EACH = 3, 6  # full steps from an iterate: number, and number while the residual falls
+FALLS = 1, 2, 6  # the same between deformable surfaces, where full steps come too near
 
 
 def solve_friction(newton: Newton, x: Floats, load: float) -> Floats:
-    """Return the equilibrium with friction at a load, from x. Raises NotConverged."""
+    """Return the equilibrium with friction at a load factor, from a state x. Raises NotConverged."""
     rigid = _has_rigid_friction(newton.assembly)
     if rigid and newton.problem.start is not None and newton.residual(x, load)[1] < BESIDE:
         own = solver_for(newton, with_softer_barriers(newton.assembly, load, 1.0))
@@ -53,14 +54,20 @@ def solve_friction(newton: Newton, x: Floats, load: float) -> Floats:
 
 
 def _solve_sticking_first(newton: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
-    """Return the equilibrium of one stiffness; at first, while pressures are unknown, everything sticks."""
+    """Return the equilibrium of one barrier stiffness. Raises NotConverged.
+
+    At the first stiffness (`before` is None) pressures are unknown, and all points stick.
+    """
     return _iterate_lagged_friction(newton, x, load, before, grips=before is None)
 
 
 def _iterate_lagged_friction(
     newton: Newton, x: Floats, load: float, before: Assembly | None, grips: bool = False
 ) -> Floats:
-    """Return the equilibrium of one stiffness, from that of the one before. Raises NotConverged."""
+    """Return the equilibrium of one barrier stiffness by iteration with lagged pressures. Raises NotConverged.
+
+    x is the equilibrium of the last stiffness and `before` its assembly. With `grips` all points stick at first.
+    """
     residual = 1.0
     for _ in range(MOST):
         own = solver_for(newton, _with_lagged_friction(newton.assembly, x, before, grips), min(ROUGH, FINER * residual))
@@ -95,12 +102,12 @@ def _full_newton_steps(newton: Newton, x: Floats, load: float, residual: float) 
 
 
 def _has_rigid_friction(assembly: Assembly) -> bool:
-    """Return whether there is friction with rigid bodies, whose barriers are softened first."""
+    """Return whether there is friction with rigid bodies; their barriers are softened first."""
     return any(e.rubs for e in assembly.loads)
 
 
 def _explain_sliding(newton: Newton, failure: NotConverged, x: Floats | None, load: float) -> NotConverged:
-    """Return the error, with the reason that all points in contact slide if they do where Newton's method stopped."""
+    """Return the error, with a reason added if all points in contact slide where Newton's method stopped."""
     soft = with_softer_barriers(newton.assembly, load, SOFT)
     each: list[Any] = [e for e in (*soft.internal, *soft.loads) if e.rubs]
     if x is None or any(e.holds(x) for e in each):
@@ -110,15 +117,19 @@ def _explain_sliding(newton: Newton, failure: NotConverged, x: Floats | None, lo
 
 
 def is_stable_at_pressures(newton: Newton, x: Floats) -> bool | None:
-    """Return whether an equilibrium is stable at its present pressures; None if unknown."""
+    """Return whether an equilibrium x is stable if its pressures stay constant; None if unknown."""
     return solver_for(newton, _with_lagged_friction(newton.assembly, x, None, grips=False), 1.0).definite(x) or None
 
 
 def _with_lagged_friction(assembly: Assembly, x: Floats, before: Assembly | None, grips: bool) -> Assembly:
-    """Return the assembly with friction lagged to the pressures of `before` in x; with `grips` everything sticks."""
+    """Return the assembly with friction lagged to the pressures in the state x.
+
+    The pressures are those of the assembly `before`, if given. With `grips` all points in contact stick.
+    """
     was = before or assembly
 
     def each(own: Any, known: Any) -> list[Any]:
+        """Return energies with lagged friction."""
         return [e.lagged(x, e0, grips) if e.rubs else e for e, e0 in zip(own, known, strict=True)]
 
     return assembly.acting(each(assembly.internal, was.internal), each(assembly.loads, was.loads))

@@ -1,7 +1,7 @@
 """Material point of an isotropic law in principal axes, with plain numbers instead of arrays, for speed.
 
-It does for isotropic laws what `material_point.py` does for any law: Newton's method on the logarithms of at most
-three stretches and a pressure, with the law in principal stretches (materials/principal_axes_law.py). A state takes
+This solver finds the same states as `material_point.py` does for any law: Newton's method on the logarithms of at most
+three stretches and on a pressure, with the law in principal stretches (materials/principal_axes_law.py). A state takes
 some tens of microseconds, and less if no stretch is unknown.
 """
 
@@ -29,13 +29,16 @@ from softmark.solvers.statics.material_point_state import (
 )
 
 Rows = list[list[float]]
-Free = list[tuple[float, list[int]]]  # the nominal stress on free axes, Pa, and which of them have it
-NEAR = 1e-5  # logarithms of stretches that are nearer have their difference of stresses from the slope, to its square
+Free = list[tuple[float, list[int]]]  # nominal stress on free axes, Pa, and the axes that have it
+NEAR = 1e-5  # below this difference of logarithmic stretches, stress differences follow from the slope
 INF = math.inf
 
 
 def is_applicable(drive: ImposedDeformation) -> bool:
-    """Return whether this solver applies: to stretches, or to a shear with all stretches imposed."""
+    """Return whether this solver applies to an imposed deformation.
+
+    It applies to stretches along the axes, and to a shear if all stretches are imposed.
+    """
     given = drive.stretches.tolist()
     if any(t <= 0.0 for t in given):
         return False
@@ -44,15 +47,18 @@ def is_applicable(drive: ImposedDeformation) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class PrincipalPoint:
-    """Isotropic law at one point; for an incompressible solid, its isochoric law and the constraint."""
+    """Isotropic law at one point, with the volume constraint of an incompressible solid.
 
-    law: Any  # with `principal`
-    constraint: Any  # `OfVolume`, or None
+    `law` is then its isochoric law; `constraint` is None for a compressible solid.
+    """
+
+    law: Any  # a law with the method `principal`
+    constraint: Any  # `VolumeRatioConstraint`, or None
 
     # ------------------------------------------------------------------ Newton's method
 
     def guess(self, drive: ImposedDeformation) -> tuple[Any, float]:
-        """Return initial stretches from small logarithmic strains, and zero pressure."""
+        """Return initial stretches (3,), from the linear law for logarithmic strains, and zero pressure."""
         given = drive.stretches.tolist()
         free = [a for a in range(3) if given[a] != given[a]]
         if not free:
@@ -68,9 +74,10 @@ class PrincipalPoint:
         return [math.exp(e) for e in log], 0.0
 
     def newton(self, drive: ImposedDeformation, start: tuple[Any, float], most: int) -> Any:
-        """Return logarithms of stretches, pressure, iterations and stresses there; None if it does not converge.
+        """Return logarithms of stretches, pressure, iterations and stresses of the solution; None without convergence.
 
-        Free axes with the same stress share one unknown stretch: the law is isotropic.
+        Free axes with the same prescribed stress share one unknown stretch, because the law is isotropic. `start` has
+        initial stretches and pressure; `most` is the largest number of iterations.
         """
         given, pull = drive.stretches.tolist(), drive.stresses.tolist()
         e = [math.log(s if t != t else t) for t, s in zip(given, start[0], strict=True)]
@@ -99,7 +106,10 @@ class PrincipalPoint:
         return None
 
     def _of_one(self, e: list[float], pull: float, axes: list[int], most: int) -> Any:
-        """Solve a state with one unknown stretch and no pressure: the most frequent case."""
+        """Return the solution of `newton` for one unknown stretch and no pressure: the most frequent case.
+
+        e are the logarithms of stretches, `pull` the prescribed stress, Pa, on the free axes `axes`.
+        """
         a, known = axes[0], self._known(e, 0.0)
         left = math.nan if known is None else known[1][a] - (pull * math.exp(e[a]) if pull else 0.0)
         for number in range(most):
@@ -125,7 +135,7 @@ class PrincipalPoint:
         return None
 
     def _searched(self, at: Any, free: Free, step: list[float]) -> Any:
-        """Return the first point back along a step with a smaller residual; None if there is none."""
+        """Return the first point with a smaller residual along a Newton step, by halving; None if there is none."""
         e, p, (left, _, _) = at
         part, size = 1.0, math.hypot(*left)
         for _ in range(HALVINGS):
@@ -142,7 +152,11 @@ class PrincipalPoint:
         return None
 
     def _relieved(self, drive: ImposedDeformation, e: list[float], free: Free) -> Any:
-        """Return a state that its volume determines, with at most one unknown stretch, and the pressure it needs."""
+        """Return the solution of `newton` if the stretches follow from the imposed values and the volume constraint.
+
+        The pressure follows from the prescribed stress on a free axis. Returns None if the volume constraint cannot be
+        met.
+        """
         own = e if drive.shear is None else list(_PrincipalShear.of(drive, e).e)
         if self.constraint is None:
             known = self._known(own, 0.0)
@@ -161,10 +175,10 @@ class PrincipalPoint:
         return e, p, 0, known
 
     def _at(self, e: list[float], p: float, free: Free) -> Any:
-        """Return the residual of Kirchhoff stress on free axes, Pa, and of the constraint, its Jacobian, and the
-        stresses.
+        """Return the residual, its Jacobian, and the stresses, at logarithms e of stretches and a pressure p, Pa.
 
-        Return None outside the domain of the law.
+        The residual has the Kirchhoff stresses on free axes minus the prescribed ones, Pa, and the volume constraint.
+        Returns None outside the domain of the law.
         """
         known = self._known(e, p)
         if known is None:
@@ -189,12 +203,12 @@ class PrincipalPoint:
         return (left, rows, known) if math.isfinite(sum(left)) else None
 
     def _known(self, e: Sequence[float], p: float) -> Any:
-        """Return psi, tau and its derivatives, with a pressure on the constraint; None on overflow."""
+        """Return psi, Kirchhoff stresses tau and their derivatives by e, with a pressure p, Pa; None on overflow."""
         try:
             known = self.law.principal(e)
         except (OverflowError, ZeroDivisionError):
             return None
-        if type(known[0]) is not float:  # a law that is written with numpy alone
+        if type(known[0]) is not float:  # a law written with numpy only
             psi, tau, bent = known
             known = float(psi), [float(t) for t in tau], [[float(b) for b in row] for row in bent]
         if self.constraint is not None and p:
@@ -202,20 +216,20 @@ class PrincipalPoint:
         return known
 
     def _press(self, known: Any, p: float, J: float) -> None:
-        """Add the stress of a pressure."""
+        """Add the stress of a pressure p, Pa, at the volume ratio J to the stresses and derivatives `known`."""
         _, first, second = self.constraint.of(J - 1.0)
         slope = p * first * J
         add_volume_derivatives(known[1], known[2], slope, slope if second is None else slope + p * second * J * J)
 
     @cached_property
     def _rest(self) -> Rows:
-        """Stiffness at rest along the axes (3, 3), Pa."""
+        """Stiffness of the undeformed law along the axes (3, 3), Pa."""
         found: Rows = self.law.principal((0.0, 0.0, 0.0))[2]
         return found
 
     @cached_property
     def _stiff(self) -> float:
-        """Largest stiffness at rest, Pa."""
+        """Largest stiffness of the undeformed law, Pa."""
         return max(abs(b) for row in self._rest for b in row)
 
     @property
@@ -223,10 +237,10 @@ class PrincipalPoint:
         """Shear modulus mu, Pa."""
         return 0.5 * (self._rest[0][0] - self._rest[0][1])
 
-    # ------------------------------------------------------------------ what is told of it
+    # ------------------------------------------------------------------ results
 
     def told(self, drive: ImposedDeformation, found: Any) -> PointState:
-        """Return the complete state of a solution."""
+        """Return the complete state of a solution `found` of `newton`."""
         e, p, iterations, (psi, tau, bent) = found
         if drive.shear is not None:
             return self._told_sheared(drive, found)
@@ -247,7 +261,10 @@ class PrincipalPoint:
         )  # fmt: skip
 
     def _told_sheared(self, drive: ImposedDeformation, found: Any) -> PointState:
-        """Return the complete state of a shear in the plane of two axes, whose stretches are imposed."""
+        """Return the complete state of a solution `found` with shear in the plane of two axes.
+
+        The stretches along these axes are imposed.
+        """
         assert drive.shear is not None
         a, b, g = drive.shear
         e, p, _, (psi, tau, bent) = found
@@ -263,9 +280,10 @@ class PrincipalPoint:
 
 @dataclass(frozen=True)
 class _PrincipalShear:
-    """Shear g of the axis a along b in their plane: principal stretches exp(m + d), exp(m - d).
+    """Shear g of the axis a along b: principal stretches exp(m + d) and exp(m - d) in their plane.
 
-    With ta and tb on the diagonal their product is ta tb, and cosh 2d = (ta^2 + tb^2 + g^2) / (2 ta tb).
+    With ta and tb on the diagonal of F, the product of the principal stretches is ta tb, and cosh 2d = (ta^2 + tb^2 +
+    g^2) / (2 ta tb).
     """
 
     a: int
@@ -274,11 +292,11 @@ class _PrincipalShear:
     ta: float
     tb: float
     d: float
-    e: tuple[float, float, float]  # logarithms of principal stretches, of the larger at a
+    e: tuple[float, float, float]  # logarithms of principal stretches, the larger one at a
 
     @classmethod
     def of(cls, drive: ImposedDeformation, e: Sequence[float]) -> _PrincipalShear:
-        """Return the shear of imposed values, with the logarithms of its diagonal."""
+        """Return the shear of an imposed deformation; e are the logarithms of the diagonal of F."""
         assert drive.shear is not None
         a, b, g = drive.shear
         ta, tb = math.exp(e[a]), math.exp(e[b])
@@ -288,7 +306,10 @@ class _PrincipalShear:
         return cls(a, b, g, ta, tb, d, (own[0], own[1], own[2]))
 
     def turned(self, tau: Sequence[float], bent: Rows) -> tuple[float, float, float]:
-        """Return the Kirchhoff stress along a, along b and their shear, Pa: it is coaxial with B = F F^T."""
+        """Return the Kirchhoff stresses along a, along b, and the shear stress, Pa, from principal stresses tau, Pa.
+
+        The stress has the principal axes of B = F F^T. `bent` are the derivatives of tau.
+        """
         mean, r = 0.5 * (tau[self.a] + tau[self.b]), self.ta * self.tb
         B = self.ta**2 + self.g**2, self.tb**2, self.g * self.tb
         if self.d > NEAR:
@@ -299,7 +320,10 @@ class _PrincipalShear:
         return mean + half, mean - half, q * B[2]
 
     def stiffness(self, tau: Sequence[float], bent: Rows) -> float:
-        """Return d2psi/dg2, Pa, through d(g), whose derivative is g / (2 ta tb sinh 2d)."""
+        """Return the second derivative d2psi/dg2, Pa, of the energy by the shear.
+
+        It follows from d(g), whose derivative is g / (2 ta tb sinh 2d).
+        """
         r = self.ta * self.tb
         if self.d == 0.0:
             return self._bent(bent) / (2.0 * r)
@@ -309,22 +333,22 @@ class _PrincipalShear:
         return 2.0 * self._bent(bent) * slope**2 + self._apart(tau, bent) * bend
 
     def _apart(self, tau: Sequence[float], bent: Rows) -> float:
-        """Return the difference of the principal stresses, Pa."""
+        """Return the difference of the two principal stresses in the plane, Pa."""
         return tau[self.a] - tau[self.b] if self.d > NEAR else 2.0 * self.d * self._bent(bent)
 
     def _bent(self, bent: Rows) -> float:
-        """Return the derivative of that difference by 2d, Pa."""
+        """Return the derivative of the difference of the principal stresses by 2d, Pa."""
         a, b = self.a, self.b
         return 0.5 * (bent[a][a] + bent[b][b]) - bent[a][b]
 
 
 def _diagonal_matrix(t: Sequence[float]) -> Floats:
-    """Return a diagonal matrix (3, 3)."""
+    """Return a diagonal matrix (3, 3) with the entries t."""
     return np.array([[t[0], 0.0, 0.0], [0.0, t[1], 0.0], [0.0, 0.0, t[2]]])
 
 
 def _solve_small(rows: Rows, right: list[float]) -> list[float] | None:
-    """Return x of rows x = right, for up to four unknowns, by elimination; None if singular."""
+    """Return x of the linear system rows x = right, for up to four unknowns, by elimination; None if singular."""
     n = len(right)
     if n == 1:
         x = right[0] / rows[0][0] if rows[0][0] else math.nan
@@ -347,7 +371,10 @@ def _solve_small(rows: Rows, right: list[float]) -> list[float] | None:
 
 
 def _least_eigenvalue(H: Rows, normal: list[float] | None, some: list[int]) -> float:
-    """Return the least eigenvalue of H among some axes, normal to the constraint gradient; inf without axes."""
+    """Return the least eigenvalue of H restricted to the axes `some`; inf without axes.
+
+    With a constraint gradient `normal`, only directions perpendicular to it count.
+    """
     n = len(some)
     if n == 0 or (normal is not None and n == 1):
         return INF
@@ -368,12 +395,12 @@ def _least_eigenvalue(H: Rows, normal: list[float] | None, some: list[int]) -> f
 
 
 def _lesser_eigenvalue(a: float, b: float, c: float) -> float:
-    """Return the lesser eigenvalue of [[a, b], [b, c]]."""
+    """Return the lesser eigenvalue of the matrix [[a, b], [b, c]]."""
     return 0.5 * (a + c) - math.hypot(0.5 * (a - c), b)
 
 
 def _plane_basis(n: Sequence[float]) -> tuple[list[float], list[float]]:
-    """Return two orthonormal vectors across n, whose entries are all positive."""
+    """Return two orthonormal vectors perpendicular to n, a vector with positive entries."""
     size = math.hypot(n[0], n[1])
     x = [-n[1] / size, n[0] / size, 0.0]
     whole = math.hypot(size, n[2])

@@ -1,8 +1,9 @@
 """Load stepping: full Newton steps at increasing loads, for large stretches where they diverge at full load.
 
-From the equilibrium at one load the supports move on with the tangent there, and a few full steps find the next. No
-decrease is required, so that no line search creeps along the narrow valley of a nearly constant volume. The final
-state is checked like any other; if it is unstable, the one found instead is one of several.
+From the equilibrium at one load the supports move on, and the body follows with its tangent stiffness. A few full steps
+then find the next equilibrium. They need not decrease the energy, so that no line search creeps along the narrow valley
+of a nearly constant volume. The final state is checked like any other. If it is unstable, the stable state found
+instead is one of several.
 """
 
 from __future__ import annotations
@@ -14,13 +15,16 @@ from softmark.solvers.statics.static_newton import Newton
 from softmark.solvers.statics.static_problem import CoarseTurn, NotConverged
 from softmark.solvers.statics.winding_number import COARSE
 
-FIRST, LEAST = 0.25, 1.0 / 512.0  # steps of load: to begin with, and where the way is given up
-EACH, EASY = 10, 6  # whole steps at one load at most, and down to which the next step is twice as long
-MEETING = 20  # the same where something may touch: a step leaves a quarter of a pressure that is far too large
+FIRST, LEAST = 0.25, 1.0 / 512.0  # first and least load step
+EACH, EASY = 10, 6  # largest number of full steps at one load; with EASY or fewer the load step doubles
+MEETING = 20  # the same with contact, where each step reduces an excess pressure to a quarter
 
 
 def solve_in_load_steps(newton: Newton) -> tuple[Floats, int]:
-    """Return the equilibrium at full load along the path from rest, and the number of steps. Raises NotConverged."""
+    """Return the equilibrium (dofs,) at full load along the path from rest, and the number of load steps.
+
+    Raises NotConverged.
+    """
     longest = newton.problem.longest
     x, load, step, count = newton.problem.rest, 0.0, min(FIRST, longest), 0
     while load < 1.0:
@@ -39,7 +43,10 @@ def solve_in_load_steps(newton: Newton) -> tuple[Floats, int]:
 
 
 def _next_equilibrium(newton: Newton, x: Floats, load: float, target: float) -> Floats | None:
-    """Return the equilibrium at the target load from that at another; None if full steps find no valid one."""
+    """Return the equilibrium at the load factor `target`, from the equilibrium x at the load factor `load`.
+
+    Returns None if full steps find no valid one.
+    """
     most = MEETING if newton.problem.touches else EACH
     try:
         start = newton.carry(x, target - load, load)
@@ -51,11 +58,15 @@ def _next_equilibrium(newton: Newton, x: Floats, load: float, target: float) -> 
     if not (done and newton.problem.sound(there)):
         return None
     lost = newton.problem.lost(there, target)
-    if lost == COARSE:  # on the path itself, which a shorter step follows to the same place
+    if lost == COARSE:  # this happens on the path itself: shorter steps do not help
         raise CoarseTurn(f"at {100 * target:.4g} % of the load, {lost}", tuple(newton.history))
     return None if lost else there
 
 
 def left_solution_branch(x: Floats, start: Floats, there: Floats) -> bool:
-    """Return whether Newton's steps were longer than the step of the supports: they led to another state."""
+    """Return whether Newton's method has left the solution branch in a load step.
+
+    This is so if the correction from the predicted state `start` to the result `there` is longer than the step of the
+    supports from x to `start`.
+    """
     return bool(np.linalg.norm(there - start) > np.linalg.norm(start - x))

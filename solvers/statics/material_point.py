@@ -1,8 +1,8 @@
-"""Material point: a homogeneous state of a law with some stretches imposed, the others from given nominal stresses.
+"""Material point: a homogeneous state of a law with some stretches imposed and given stresses on the other axes.
 
-F is diagonal except for one shear. Imposed values are exact. Every other stretch gives its axis the prescribed nominal
-stress, mostly zero: Newton's method on the law, with a handful of unknowns and no mesh. An incompressible solid has a
-pressure for its constraint.
+The deformation gradient F is diagonal except for one shear. Imposed values are exact. Every other stretch is found such
+that its axis has the prescribed nominal stress, mostly zero, by Newton's method on the law with a handful of unknowns
+and no mesh. An incompressible solid has a pressure as additional unknown for its volume constraint.
 """
 
 from __future__ import annotations
@@ -35,25 +35,28 @@ from softmark.solvers.statics.material_point_state import (
 
 __all__ = ["FLAT", "Floats", "ImposedDeformation", "MaterialPoint", "NoState", "PointState"]
 
-AXES = (0, 4, 8)  # the entries aa of nine
-MOST = 20  # iterations for a part of the way
-SHORTEST = 1e-3  # of the way from rest: a part below is not tried again
-BISECTIONS = 30  # of the way from rest, to where a state is first unstable
-NOTHING = 1e-6  # of a volume: what is left of less is flat, and some laws have no stress across that
-FLAT = 1e-9  # of the stiffness at rest: what resists less gives way
+AXES = (0, 4, 8)  # positions of diagonal entries in nine components
+MOST = 20  # largest number of iterations for a part of the path from rest
+SHORTEST = 1e-3  # shortest part of the path from rest
+BISECTIONS = 30  # number of bisections for the first unstable state
+NOTHING = 1e-6  # least volume ratio: flatter states have no stress in some laws
+FLAT = 1e-9  # of the stiffness at rest: lower stiffness is unstable
 
 
 @dataclass(frozen=True, eq=False)
 class MaterialPoint:
-    """Law at one point; for an incompressible solid, its isochoric law and the constraint."""
+    """Law at one point, with the volume constraint of an incompressible solid.
+
+    `law` is then its isochoric law; `constraint` is None for a compressible solid.
+    """
 
     law: Law
     constraint: Constraint | None = None
-    linear: bool = False  # strains are small: no stretch is too far
+    linear: bool = False  # small strains
 
     def state(self, drive: ImposedDeformation, iterations: int = 50) -> PointState:
-        """Return the state under imposed values. Raises NoState."""
-        with np.errstate(all="ignore"):  # beyond its domain a law says inf or NaN
+        """Return the state under an imposed deformation. Raises NoState."""
+        with np.errstate(all="ignore"):  # outside its domain a law returns inf or NaN
             if not any(drive.stresses.tolist()):
                 way = self._way(drive)
                 found = self._sound(way, drive, way.newton(drive, way.guess(drive), iterations))
@@ -61,19 +64,24 @@ class MaterialPoint:
                     return found
             return self._followed(drive, iterations)
 
-    def first_lost(self, drive: ImposedDeformation) -> PointState:
-        """Return the first state on the way from rest that is unstable, if the final one is. Raises NoState."""
+    def first_unstable_state(self, drive: ImposedDeformation) -> PointState:
+        """Return the first unstable state on the way from rest to an imposed deformation whose state is unstable.
+
+        Raises NoState.
+        """
         return self._first(drive, lambda found: found.freed > FLAT)
 
-    def first_unsteady(self, drive: ImposedDeformation) -> PointState:
-        """Return the first state on the way from rest that violates Drucker stability, if the final one does. Raises
-        NoState.
+    def first_drucker_unstable_state(self, drive: ImposedDeformation) -> PointState:
+        """Return the first state on the way from rest that violates Drucker stability, if the final one does.
+
+        Raises NoState.
         """
         return self._first(drive, self.steady)
 
     def steady(self, state: PointState) -> bool:
-        """Return whether the law satisfies Drucker stability in a state, or has no check
-        (materials/drucker_stability.py).
+        """Return whether the law satisfies Drucker stability in a state.
+
+        Laws without such a check count as stable (materials/drucker_stability.py).
         """
         from softmark.solvers.materials.batched_stability import VolumePressure
         from softmark.solvers.materials.drucker_stability import find_instability
@@ -85,7 +93,7 @@ class MaterialPoint:
         return found is None or not bool(found[0])
 
     def _first(self, drive: ImposedDeformation, holds: Callable[[PointState], bool]) -> PointState:
-        """Return the first state on the way from rest for which `holds` is false, by bisection."""
+        """Return the first state on the way from rest for which the condition `holds` is false, by bisection."""
         low, high, state = 0.0, 1.0, self.state(drive)
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
@@ -96,21 +104,21 @@ class MaterialPoint:
                 high, state = middle, found
         return state
 
-    # ------------------------------------------------------------------ the way to a state
+    # ------------------------------------------------------------------ path to a state
 
     def _way(self, drive: ImposedDeformation) -> MaterialPoint | PrincipalPoint:
-        """Return the solver to use: plain numbers in principal axes if possible, else arrays."""
+        """Return the solver for an imposed deformation: the one in principal axes if it applies, else this one."""
         known = None if self.linear else self._principal
         return known if known is not None and is_applicable(drive) else self
 
     @cached_property
     def _principal(self) -> PrincipalPoint | None:
-        """Solver in principal axes, if the law has one."""
+        """Solver in principal axes; None if the law has no form in principal stretches."""
         free = self.constraint is None or isinstance(self.constraint, VolumeRatioConstraint)
         return PrincipalPoint(self.law, self.constraint) if free and hasattr(self.law, "principal") else None
 
     def _followed(self, drive: ImposedDeformation, iterations: int) -> PointState:
-        """Return the state through intermediate ones from rest."""
+        """Return the state under an imposed deformation, through intermediate states from rest. Raises NoState."""
         reached, step, total, found = 0.0, 0.125, 0, None
         start: tuple[Floats, float] = (np.ones(3), 0.0)
         while reached < 1.0:
@@ -126,7 +134,7 @@ class MaterialPoint:
         return replace(found or self.told(drive, (*start, 0)), iterations=total)
 
     def _sound(self, way: Any, drive: ImposedDeformation, found: Any) -> PointState | None:
-        """Return a solution as a state if it is stable and in the domain of the law, else None."""
+        """Return a solution `found` as a state if it is stable and in the domain of the law, else None."""
         told: PointState | None = None if found is None else way.told(drive, found)
         if told is None or self.linear:
             return told
@@ -138,7 +146,10 @@ class MaterialPoint:
     def newton(
         self, drive: ImposedDeformation, start: tuple[Any, float], most: int
     ) -> tuple[Floats, float, int] | None:
-        """Return stretches, pressure and iterations from a start; None if it does not converge."""
+        """Return stretches (3,), pressure and number of iterations of the solution; None without convergence.
+
+        `start` has initial stretches and pressure; `most` is the largest number of iterations.
+        """
         free = np.flatnonzero(np.isnan(drive.stretches))
         t, p = np.where(np.isnan(drive.stretches), start[0], drive.stretches), start[1]
         if not len(free):
@@ -163,7 +174,10 @@ class MaterialPoint:
     def _searched(
         self, drive: ImposedDeformation, at: tuple[Floats, float, Floats], free: NDArray[np.intp], step: Floats
     ) -> tuple[Floats, float, Floats] | None:
-        """Return the first point along a step with a smaller residual; None if there is none."""
+        """Return the first point with a smaller residual along a Newton step, by halving; None if there is none.
+
+        `at` and the result have stretches (3,), a pressure, Pa, and the residual; `free` are the free axes.
+        """
         t, p, left = at
         if not np.all(np.isfinite(step)):
             return None
@@ -182,7 +196,10 @@ class MaterialPoint:
         return None
 
     def _relieved(self, drive: ImposedDeformation, t: Floats) -> tuple[Floats, float, int] | None:
-        """Return a state without unknown stretches, if it satisfies the volume constraint."""
+        """Return the solution for imposed stretches t (3,) on all axes; None if they violate the volume constraint.
+
+        The pressure makes the stress on the relieved axis zero.
+        """
         if self.constraint is None:
             return t, 0.0, 0
         F, c = drive.F(t), drive.relieved
@@ -191,10 +208,10 @@ class MaterialPoint:
         return t, -float(self.law.P(F)[0, c, c] / self.constraint.gradient(F)[0, c, c]), 0
 
     def _left(self, drive: ImposedDeformation, t: Floats, p: float, free: NDArray[np.intp]) -> Floats:
-        """Return the residual of Kirchhoff stress on free axes, Pa, and of the constraint, times the stiffness at rest.
+        """Return the residual: Kirchhoff stresses on free axes minus the prescribed ones, Pa, and the constraint.
 
-        It is a function of logarithms of stretches, in which a volume change is linear; for small strain it is the
-        nominal stress.
+        The volume constraint is multiplied by the stiffness at rest, Pa. The unknowns are logarithms of stretches, in
+        which a volume change is linear. For small strain they are the stretches, with nominal stresses.
         """
         left = self._unbalanced(drive, t, p)[free]
         left = left if self.linear else t[free] * left
@@ -203,7 +220,10 @@ class MaterialPoint:
         return np.append(left, self._stiff * self.constraint.value(drive.F(t)))
 
     def _slope(self, drive: ImposedDeformation, t: Floats, p: float, free: NDArray[np.intp]) -> Floats:
-        """Return the Jacobian by logarithms of free stretches (small strain: by the stretches) and by the pressure."""
+        """Return the Jacobian of the residual by logarithms of free stretches and by the pressure.
+
+        For small strain it is the derivative by the stretches.
+        """
         F, own = drive.F(t), np.ones(len(free)) if self.linear else t[free]
         H = own[:, None] * self._hessian(F, p)[np.ix_(free, free)] * own
         if not self.linear:
@@ -216,20 +236,20 @@ class MaterialPoint:
         return found
 
     def _unbalanced(self, drive: ImposedDeformation, t: Floats, p: float) -> Floats:
-        """Return the nominal stress along the axes minus the prescribed one (3,), Pa."""
+        """Return the nominal stresses (3,) along the axes minus the prescribed ones, Pa."""
         F = drive.F(t)
         stress: Floats = self.law.P(F)[0].diagonal() - drive.stresses
         return stress if self.constraint is None else stress + p * self.constraint.gradient(F)[0].diagonal()
 
     def _hessian(self, F: Floats, p: float) -> Floats:
-        """Return the second derivative of the energy by the stretches along the axes (3, 3), Pa."""
+        """Return the second derivative (3, 3), Pa, of the energy by the stretches along the axes."""
         found: Floats = self.law.dPdF(F)[0].reshape(9, 9)[np.ix_(AXES, AXES)]
         if self.constraint is not None:
             found = found + self.constraint.curvature(F, np.array([p]))[0].reshape(9, 9)[np.ix_(AXES, AXES)]
         return found
 
     def guess(self, drive: ImposedDeformation) -> tuple[Floats, float]:
-        """Return initial stretches from small logarithmic strains, and zero pressure."""
+        """Return initial stretches (3,), from the linear law for logarithmic strains, and zero pressure."""
         free = np.isnan(drive.stretches)
         given = np.where(free, 1.0, drive.stretches)
         if not free.any() or np.any(given <= 0.0):
@@ -242,18 +262,18 @@ class MaterialPoint:
 
     @cached_property
     def _at_rest(self) -> Floats:
-        """Stiffness at rest along the axes (3, 3), Pa."""
+        """Stiffness of the undeformed law along the axes (3, 3), Pa."""
         return self._hessian(np.eye(3)[None], 0.0)
 
     @cached_property
     def _stiff(self) -> float:
-        """Largest stiffness at rest, Pa."""
+        """Largest stiffness of the undeformed law, Pa."""
         return float(np.abs(self._at_rest).max())
 
-    # ------------------------------------------------------------------ what is told of it
+    # ------------------------------------------------------------------ results
 
     def told(self, drive: ImposedDeformation, found: tuple[Floats, float, int]) -> PointState:
-        """Return the complete state of a solution."""
+        """Return the complete state of a solution `found` of `newton`."""
         t, p, iterations = found
         F, free = drive.F(t), np.flatnonzero(np.isnan(drive.stretches))
         P, normal = self.law.P(F)[0], np.zeros(3)
@@ -274,12 +294,15 @@ class MaterialPoint:
 
     @staticmethod
     def _shear(H: Floats) -> float:
-        """Return mu, Pa, from the stiffness at rest along the axes."""
+        """Return the shear modulus mu, Pa, from the stiffness H (3, 3), Pa, of the undeformed law along the axes."""
         return 0.5 * float(H[0, 0] - H[0, 1])
 
 
 def _least_eigenvalue(H: Floats, normal: Floats, some: NDArray[np.intp]) -> float:
-    """Return the least eigenvalue of H among some axes, normal to the constraint gradient; inf without axes."""
+    """Return the least eigenvalue of H (3, 3) restricted to the axes `some`; inf without axes.
+
+    With a constraint gradient `normal` (3,), only directions perpendicular to it count.
+    """
     if not len(some):
         return float("inf")
     part, n = H[np.ix_(some, some)], normal[some]

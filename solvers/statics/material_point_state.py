@@ -10,16 +10,19 @@ from numpy.typing import NDArray
 from softmark.records import dataclass
 
 Floats = NDArray[np.float64]
-FARTHEST = 0.7  # by how much the logarithm of a free stretch changes at most in one iteration
-STILL = 1e-14  # of a stretch: a smaller change is none
-ROUNDING = 64.0 * 2.0**-52  # of the stiffness at rest: a stress below is none
-SETTLED = 1e-9  # of the stiffness at rest: where no step lowers it, what is left of a stress may be rounding
-HALVINGS = 12  # of a step that does not lower what is left
-HELD = 1e-12  # of a volume: an imposed change that is less is none
+FARTHEST = 0.7  # largest change of the logarithm of a free stretch in one iteration
+STILL = 1e-14  # of a stretch: smaller changes are zero
+ROUNDING = 64.0 * 2.0**-52  # of the stiffness at rest: smaller stresses are zero
+SETTLED = 1e-9  # of the stiffness at rest: largest residual accepted as rounding if no step lowers it
+HALVINGS = 12  # largest number of halvings of a step that does not lower the residual
+HELD = 1e-12  # of a volume: smaller imposed changes are zero
 
 
 class NoState(Exception):
-    """Raised if the law has no state with the prescribed stress; `share` of the imposed values was reached."""
+    """Raised if no state has the prescribed stresses.
+
+    `share` is the fraction of the imposed values that was reached, with the stretches there.
+    """
 
     def __init__(self, share: float, stretches: Floats) -> None:
         super().__init__(f"no state beyond a fraction {share:.3g} of the imposed loading")
@@ -29,10 +32,10 @@ class NoState(Exception):
 
 @dataclass(frozen=True, eq=False)
 class ImposedDeformation:
-    """Imposed stretches along x, y and z (3,), nan where free, and nominal stresses on free axes (3,), Pa.
+    """Imposed stretches (3,) along x, y and z (nan where free), and nominal stresses (3,), Pa, on free axes.
 
-    `shear` has the indices (a, b) and the value of the off-diagonal entry of F. `driven` are the loaded axes. Without
-    free stretches the pressure of an incompressible solid makes the stress on the axis `relieved` zero.
+    `shear` has the indices (a, b) and the value of the off-diagonal entry of F. `driven` are the loaded axes. If no
+    stretch is free, the pressure of an incompressible solid follows from zero stress on the axis `relieved`.
     """
 
     stretches: Floats
@@ -42,13 +45,13 @@ class ImposedDeformation:
     relieved: int = 2
 
     def at(self, share: float) -> ImposedDeformation:
-        """Return a fraction of the imposed values."""
+        """Return a fraction `share` of the imposed values."""
         sheared = None if self.shear is None else (*self.shear[:2], share * self.shear[2])
         grown = 1.0 + share * (self.stretches - 1.0)
         return ImposedDeformation(grown, share * self.stresses, sheared, self.driven, self.relieved)
 
     def F(self, t: Floats) -> Floats:
-        """Return the deformation gradient (1, 3, 3) of stretches t (3,)."""
+        """Return the deformation gradient (1, 3, 3) with the stretches t (3,) and the imposed shear."""
         F = np.diag(t)[None].copy()
         if self.shear is not None:
             F[0, self.shear[0], self.shear[1]] = self.shear[2]
@@ -57,11 +60,12 @@ class ImposedDeformation:
 
 @dataclass(frozen=True, eq=False)
 class PointState:
-    """Homogeneous state: F and P (3, 3), Pa, energy per reference volume, J/m^3, and pressure, positive in tension, Pa.
+    """Homogeneous state: F (3, 3), nominal stress P (3, 3), Pa, energy density, J/m^3, and pressure, Pa.
 
-    `residual` is the unbalanced stress relative to the largest. `held` is the least stiffness of the free axes, `freed`
-    that with driven axes also free under their force, both relative to the stiffness at rest: not positive means
-    unstable.
+    The energy is per reference volume, and the pressure is positive in tension. `residual` is the unbalanced stress
+    relative to the largest one. `held` is the least stiffness of the free axes. `freed` is the least stiffness if the
+    driven axes are also free, under their force. Both are relative to the stiffness at rest; a state is unstable if
+    they are not positive.
     """
 
     F: Floats

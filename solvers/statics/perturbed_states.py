@@ -12,12 +12,15 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 
-TURNS = 3.0  # of the whole when it is spun
+TURNS = 3.0  # whole turns of the twist for an amount of 1
 
 
 @dataclass(frozen=True)
 class PerturbedNodes:
-    """Nodes at rest `points` (n, 3) in m, `cells` (m, a) that connect them, and the amount of perturbation."""
+    """Nodes of a body to perturb: `points` (n, 3), m, at rest, and the `cells` (m, a) that connect them.
+
+    The amount of perturbation scales the perturbed positions.
+    """
 
     points: Floats
     cells: Ints
@@ -45,15 +48,15 @@ Random = np.random.Generator
 
 
 def scramble_nodes(body: PerturbedNodes, random: Random) -> Floats:
-    """Return random positions of nodes in the bounding box, times the amount in each direction (n, 3)."""
-    # a straight line of nodes has no box: it is given one as thick as a tenth of its length
+    """Return random positions (n, 3), m, of the nodes in their bounding box, scaled by the amount."""
+    # a straight line of nodes gets a box as thick as a tenth of its length
     size = np.maximum(body.size, 0.1 * body.size.max())
     places: Floats = body.middle + body.amount * size * random.uniform(-0.5, 0.5, body.points.shape)
     return places
 
 
 def flatten_nodes(body: PerturbedNodes, random: Random) -> Floats:
-    """Return positions projected to a random plane through the centre, scaled by the amount (n, 3)."""
+    """Return positions (n, 3), m, projected onto a random plane through the centre, and scaled by the amount."""
     n = _random_direction(random)
     away = body.points - body.middle
     places: Floats = body.middle + body.amount * (away - np.outer(away @ n, n))
@@ -61,7 +64,10 @@ def flatten_nodes(body: PerturbedNodes, random: Random) -> Floats:
 
 
 def collapse_nodes(body: PerturbedNodes, random: Random) -> Floats:
-    """Return all nodes at one random point of the box or, as often, on a random line through it, scaled (n, 3)."""
+    """Return positions (n, 3), m, of all nodes at one random point, or on one random line, and scaled.
+
+    The point lies in the bounding box; point and line are equally likely.
+    """
     n, line = _random_direction(random), random.random() < 0.5
     point = body.low + random.random(3) * body.size
     along = (body.points - body.middle) @ n
@@ -70,7 +76,10 @@ def collapse_nodes(body: PerturbedNodes, random: Random) -> Floats:
 
 
 def invert_cells(body: PerturbedNodes, random: Random) -> Floats:
-    """Return positions reflected by a random plane through the centre and scaled: every cell is inverted (n, 3)."""
+    """Return positions (n, 3), m, reflected by a random plane through the centre, and scaled.
+
+    The reflection inverts every cell.
+    """
     n = _random_direction(random)
     away = body.points - body.middle
     places: Floats = body.middle + body.amount * (away - 2.0 * np.outer(away @ n, n))
@@ -78,9 +87,10 @@ def invert_cells(body: PerturbedNodes, random: Random) -> Floats:
 
 
 def spin_cells(body: PerturbedNodes, random: Random) -> Floats:
-    """Return positions (n, 3) with every cell rotated at random about its centre, averaged at nodes, and a total twist.
+    """Return positions (n, 3), m, with every cell rotated at random, and the whole body twisted.
 
-    The twist is TURNS times the amount, in either sense, from one end of the longest direction to the other.
+    Cells rotate about their centres, and nodes get the average of their cells. The twist between the ends of the
+    longest direction is TURNS times the amount, in either sense.
     """
     corners = body.points[body.cells]
     middles = corners.mean(axis=1, keepdims=True)
@@ -92,7 +102,7 @@ def spin_cells(body: PerturbedNodes, random: Random) -> Floats:
 
 
 def _twist(body: PerturbedNodes, places: Floats, random: Random) -> Floats:
-    """Return positions twisted along the longest direction of the body."""
+    """Return the positions `places` (n, 3), m, twisted about the longest direction of the body."""
     axis = int(np.argmax(body.size))
     b, c = (axis + 1) % 3, (axis + 2) % 3
     sense = TURNS * body.amount * random.choice([-1.0, 1.0])
@@ -116,7 +126,7 @@ def random_rotations(count: int, random: Random) -> Floats:
 
 
 def _random_direction(random: Random) -> Floats:
-    """Return a random unit vector."""
+    """Return a random unit vector (3,)."""
     n = random.standard_normal(3)
     unit: Floats = n / np.linalg.norm(n)
     return unit
@@ -132,7 +142,8 @@ DISTURBANCES: dict[str, Callable[[PerturbedNodes, Random], Floats]] = {
 
 
 def perturb(kind: str, body: PerturbedNodes, seed: int) -> Floats:
-    """Return perturbed positions of the nodes (n, 3), m, the same for the same seed. Raises KeyError for an unknown
-    kind.
+    """Return perturbed positions (n, 3), m, of the nodes; they depend only on kind, body and seed.
+
+    Raises KeyError for an unknown kind.
     """
     return DISTURBANCES[kind](body, np.random.default_rng(seed))

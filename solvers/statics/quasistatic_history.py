@@ -1,4 +1,7 @@
-"""Sequence of equilibria with history variables: each is a static problem, for the energies of one time step."""
+"""Quasistatic history of materials with memory: a sequence of equilibria with history variables.
+
+Each equilibrium is a static problem for the energies of one time step.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ from softmark.solvers.statics.static_equilibrium import Equilibrium, Iteration, 
 
 @dataclass(frozen=True)
 class InstantLoading:
-    """Loading at a time, s: factors of every load (l,), and imposed displacements (c,), m."""
+    """Loading at one time, s: factors (l,) of the loads, and imposed displacements (c,), m."""
 
     time: float
     shares: tuple[float, ...]
@@ -26,10 +29,10 @@ class InstantLoading:
 
 @dataclass(frozen=True, eq=False)
 class StateInTime:
-    """State at a time: `x` at `time`, the history variables of its energies, and works since the start, J.
+    """State `x` (dofs,) at `time`, s, with the history variables of its energies, and works since the start, J.
 
-    `work` is that of internal forces and of pumped fluid; `times` and `states` are those of all steps so far, with
-    jumps twice.
+    `work` are the works of internal forces and of pumped fluid. `times` and `states` are those of all steps so far; a
+    jump of the loading has two entries.
     """
 
     x: Floats
@@ -39,15 +42,15 @@ class StateInTime:
     work: float = 0.0
     times: tuple[float, ...] = ()
     states: tuple[Floats, ...] = ()
-    losses: tuple[float, ...] = ()  # dissipated up to each of them, J
+    losses: tuple[float, ...] = ()  # energy dissipated up to each of the times, J
     history: tuple[Iteration, ...] = field(default=(), repr=False)
-    imposed: Floats | None = None  # by supports, from rest (c,), m or rad
-    found: Equilibrium | None = None  # the last, with the problem that it solves
+    imposed: Floats | None = None  # displacements imposed by supports, from rest (c,), m or rad
+    found: Equilibrium | None = None  # last equilibrium
     problem: Statics | None = None
 
     @property
     def stored(self) -> float:
-        """Energy stored in all springs, J."""
+        """Energy stored in the springs of all viscoelastic models, J."""
         return self.memories.stored(self.x)
 
     @property
@@ -57,19 +60,19 @@ class StateInTime:
 
 
 def state_at_rest(problem: Statics, memories: BodyHistory) -> StateInTime:
-    """Return the state of rest before any loading."""
+    """Return the rest state before any loading."""
     return StateInTime(problem.rest, 0.0, memories, np.zeros(problem.assembly.dofs))
 
 
 def advance_in_time(problem: Statics, before: StateInTime, to: InstantLoading) -> StateInTime:
-    """Return the equilibrium at a later time, or at the same time after a jump. Raises NotConverged."""
+    """Return the equilibrium at a later time, or at the same time after a jump of the loading. Raises NotConverged."""
     h = max(0.0, to.time - before.time)
     internal = before.memories.over(h)
     loads = [ScaledLoad(load, share) for load, share in zip(problem.assembly.loads, to.shares, strict=True)]
     now = replace(problem, assembly=problem.assembly.acting(internal, loads), twin=None)
     if problem.rest.size == problem.assembly.dofs:
         step = replace(now, target=to.target, start=before.x if before.times else None)
-    else:  # of what turns: how far it is from a state is no difference of numbers
+    else:  # with rotations the distance between states is no difference of numbers
         imposed = to.target if before.imposed is None else to.target - before.imposed
         travelled = float(np.linalg.norm((before.x - problem.rest).reshape(-1, 7)[:, :3]))
         step = replace(now, rest=before.x, target=imposed, travelled=travelled)
@@ -84,7 +87,7 @@ def advance_in_time(problem: Statics, before: StateInTime, to: InstantLoading) -
     elif h > 0.0:
         work = 0.5 * float((before.forces + forces) @ _without_pressures(internal, x - before.x))
         work += memories.pumped - before.memories.pumped
-    else:  # at once it is elastic, and has an energy
+    else:  # a jump is elastic, and has an energy
         work = sum(e.value(x) - e.value(before.x) for e in internal)
     after = replace(before, x=x, time=to.time, memories=memories, forces=forces, work=before.work + work, found=found,
                     problem=step, history=before.history + found.history, imposed=to.target)  # fmt: skip
@@ -93,14 +96,17 @@ def advance_in_time(problem: Statics, before: StateInTime, to: InstantLoading) -
 
 
 def _without_pressures(internal: Sequence[Energy], d: Floats) -> Floats:
-    """Return a motion (dofs,) with zeros for pressures, whose rows of the gradient are volumes."""
+    """Return a motion d (dofs,) with zeros for pressure unknowns, whose entries of the gradient are volumes."""
     for energy in [e for e in list[Any](internal) if e.saddle]:
         d[energy.pressures] = 0.0
     return d
 
 
 def advance_through(problem: Statics, before: StateInTime, instants: Sequence[InstantLoading]) -> StateInTime:
-    """Return the state after all instants in turn. Raises NotConverged, with the time in its reason."""
+    """Return the state after all instants in turn.
+
+    Raises NotConverged, whose reason contains the time.
+    """
     for to in instants:
         try:
             before = advance_in_time(problem, before, to)

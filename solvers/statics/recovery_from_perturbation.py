@@ -1,15 +1,19 @@
-"""Recovery of equilibrium from any perturbed state: scrambled, flat, in one point, inverted (see perturbed_states.py).
+"""Recovery of equilibrium from any perturbed state: scrambled, flat, collapsed, inverted or spun.
 
-The method decreases the energy from the given state; it never replaces that by the rest state. If the law has an energy
-there, that is minimised by Newton steps with a definite tangent (Teran et al. 2005). If it has none (ln J of inverted
-cells), or the descent ends with inverted cells, the stable neo-Hookean energy of Smith, De Goes and Kim (2018) is
-minimised, which is finite and resists everywhere; the law takes over once no cell is inverted. That energy has a few
-bad minima too. Then the nodes of cells that are inverted or strained most are interpolated harmonically between their
-neighbours, which stay, in a wider region each time but at most half of the body, and perturbed at random. After
-ATTEMPTS of these recovery fails.
+The states are made in perturbed_states.py.
+
+The method decreases the energy from the given state; it never replaces this state by the rest state. If the law has a
+finite energy in the state, this energy is minimised by Newton steps with a definite tangent (Teran et al. 2005). If it
+has none (such as ln J in inverted cells), or the descent ends with inverted cells, the stable neo-Hookean energy of
+Smith, De Goes and Kim (2018) is minimised first. This energy is finite and resists deformation everywhere. The law
+takes over once no cell is inverted.
+
+The stable neo-Hookean energy has a few bad minima too. There the nodes of cells that are inverted or strained most are
+interpolated harmonically between the nodes around them, and perturbed at random. The interpolated region grows with
+each attempt, up to half of the body. Recovery fails after ATTEMPTS of these.
 
 Recovery succeeds only with a stable equilibrium without inverted cells whose energy is that of the equilibrium without
-perturbation; without loads that is rest, with zero energy.
+perturbation. Without loads this is the rest state, with zero energy.
 """
 
 from __future__ import annotations
@@ -33,25 +37,25 @@ from softmark.solvers.statics.static_equilibrium import equilibrium
 from softmark.solvers.statics.static_newton import RIGID, Newton
 from softmark.solvers.statics.static_problem import Equilibrium, Iteration, NotConverged, Statics
 
-ATTEMPTS = 12  # fill-ins, or shakes, before the answer is no
-STEPS = 250  # of one descent
+ATTEMPTS = 12  # largest number of interpolations or random perturbations
+STEPS = 250  # largest number of steps of one descent
 SHIFT = 1e-8  # of the largest diagonal entry, added to a tangent that is only semi-definite
-SHAKE = 1e-3  # of the body's size: out of a state that has no direction, such as a point
-FLAT = 1e-6  # det F below which a cell has none
-SETTLED = 1e-3  # relative change of the energy in a step, CALM times over: a minimum, or nearly
+SHAKE = 1e-3  # of the extent: random perturbation of degenerate states, such as a point
+FLAT = 1e-6  # det F below which a cell is flat
+SETTLED = 1e-3  # relative change of the energy, in CALM successive steps, near a minimum
 CALM = 3
-AT_REST, NEARLY = 1e-9, 1e-6  # of the energy of a strain of one: what rest may have, and what is close to it
-OTHER = 1e-6  # relative: by how much the energy of another equilibrium differs
-APART = 1e-3  # of the body's size: how far another state is
-STRAINED = 0.1  # of the largest energy density: cells whose nodes are spread anew
-UNIT = StableNeoHookean(young=2.6, poisson=0.3, density=1.0)  # shear modulus 1 Pa: it only shows the way
-NAMED = 5  # cells that a message names
+AT_REST, NEARLY = 1e-9, 1e-6  # of the energy at unit strain: largest energy at rest, and near rest
+OTHER = 1e-6  # relative energy difference between two equilibria
+APART = 1e-3  # of the extent: displacement difference between two states
+STRAINED = 0.1  # of the largest energy density: nodes of cells above it are interpolated again
+UNIT = StableNeoHookean(young=2.6, poisson=0.3, density=1.0)  # shear modulus 1 Pa: its value has no effect
+NAMED = 5  # largest number of cells named in a message
 NO_CELLS: Ints = np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True)
 class PerturbedBody:
-    """Body in a perturbed `state` that satisfies its supports.
+    """Body in a perturbed `state` (dofs,) that satisfies its supports.
 
     `cells` are its cells under any law; None for bodies whose cells cannot invert (springs, rods). `inverted` returns
     the numbers of inverted cells in a state; `seed` determines every random choice. Pressure unknowns come after the
@@ -61,24 +65,27 @@ class PerturbedBody:
     state: Floats
     cells: Elastic | None = None
     inverted: Callable[[Floats], Ints] = field(default=lambda x: NO_CELLS)
-    count: int = 0  # cells, for words
+    count: int = 0  # number of cells, for messages
     seed: int = 1
 
 
 def find_inverted_cells(elastic: Elastic, x: Floats) -> Ints:
-    """Return the numbers of cells with det F <= 0 at any integration point."""
+    """Return the numbers of cells with det F <= 0 at an integration point."""
     J = np.linalg.det(elastic.F(x)).reshape(elastic.w.shape)
     return np.flatnonzero(~(J > 0.0).all(axis=1))
 
 
 def recover_equilibrium(problem: Statics, tangled: PerturbedBody) -> Equilibrium:
-    """Return the equilibrium recovered from a perturbed body. Raises NotConverged, with what it found instead."""
+    """Return the equilibrium recovered from a perturbed body.
+
+    Raises NotConverged, whose reason is the state that was found instead.
+    """
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         return _Recovery(problem, tangled).walk()
 
 
 class _Recovery:
-    """Recovery of one perturbed state."""
+    """Recovery of the equilibrium from one perturbed state."""
 
     def __init__(self, problem: Statics, tangled: PerturbedBody) -> None:
         self.problem = replace(problem, max_iterations=max(problem.max_iterations, STEPS))
@@ -91,11 +98,11 @@ class _Recovery:
         self.attempts = self.filled = 0
         self.soft = None if tangled.cells is None else _stable_neo_hookean_assembly(problem, tangled.cells)
         self.moving = problem.space.dofs if self.soft is None else self.soft.dofs  # unknowns without pressures
-        if self.resting:  # no load and no reaction to measure forces by: those of a strain of a thousandth
+        if self.resting:  # no load or reaction sets a force scale: use forces at a strain of 1e-3
             self.newton.towed = 1e-3 * self._unit_force(problem.assembly) / RIGID
 
     def walk(self) -> Equilibrium:
-        """Descend, check, interpolate bad cells anew, and repeat. Raises NotConverged."""
+        """Return the recovered equilibrium: descend, check, repair bad cells, repeat. Raises NotConverged."""
         x = self._begin()
         lawful = self.newton.minimal and self._finite(x)
         doubt = "no energy minimization finished"
@@ -107,7 +114,7 @@ class _Recovery:
             try:
                 x = self._settle(x)
             except NotConverged as failure:
-                doubt = self._folded(x) or failure.reason
+                doubt = self._describe_inverted_cells(x) or failure.reason
                 continue
             found = self._doubt(x)
             if found is None:
@@ -116,17 +123,20 @@ class _Recovery:
         reason = f"it does not recover from the disturbed state after {self.attempts} more attempts: {doubt}"
         raise NotConverged(reason, tuple(self.history), self.systems.facts | self._facts)
 
-    # ------------------------------------------------------------------ the way down
+    # ------------------------------------------------------------------ descent
 
     def _begin(self) -> Floats:
-        """Return the given state; if cells are flat, or there are none, with a small random perturbation."""
+        """Return the state to begin with: the given one, with a small random perturbation if cells are flat.
+
+        Bodies without cells are perturbed too.
+        """
         x, cells = self.tangled.state, self.tangled.cells
         if cells is None or np.any(np.abs(np.linalg.det(cells.F(x[: self.moving]))) < FLAT):
             return self._shaken(x, SHAKE)
         return x
 
     def _shaken(self, x: Floats, size: float) -> Floats:
-        """Return x with every free node moved at random, by `size` times the body's extent."""
+        """Return the state x with every free node moved at random, by about `size` times the extent of the body."""
         free = self.problem.assembly.free
         free = free[free < self.moving]
         weights = np.broadcast_to(self.problem.weights, (self.problem.space.dofs,))
@@ -135,18 +145,18 @@ class _Recovery:
         return self.problem.space.move(x, d)
 
     def _finite(self, x: Floats) -> bool:
-        """Return whether the strain energy is finite."""
+        """Return whether the strain energy of the law is finite in a state x."""
         return bool(np.isfinite(self.newton.strain(x)))
 
     def _untangled(self, soft: Assembly, x: Floats) -> Floats:
-        """Return displacements that minimise the stable neo-Hookean energy without loads, with zero pressures."""
+        """Return the state that minimises the stable neo-Hookean energy `soft` without loads, with zero pressures."""
         found = np.zeros_like(x)
         found[: self.moving] = self._downhill(soft, x[: self.moving], 0.0, "untangling")
         found[self.problem.fixed] = x[self.problem.fixed]
         return found
 
     def _downhill(self, assembly: Assembly, x: Floats, load: float, phase: str) -> Floats:
-        """Return a state after steps of a definite tangent that decrease the energy, until it hardly changes."""
+        """Return a state after steps with a definite tangent that decrease the energy, until it hardly changes."""
         value, calm, unit = assembly.value(x, load), 0, self._unit_force(assembly)
         for number in range(STEPS):
             g = assembly.gradient(x, load)
@@ -164,7 +174,10 @@ class _Recovery:
         return x
 
     def _step(self, assembly: Assembly, x: Floats, load: float, g: Floats) -> Floats:
-        """Return -K+^-1 g, K+ the shifted definite tangent; g divided by the diagonal if that is singular."""
+        """Return the step -K+^-1 g (dofs,), with K+ the definite tangent plus a small diagonal shift.
+
+        If K+ is singular, it is replaced by its diagonal.
+        """
         K, d = assembly.tangent(x, load, projected=True), np.zeros(assembly.dofs)
         diagonal = K.diagonal()
         self.systems.solves += 1
@@ -179,7 +192,7 @@ class _Recovery:
     def _length(
         self, assembly: Assembly, x: Floats, load: float, d: Floats, value: float, slope: float
     ) -> float:  # fmt: skip
-        """Return the fraction of d that decreases the energy enough (Armijo 1966), or 0."""
+        """Return the fraction of a step d that decreases the energy enough (Armijo 1966); 0 if there is none."""
         length = 1.0 if np.isfinite(slope) and slope < 0.0 else 0.0
         while length > 1e-10:
             if assembly.value(self._move(x, length * d), load) <= value + 1e-4 * length * slope:
@@ -188,25 +201,25 @@ class _Recovery:
         return 0.0
 
     def _move(self, x: Floats, d: Floats) -> Floats:
-        """Return the state after a motion d."""
+        """Return the state x after a motion d."""
         return self.problem.space.move(x, d) if len(d) == self.problem.space.dofs else x + d
 
     def _record(self, phase: str, load: float, number: int, residual: float, length: float) -> None:
-        """Add an iteration to the history."""
+        """Add an iteration to the history of the solution."""
         iteration = Iteration(phase, load, number, residual, length)
         self.history.append(iteration)
         self.problem.watch(iteration)
 
     def _unit_force(self, assembly: Assembly) -> float:
-        """Return the order of the nodal forces that unit strain causes, N: the scale for rounding."""
+        """Return the order of magnitude of the nodal forces at unit strain, N: the scale of rounding errors."""
         rest = self.problem.rest if assembly is self.problem.assembly else np.zeros(assembly.dofs)
         size = sum(e.rounding(rest) for e in assembly.internal) / float(np.finfo(np.float64).eps)
         return max(float(size), float(np.finfo(np.float64).tiny))
 
-    # ------------------------------------------------------------------ the equilibrium under the loads
+    # ------------------------------------------------------------------ equilibrium under the loads
 
     def _settle(self, x: Floats) -> Floats:
-        """Return the stable equilibrium under the loads that minimises the law's own energy. Raises NotConverged."""
+        """Return the stable equilibrium of the law under the loads, by descent from x. Raises NotConverged."""
         if not self._finite(x):
             raise NotConverged("the energy of the law is not finite in this state", tuple(self.history))
         self.newton.moved = self.problem.extent * float(np.sqrt(self.problem.space.dofs))
@@ -219,7 +232,7 @@ class _Recovery:
         return x
 
     def _loaded(self, x: Floats) -> Floats:
-        """Return the equilibrium under follower loads, in one step or several. Raises NotConverged."""
+        """Return the equilibrium under follower loads, in one load step or several. Raises NotConverged."""
         load, step = 0.0, 1.0
         while load < 1.0:
             try:
@@ -231,17 +244,17 @@ class _Recovery:
                     raise
         return x
 
-    # ------------------------------------------------------------------ what is found
+    # ------------------------------------------------------------------ checks of the result
 
     def _doubt(self, x: Floats) -> str | None:
-        """Return why an equilibrium is not the expected one; None if it is."""
-        if folded := self._folded(x):
+        """Return a message why an equilibrium x is not the expected one; None if it is."""
+        if folded := self._describe_inverted_cells(x):
             return folded
         if self.stable is False or not self.problem.sound(x):
             return "the equilibrium is unstable" if self.stable is False else "it has inverted cells"
-        return self._elsewhere(x)
+        return self._describe_energy_difference(x)
 
-    def _folded(self, x: Floats) -> str | None:
+    def _describe_inverted_cells(self, x: Floats) -> str | None:
         """Return a message about inverted cells; None if there are none."""
         cells = self.tangled.inverted(x)
         if not len(cells):
@@ -249,7 +262,7 @@ class _Recovery:
         named = ", ".join(str(int(c)) for c in cells[:NAMED]) + (", ..." if len(cells) > NAMED else "")
         return f"{len(cells)} of {self.tangled.count} cells remain inverted (cells {named})"
 
-    def _elsewhere(self, x: Floats) -> str | None:
+    def _describe_energy_difference(self, x: Floats) -> str | None:
         """Return a message if the energy differs from that of the equilibrium without perturbation; else None."""
         if self._judge is None:
             return None
@@ -263,7 +276,7 @@ class _Recovery:
         return f"an equilibrium with {abs(energy - least):.2g} J {than} energy than the one without the disturbance"
 
     def _apart(self, x: Floats) -> bool:
-        """Return whether x differs from the equilibrium without perturbation."""
+        """Return whether the displacements of x differ from those of the equilibrium without perturbation."""
         if self._judge is None:
             return False
         away = np.abs(x - self._judge)[: None if self.soft is None else self.moving]
@@ -271,7 +284,7 @@ class _Recovery:
 
     @cached_property
     def resting(self) -> bool:
-        """True if rest is an equilibrium: nothing is imposed, and there are no loads."""
+        """True if the rest state is the equilibrium: there are no loads and no imposed displacements."""
         if np.any(self.problem.target):
             return False
         pull = self.problem.assembly.gradient(self.problem.rest, 1.0)[self.problem.assembly.free]
@@ -279,7 +292,10 @@ class _Recovery:
 
     @cached_property
     def _judge(self) -> Floats | None:
-        """Equilibrium without perturbation, used only after recovery has found its own."""
+        """Equilibrium (dofs,) without perturbation, to compare with; None if it is not found.
+
+        It is computed only after recovery has found an equilibrium.
+        """
         if self.resting:
             return self.problem.rest
         try:
@@ -288,7 +304,7 @@ class _Recovery:
             return None
 
     def _kept(self, x: Floats) -> Equilibrium:
-        """Return the recovered state as an equilibrium."""
+        """Return the recovered state x as an `Equilibrium`, with the data for the report."""
         problem, newton = self.problem, self.newton
         facts = self.systems.facts | self._facts
         facts["recovery"]["elsewhere"] = self._apart(x)
@@ -298,7 +314,7 @@ class _Recovery:
         return replace(found, condition=self._condition())
 
     def _condition(self) -> float | None:
-        """Return the condition number of the last tangent, if a direct factor gives it."""
+        """Return the condition number of the last tangent; None without a direct factorisation."""
         last, K = self.newton.last, self.newton.matrix
         if last is None or K is None or last.tolerance:
             return None
@@ -320,10 +336,13 @@ class _Recovery:
             }
         }
 
-    # ------------------------------------------------------------------ out of a bad minimum
+    # ------------------------------------------------------------------ escape from bad minima
 
     def _escape(self, x: Floats) -> Floats:
-        """Interpolate the nodes of the worst cells anew, in a wider region with every attempt, and perturb them."""
+        """Return a state with the nodes of the worst cells interpolated again and perturbed at random.
+
+        The interpolated region grows with every attempt.
+        """
         cells = self.tangled.cells
         if cells is None:
             return self._shaken(x, 0.02 * self.attempts)
@@ -338,7 +357,7 @@ class _Recovery:
         return self._shaken(filled, SHAKE)
 
     def _worst(self, cells: Elastic, x: Floats) -> Ints:
-        """Return the cells that are inverted or strained most."""
+        """Return the numbers of the cells that are inverted or strained most."""
         density = np.max(UNIT.psi(cells.F(x)).reshape(cells.w.shape), axis=1)
         bad = density > STRAINED * density.max()
         bad[find_inverted_cells(cells, x)] = True
@@ -346,16 +365,16 @@ class _Recovery:
 
 
 def _stable_neo_hookean_assembly(problem: Statics, cells: Elastic) -> Assembly:
-    """Return the stable neo-Hookean energy of the same cells and supports, without loads."""
+    """Return the assembly of the stable neo-Hookean energy of the cells, with the same supports and no loads."""
     energy, moving = Elastic(cells.cells, cells.dNdX, cells.w, UNIT), 3 * (int(cells.cells.max()) + 1)
     fixed = problem.fixed[problem.fixed < moving]
     return Assembly(moving, fixed, [energy], [], problem.assembly.points)
 
 
 def _nodes_around(cells: Ints, seeds: Ints, rings: int, nodes: int) -> Ints | None:
-    """Return nodes of the cells `seeds` and of `rings` of cells around them, at most half of all nodes.
+    """Return the nodes of the cells `seeds` and of `rings` layers of cells around them.
 
-    Return None if the seeds alone have more.
+    At most half of all nodes are returned: layers beyond that are left out. Returns None if `seeds` alone have more.
     """
     chosen = np.zeros(nodes, dtype=np.bool_)
     chosen[cells[seeds]] = True
@@ -371,7 +390,10 @@ def _nodes_around(cells: Ints, seeds: Ints, rings: int, nodes: int) -> Ints | No
 
 
 def _interpolate_harmonically(cells: Elastic, x: Floats, nodes: Ints, free: Any) -> Floats:
-    """Return displacements with those of `nodes` harmonic between all others: sum w grad N_a . grad N_b u_b = 0."""
+    """Return displacements x (dofs,) with those of `nodes` replaced by a harmonic interpolation between all others.
+
+    The equations are sum w grad N_a . grad N_b u_b = 0; only degrees of freedom in the mask `free` change.
+    """
     local = np.einsum("mq,mqai,mqbi->mab", cells.w, cells.dNdX, cells.dNdX)
     rows, columns = np.broadcast_arrays(cells.cells[:, :, None], cells.cells[:, None, :])
     L = sparse.csr_matrix((local.ravel(), (rows.ravel(), columns.ravel())), shape=(len(x) // 3,) * 2)

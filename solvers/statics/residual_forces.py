@@ -1,10 +1,13 @@
-"""Residual forces of an equilibrium without the part that rounding of its numbers leaves in them.
+"""Residual forces of an equilibrium, without the part that is due to rounding of its numbers.
 
-Positions are known to a relative 1e-16, so that forces in stiff members are known to E A / l times that: for a light
-load on a heavy frame this may be 1e-5, and no better state can be represented. The change by the next Newton step d
-can be: d is far below the last digit of x, but g + K d is as exact as forces are. At free unknowns it is zero; at fixed
-ones it is the reaction. This is iterative refinement with the last correction stored separately (Wilkinson 1963;
-Demmel, Hida, Kahan, Li, Mukherjee and Riedy 2006).
+Positions are known to a relative 1e-16, so forces in stiff members are known to E A / l times that length. For a light
+load on a heavy frame this error may be 1e-5 of the load, and no better state can be represented. But the change by the
+next Newton step d can be represented: d is far below the last digit of x, and g + K d is as exact as forces are. It is
+zero at free unknowns, and the reaction at fixed ones.
+
+This is iterative refinement with the last correction stored separately.
+
+Source: Wilkinson 1963; Demmel, Hida, Kahan, Li, Mukherjee and Riedy 2006.
 """
 
 from __future__ import annotations
@@ -18,18 +21,20 @@ from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.statics.static_problem import Statics
 
-SMALL = 1e-10  # of the extent: a longer step is no matter of rounding
-BALANCED = 1e-11  # of the largest force: less is left as it is
+SMALL = 1e-10  # of the extent: longer steps are not due to rounding
+BALANCED = 1e-11  # of the largest force: smaller residuals are not corrected
 
 
 def resultant_on(points: Floats) -> Callable[[Floats], float]:
-    """Return a function of the resultant of forces (3 n,) at points X (n, 3), m, in N: the larger of force and moment /
-    size.
+    """Return a function that maps nodal forces (3 n,) to their resultant, N, for nodes at `points` (n, 3), m.
+
+    The moment of the forces divided by the size of the body replaces the resultant if it is larger.
     """
     arms = points - points.mean(axis=0)
     arms /= 2.0 * float(np.linalg.norm(arms, axis=1).max())
 
     def of(forces: Floats) -> float:
+        """Return the resultant of nodal forces (3 n,), N."""
         f = forces.reshape(-1, 3)
         return max(float(np.linalg.norm(f.sum(axis=0))), float(np.linalg.norm(np.cross(arms, f).sum(axis=0))))
 
@@ -37,7 +42,7 @@ def resultant_on(points: Floats) -> Callable[[Floats], float]:
 
 
 def relative_residual(assembly: Assembly, x: Floats, fixed: Ints, without: Floats | None = None) -> float:
-    """Return the norm of residual forces in any state x (dofs,), relative to the larger of load and reactions.
+    """Return the norm of the residual forces in any state x (dofs,), relative to the larger of load and reactions.
 
     `without` (dofs,) are forces to subtract first, such as those of another state. The result is not finite outside the
     domain of the law.
@@ -51,10 +56,10 @@ def relative_residual(assembly: Assembly, x: Floats, fixed: Ints, without: Float
 
 
 def residual_without_rounding(problem: Statics, x: Floats) -> Floats:
-    """Return residual forces (dofs,) of a converged state, after the next Newton step, too small to represent.
+    """Return the residual forces (dofs,) of a converged state x, corrected for rounding.
 
-    They are returned unchanged if that step is not small, so that the state could be better, or the tangent is
-    singular.
+    They are the forces after the next Newton step, which is too small to be represented in x. If this step is not
+    small, so that a better state exists, or the tangent is singular, they are returned without correction.
     """
     assembly, free = problem.assembly, problem.assembly.free
     g = assembly.gradient(x, 1.0)

@@ -1,7 +1,7 @@
-"""Unstable equilibria of bodies held only by contact: finds whether they move away as a rigid body or deform.
+"""Instability of bodies held only by contact: finds whether they move away as a rigid body or deform.
 
-A body that stands on a point is balanced, not held: all states near that equilibrium have less energy, and load
-stepping does not help. A column that buckles between two plates leaves its equilibrium too, but finds another.
+A body that stands on a point is balanced but not held: all neighbouring states have less energy, and load stepping does
+not help. A column that buckles between two plates also leaves its equilibrium, but it finds another one.
 """
 
 from __future__ import annotations
@@ -12,14 +12,15 @@ from softmark.solvers.energies.energy import Floats
 from softmark.solvers.sparse.rigid_body_modes import rigid_motions
 from softmark.solvers.statics.static_newton import Newton
 
-WHOLE = 0.9  # of the squares of a motion are those of a body as a whole: it deforms little
-LEAST = 0.1  # of the greatest part of such a motion: the middle goes along
+WHOLE = 0.9  # least part of the squared motion that is rigid, for a rigid motion
+LEAST = 0.1  # of the largest component: least translation that is named
 
 
 def describe_rigid_instability(newton: Newton, x: Floats) -> str | None:
-    """Return how a body leaves an unstable equilibrium x (dofs,) as a rigid body, as text; None if it deforms.
+    """Return a text that describes how a body leaves an unstable equilibrium x (dofs,) as a rigid body.
 
-    This is the motion with the least stiffness. Raises NotConverged if no motion decreases the energy.
+    The motion is the one with the least stiffness. Returns None if the body deforms instead. Raises NotConverged if no
+    motion decreases the energy.
     """
     points, free = newton.assembly.points, newton.assembly.free
     if points is None:

@@ -16,14 +16,15 @@ if TYPE_CHECKING:
 
 
 def predict_sticking_motion(problem: Statics, x: Floats) -> Floats:
-    """Return the initial state x moved as if all points in contact stuck to the rigid bodies, which have moved.
+    """Return the initial state x (dofs,), moved as if all points in contact stuck to the moving rigid bodies.
 
-    It solves (K + C) d = C v, with C the stiffness of sticking contacts and v the motion of each node with its body.
+    The motion d solves (K + C) d = C v, with K the tangent stiffness, C the stiffness of sticking contacts and v the
+    motion of each node with its rigid body.
     """
     assembly, way, old = problem.assembly, np.zeros_like(x), []
     for energy in assembly.loads:
         known: Any = energy
-        old.append(known.towing(x, way) if energy.rubs else known.before() if energy.driven else energy)
+        old.append(known.with_sticking_points(x, way) if energy.rubs else known.before() if energy.driven else energy)
     C = Assembly(assembly.dofs, problem.fixed, [], [e for e in old if e.driven]).tangent(x, 1.0)
     change = np.zeros_like(x)
     change[assembly.free] = -C @ way[assembly.free]
@@ -31,18 +32,22 @@ def predict_sticking_motion(problem: Statics, x: Floats) -> Floats:
 
 
 def force_change_of_rigid_motion(assembly: Assembly, x: Floats, load: float, to: float) -> Floats:
-    """Return the first-order change of forces (dofs,), N, on x as rigid bodies move from one load to another."""
+    """Return the first-order change of forces (dofs,), N, as rigid bodies move from one load factor to another.
+
+    The nodes stay in the state x.
+    """
     found, known = np.zeros(assembly.dofs), list[Any](assembly.loads)
     for energy in known:
         if energy.driven:
-            energy.at(load).add_towed(x, energy.at(to).body, found)
+            energy.at(load).add_force_change_of_motion(x, energy.at(to).body, found)
     return found
 
 
 def predict_rigid_motion(problem: Statics, x: Floats) -> Floats:
-    """Return an initial state (dofs,) moved with its rigid bodies, to first order.
+    """Return an initial state x (dofs,) moved with the rigid bodies, to first order.
 
-    Points in contact move along. The state is returned unchanged if earlier positions are unknown, or that fails.
+    Points in contact move with their rigid body. The state is returned unchanged if the earlier positions of rigid
+    bodies are unknown, or the tangent is singular.
     """
     if any(energy.rubs for energy in problem.assembly.loads):
         return predict_sticking_motion(problem, x)
@@ -54,15 +59,16 @@ def predict_rigid_motion(problem: Statics, x: Floats) -> Floats:
     change = np.zeros(problem.assembly.dofs)
     for energy, was, moves in zip(known, loads, each, strict=True):
         if moves:
-            was.add_towed(x, energy.body, change)
+            was.add_force_change_of_motion(x, energy.body, change)
     return linear_response(problem, problem.assembly.acting(problem.assembly.internal, loads), x, change)
 
 
 def linear_response(problem: Statics, before: Assembly, x: Floats, change: Floats) -> Floats:
-    """Return x plus its first-order response to a change of the gradient (dofs,), N, with the tangent `before`.
+    """Return x (dofs,) plus its first-order response to a change of forces (dofs,), N.
 
-    It is x for a singular tangent. The step ends before surfaces meet, and before points pass through a moving rigid
-    body. Raises NotConverged if points would pass through one for any step.
+    The tangent is that of the assembly `before`; if it is singular, x is returned. The step is shortened so that no
+    surfaces meet and no points pass through a moving rigid body. Raises NotConverged if points would pass through one
+    for any step.
     """
     d, free = np.zeros(before.dofs), before.free
     try:

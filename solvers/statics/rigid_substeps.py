@@ -1,8 +1,8 @@
-"""Substeps for rigid bodies thinner than their motion: each moves at most half of the thickness.
+"""Substeps for rigid bodies that are thinner than their motion: each substep moves at most half of the thickness.
 
 In one step such a body would pass through the surface, or end behind it where the nearest way out is sideways. Loads
-act in full in every substep; rigid bodies and imposed displacements move in equal parts. Motion is not split with
-friction, where the path matters, or with rotating supports, where points move on circles.
+act in full in every substep. Rigid bodies and imposed displacements move in equal parts. The motion is not split with
+friction, where the path matters, or with rotating supports, where nodes move on circles.
 """
 
 from __future__ import annotations
@@ -23,12 +23,15 @@ from softmark.solvers.statics.static_problem import Equilibrium, Iteration, NotC
 Find = Callable[[Statics], Equilibrium]
 
 FINER = "cells are too large compared with the rigid body that presses between their nodes"
-SHARE = 0.5  # of the distance from the middle of a rigid body to its surface: how far it goes in a substep
-MOST = 200  # substeps
+SHARE = 0.5  # of the depth of the centroid of a rigid body: longest motion in a substep
+MOST = 200  # largest number of substeps
 
 
 def count_substeps(problem: Statics) -> int:
-    """Return the number of substeps for the rigid bodies; 1 if none is thin or the motion cannot be split."""
+    """Return the number of substeps for the rigid bodies of a problem.
+
+    It is 1 if no body is thinner than its motion, or the motion cannot be split.
+    """
     contacts = _contacts(problem)
     if problem.rubs or problem.way is not None or problem.exact is not None or problem.cap is not None:
         return 1
@@ -36,7 +39,7 @@ def count_substeps(problem: Statics) -> int:
 
 
 def presses_on_nodes(found: Equilibrium) -> bool:
-    """Return whether every rigid body presses on at least one node of the mesh."""
+    """Return whether, in an equilibrium, every rigid body presses on at least one mesh node."""
     return all(contact.presses_on_nodes(found.x) for contact in found.beside)
 
 
@@ -70,30 +73,31 @@ def solve_in_substeps(problem: Statics, find: Find, count: int) -> Equilibrium:
 
 
 class _FixedPosition:
-    """Function of the load fraction that returns one fixed position of a rigid body."""
+    """Function of the load factor that always returns the same position of a rigid body."""
 
     def __init__(self, body: Gap) -> None:
         """Store the rigid body."""
         self.body = body
 
     def __call__(self, share: float) -> Gap:
-        """Return the rigid body."""
+        """Return the signed distance of the rigid body."""
         return self.body
 
     def pose(self, share: float) -> RigidMotion:
-        """Return the motion of the body from its declared place; it is the same at every share of the load."""
+        """Return the motion of the body from its declared position, which does not depend on the load factor."""
         return _motion_of(self.body)
 
 
 def _contacts(problem: Statics) -> list[Any]:
-    """Return the contacts with rigid bodies."""
+    """Return the rigid contacts of a problem."""
     return [energy for energy in problem.assembly.loads if energy.driven]
 
 
 def _with_contacts(problem: Statics, contacts: list[Any]) -> Statics:
-    """Return the problem with these contacts in place of its own, which are the last loads."""
+    """Return the problem with its rigid contacts, which are its last loads, replaced."""
 
     def each(assembly: Any) -> Any:
+        """Return an assembly with the rigid contacts replaced."""
         plain = [energy for energy in assembly.loads if not energy.driven]
         return assembly.joined([*plain, *contacts])
 
@@ -112,7 +116,10 @@ def _substeps_needed(contact: Any) -> int:
 
 
 def _start_body(contact: Any) -> Gap:
-    """Return the gap function of a rigid body at the start of the motion: where it was before, or at load zero."""
+    """Return the signed distance of a rigid body at the start of its motion.
+
+    This is its position in the last state, or at load factor zero if that is unknown.
+    """
     found: Gap = contact.posed(0.0) if contact.earlier is None else contact.earlier
     return found
 
@@ -123,7 +130,7 @@ def _motion_of(body: Gap) -> RigidMotion:
 
 
 def _interpolate_motion(start: Gap, end: Gap, share: float) -> Gap:
-    """Return a rigid body at a fraction of the motion from start to end."""
+    """Return the signed distance of a rigid body at a fraction `share` of its motion from start to end."""
     a, b = _motion_of(start), _motion_of(end)
     shift, rotation = (
         tuple(((1.0 - share) * np.array(p) + share * np.array(q)).tolist())

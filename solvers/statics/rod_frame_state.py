@@ -1,4 +1,4 @@
-"""State update of frames of rods in statics: what `energies/rod_state.py: RodChain` does along one rod."""
+"""State update of frames of rods in statics, like `energies/rod_state.py: RodChain` for one rod."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from softmark.solvers.linear.factorisations import Factor, factor
 
 @dataclass(frozen=True)
 class RodNetwork:
-    """State space of rods that share points: stretch and shear change only as the increment says.
+    """State space of rods that share points: a state update changes stretch and shear only as the increment says.
 
-    As in `rod_state.RodChain` for one rod: nodes that move along straight lines while elements rotate would stretch
-    these in second order. So points are corrected such that elements have their axes l R(new) (Gamma + dGamma . d), by
-    least squares with weights 1 / l, which is exact along one rod; where rods close a loop, the misfit is distributed
-    in proportion to length. Fixed components move only by d.
+    Nodes that move along straight lines while elements rotate would stretch the elements in second order, as for one
+    rod in `rod_state.RodChain`. So the points are corrected such that the axes of elements are l R(new) (Gamma + dGamma
+    . d). The correction is found by least squares with weights 1 / l, and is exact for one rod. Where rods close a
+    loop, the misfit is distributed in proportion to length. Fixed components move only by d.
     """
 
-    rest: Floats  # of the nodes (n * 7,)
+    rest: Floats  # rest state of the nodes (n * 7,)
     elements: Ints  # (e, 2) nodes
     joints: Joints
     held: NDArray[np.bool_]  # components of position of the points (p, 3)
@@ -38,11 +38,11 @@ class RodNetwork:
 
     @cached_property
     def lengths(self) -> Floats:
-        """Undeformed lengths (e,), m."""
+        """Undeformed lengths (e,), m, of the elements."""
         return lengths(self.rest, self.elements)
 
     def move(self, x: Floats, d: Floats) -> Floats:
-        """Return the state after an increment d, with positions corrected to second order."""
+        """Return the state x after an increment d (dofs,), with positions corrected to second order."""
         step = self.joints.spread(d)
         moved = RodSpace(len(self.joints.point)).move(x, step)
         nodes, ends = moved.reshape(-1, 7), self.elements
@@ -52,23 +52,23 @@ class RodNetwork:
         )
         short = axes - (nodes[ends[:, 1], :3] - nodes[ends[:, 0], :3])
         nodes[:, :3] += self._moved_on(short)[self.joints.point]
-        cached_elements(moved, ends, self.lengths, turns)  # it will be asked for
+        cached_elements(moved, ends, self.lengths, turns)  # it will be needed
         return moved
 
     def jumped(self, before: Floats, after: Floats) -> bool:
-        """Return whether neighbouring nodes have turned past each other, as `rod_state.jumped`."""
+        """Return whether neighbouring nodes have rotated past each other between two states, as `rod_state.jumped`."""
         return exceeds_half_turn(before, after, self.elements)
 
     @cached_property
     def _differences(self) -> sparse.csr_matrix:
-        """Matrix of differences of values at points along elements (e, p)."""
+        """Sparse matrix (e, p) that maps values at points to their differences along elements."""
         ends, count = self.joints.point[self.elements], len(self.elements)
         rows = np.repeat(np.arange(count), 2)
         return sparse.csr_matrix((np.tile([-1.0, 1.0], count), (rows, ends.ravel())), (count, self.joints.points))
 
     @cached_property
     def _factors(self) -> list[tuple[Ints, Factor]]:
-        """Movable points and factor of the correction equations, for each component of position."""
+        """Movable points and the factorised correction equations, for each component of position."""
         D = self._differences
         whole, found = sparse.csr_matrix(D.T @ sparse.diags(1.0 / self.lengths) @ D), []
         for held in self.held.T:
@@ -77,7 +77,7 @@ class RodNetwork:
         return found
 
     def _moved_on(self, short: Floats) -> Floats:
-        """Return corrections of points (p, 3), m, for misfits of element axes (e, 3), m."""
+        """Return corrections (p, 3), m, of points for misfits `short` (e, 3), m, of the element axes."""
         found = np.zeros((self.joints.points, 3))
         b = self._differences.T @ (short / self.lengths[:, None])
         for c, (free, solver) in enumerate(self._factors):

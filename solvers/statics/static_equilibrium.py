@@ -1,19 +1,23 @@
 """Static equilibrium: finds the state in which the energy gradient vanishes on every free degree of freedom.
 
-Three strategies are tried in this order. The first takes full Newton steps. With the exact tangent of a corotational
-energy they reach a 60-degree bend at full load in about six steps, because that energy grows only with the stretch and
-not with its square; a stiffer law starts from the equilibrium of its corotational twin, or from a given state. The
-result is accepted only if it is a stable equilibrium without inverted cells. The second strategy follows increasing
-loads (`load_stepping.py`), where full steps diverge, as for large stretches, or where the corotational twin collapses,
-from which half of a body may end rotated by 180 degrees and just as stable. The third, careful one starts again: every
-step gives less energy than one of the MEMORY states before it (Armijo 1966; Grippo, Lampariello and Lucidi 1986), an
-indefinite tangent is made definite, and load steps shrink and grow. If it ends at an unstable equilibrium, such as
-a straight column above its buckling load, it perturbs the state and goes on to a stable one.
+Three strategies are tried in this order.
 
-With possible contact, full steps oscillate in and out of contact: then the first strategy decreases the energy, and is
-left out if there are pressure unknowns. Where these fail next to rigid bodies, soft barriers come first
-(`barrier_stiffness_ramp.py`), also in the careful strategy. Friction has its own method (`friction_iteration.py`). A
-body held only by contact that moves away as a rigid body is refused (`rigid_body_instability.py`).
+1. Full Newton steps at full load. With the exact tangent of a corotational energy they reach a 60-degree bend in about
+six steps, because this energy grows only with the stretch and not with its square. A stiffer law starts from the
+equilibrium of its corotational twin, or from a given state. The result is accepted only if it is a stable equilibrium
+without inverted cells.
+2. Load stepping (`load_stepping.py`), where full steps diverge, as for large stretches, or where the corotational twin
+collapses. From a collapsed twin half of a body may end rotated by 180 degrees and just as stable.
+3. The careful strategy, again from rest: every step gives less energy than one of the MEMORY states before it (Armijo
+1966; Grippo, Lampariello and Lucidi 1986), an indefinite tangent is made definite, and load steps shrink and grow. If
+it ends at an unstable equilibrium, such as a straight column above its buckling load, it perturbs the state and
+continues to a stable one.
+
+If contact is possible, full steps oscillate in and out of contact. Then the first strategy decreases the energy
+instead, and is left out if there are pressure unknowns. If these strategies fail for contact with rigid bodies, soft
+barriers come first (`barrier_stiffness_ramp.py`), also in the careful strategy. Friction has its own method
+(`friction_iteration.py`). A body held only by contact that moves away as a rigid body is refused
+(`rigid_body_instability.py`).
 
 With a cap only full steps are taken, up to that number of linear systems. With `arc_length` the path of equilibria is
 followed from rest (`arc_length.py`). A solution whose digits are lost to rounding is refused (`condition`).
@@ -58,13 +62,13 @@ __all__ = [
     "equilibrium",
 ]  # fmt: skip
 
-DOUBTED = 1e-4  # condition number times eps from which the error of rounding is measured
-HOPELESS = 1e-3  # of an answer that rounding may take: fewer than three digits are no answer
-SOFT = 0.3  # of the stiffness against the load at rest: less looks like a limit point
-AWAY = 1e-9  # of the extent of a body: supports of a given state that are farther off carry it with them
-SHORTEST, LONGEST = 1e-3, 0.05  # parts of the way of supports from a given state: given up below; no more asked for
-WASTED = 2000  # iterations in vain, of what may touch: a twentieth of them is what one that comes to something takes
-BOLD, ROUGH = 20, 12  # whole steps at most: under the law itself; under its corotational twin, or from a given state
+DOUBTED = 1e-4  # condition number times eps above which the rounding error is measured
+HOPELESS = 1e-3  # largest relative rounding error: fewer than three digits are refused
+SOFT = 0.3  # relative stiffness against the load below which a limit point is likely
+AWAY = 1e-9  # of the extent: supports of a start state farther off than this are moved first
+SHORTEST, LONGEST = 1e-3, 0.05  # least and largest part of a support motion from a start state
+WASTED = 2000  # largest number of iterations with contact: 20 times what successful ones take
+BOLD, ROUGH = 20, 12  # largest numbers of full steps: with the law; with its twin or from a start state
 
 
 def equilibrium(problem: Statics) -> Equilibrium:
@@ -85,7 +89,7 @@ def equilibrium(problem: Statics) -> Equilibrium:
 
 
 def _explain_failure(problem: Statics, history: list[Iteration], failure: NotConverged) -> NotConverged:
-    """Return the failure with the buckling load, or the motion that nothing resists, if either is the cause."""
+    """Return the failure with the buckling load, or the motion without resistance, added if either is the cause."""
     left, facts, reason = failure.unstable, failure.facts, failure.reason
     critical = None if left is None else critical_load(problem, history, left)
     if critical is not None:
@@ -93,29 +97,29 @@ def _explain_failure(problem: Statics, history: list[Iteration], failure: NotCon
         facts = {**facts, "critical_load": critical}
     slides = reason.startswith(SLIDES)
     loose = loose_motion(problem) if left is None or slides else None
-    if slides:  # a body on springs of its own, which hold it for a while, has its reason from what knows them
+    if slides:  # a body on a stabilising spring gets its reason from free_body_stabilization.py
         reason += ", and nothing else holds it" if loose is not None else HELD
     return NotConverged(reason, tuple(history), facts, left, loose)
 
 
 def _load_control(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
-    """Return the equilibrium at full load: by full steps first, then carefully."""
+    """Return the equilibrium at full load by the three strategies in turn. Raises NotConverged."""
     ways = [_warm_start] if problem.start is not None and problem.longest == 1.0 else []
     unstable = None
-    turns = problem.longest < 1.0  # they would find another, by whole turns off
-    crept = problem.touches and problem.assembly.saddle  # no energy falls on the way in and out of contact
+    turns = problem.longest < 1.0  # full steps would find an equilibrium that differs by whole turns
+    crept = problem.touches and problem.assembly.saddle  # no energy decreases when contact begins and ends
     if problem.bold:
         ways += [] if turns or crept else [_full_load]
-        ways += [] if problem.rubs else [_load_steps]  # with friction whole steps come last, not first
+        ways += [] if problem.rubs else [_load_steps]  # with friction full steps come last
         ways += [_soft_barrier] if problem.beside and not (problem.rubs or turns) else []
-    vain = None  # iterations from rest to the whole load that the careful way would go through again
+    vain = None  # iterations from rest to full load that the careful strategy would repeat
     for way in ways:
         before = len(history)
         try:
             return way(problem, history, systems)
-        except CoarseTurn:  # the careful way follows the same path
+        except CoarseTurn:  # the careful strategy follows the same path
             raise
-        except NotConverged as failure:  # what it tried is in the history; the careful way starts again from rest
+        except NotConverged as failure:  # the history has its iterations; the careful strategy starts from rest
             unstable = failure.unstable if unstable is None else unstable
             vain = len(history) - before if problem.rubs and way is _full_load else vain
     if unstable is not None and turns:
@@ -127,18 +131,18 @@ def _load_control(problem: Statics, history: list[Iteration], systems: Systems) 
     return found if found.unstable is not None else replace(found, unstable=unstable)
 
 
-# ------------------------------------------------------------------ whole steps at full load
+# ------------------------------------------------------------------ full steps at full load
 
 
 def _full_load(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
-    """Solve at full load from rest, by full Newton steps or, with contact, by decreasing energy."""
+    """Return the equilibrium at full load from rest, by full Newton steps or, with contact, by decreasing energy."""
     newton = Newton(problem, history, systems)
     x = newton.descend(_start_state(newton), 1.0) if problem.touches else newton.whole_steps(_start_state(newton), BOLD)
     return _accept_stable(newton, x)
 
 
 def _warm_start(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
-    """Solve at full load from the given state."""
+    """Return the equilibrium at full load from the given start state. Raises NotConverged."""
     newton = Newton(problem, history, systems)
     x = _given_start(newton)
     x = newton.descend(predict_rigid_motion(problem, x), 1.0) if problem.touches else newton.whole_steps(x, ROUGH)
@@ -146,7 +150,10 @@ def _warm_start(problem: Statics, history: list[Iteration], systems: Systems) ->
 
 
 def _minimize_energy(newton: Newton, x: Floats, load: float) -> Floats:
-    """Return the equilibrium at a load that minimises the energy from x; next to rigid bodies from soft barriers."""
+    """Return the equilibrium at a load factor by decreasing the energy from x. Raises NotConverged.
+
+    With rigid bodies it starts with soft barriers.
+    """
     if not newton.problem.beside or newton.problem.rubs:
         return newton.descend(x, load)
     from softmark.solvers.statics.barrier_stiffness_ramp import ramp_barrier
@@ -155,23 +162,24 @@ def _minimize_energy(newton: Newton, x: Floats, load: float) -> Floats:
 
 
 def _soft_barrier(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
-    """Solve at full load with soft barriers first."""
+    """Return the equilibrium at full load, with soft barriers first. Raises NotConverged."""
     newton = Newton(problem, history, systems, "soft barriers")
     x = newton.impose(problem.rest, 1.0) if problem.start is None else _given_start(newton)
     return _accept_stable(newton, _minimize_energy(newton, x, 1.0))
 
 
 def _load_steps(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
-    """Solve by load stepping."""
+    """Return the equilibrium at full load by load stepping. Raises NotConverged."""
     newton = Newton(problem, history, systems, "steps of load")
     x, steps = solve_in_load_steps(newton)
     return replace(_accept_stable(newton, x), load_steps=steps)
 
 
 def _start_state(newton: Newton, cap: int | None = None) -> Floats:
-    """Return the start for full steps: the equilibrium of the corotational twin, or the linear response to supports.
+    """Return the start state for full steps. Raises NotConverged.
 
-    With a cap on linear systems it takes only as many steps to the twin as that allows. Raises NotConverged.
+    It is the equilibrium of the corotational twin, or the linear response to the supports. A cap on linear systems also
+    limits the steps to the twin.
     """
     problem = newton.problem
     if problem.twin is None or problem.rubs:
@@ -191,7 +199,7 @@ def _start_state(newton: Newton, cap: int | None = None) -> Floats:
 
 
 def _given_start(newton: Newton) -> Floats:
-    """Return the given start, moved with the supports. Raises NotConverged if it is outside the domain of the law."""
+    """Return the given start state, moved with the supports. Raises NotConverged outside the domain of the law."""
     problem = newton.problem
     x = np.array(problem.start, dtype=problem.rest.dtype)
     if not np.all(np.isfinite(x)):
@@ -199,7 +207,7 @@ def _given_start(newton: Newton) -> Floats:
     newton.relax()
     left = problem.target - (x - problem.rest)[problem.fixed]
     if np.abs(left).max(initial=0.0) > AWAY * problem.extent:
-        x = _follow_supports(newton, x, left)  # without the body, whole cells beside a support would be squeezed
+        x = _follow_supports(newton, x, left)  # with supports alone, cells next to them would be squeezed
     x[problem.fixed] = problem.rest[problem.fixed] + problem.target
     if not np.isfinite(newton.strain(x)):
         raise NotConverged("the initial state is outside the domain of the law", tuple(newton.history))
@@ -208,9 +216,10 @@ def _given_start(newton: Newton) -> Floats:
 
 
 def _follow_supports(newton: Newton, x: Floats, left: Floats) -> Floats:
-    """Return a state moved with its supports by increments (c,); where surfaces may meet, by parts with equilibria.
+    """Return a state x moved with its supports by increments `left` (c,). Raises NotConverged.
 
-    Friction limits the parts: otherwise corners interlock where they would have slid past. Raises NotConverged.
+    If surfaces may meet, the motion is split into parts, with an equilibrium after each. Friction limits the parts:
+    otherwise corners interlock that should slide past each other.
     """
     wandering = [energy for energy in newton.assembly.internal if isinstance(energy, DynamicPatternEnergy)]
     if not wandering:
@@ -231,7 +240,7 @@ def _follow_supports(newton: Newton, x: Floats, left: Floats) -> Floats:
 
 
 def _accept_stable(newton: Newton, x: Floats) -> Equilibrium:
-    """Return the result of full steps as an equilibrium, if it is stable. Raises NotConverged."""
+    """Return the result x of full steps as an `Equilibrium` if it is stable. Raises NotConverged."""
     stable = True if newton.problem.convex else _is_stable(newton, x)
     if stable is False and newton.assembly.conservative:
         raise NotConverged("the equilibrium is unstable", tuple(newton.history), unstable=x)
@@ -239,7 +248,7 @@ def _accept_stable(newton: Newton, x: Floats) -> Equilibrium:
 
 
 def _is_stable(newton: Newton, x: Floats) -> bool | None:
-    """Return whether a state is stable; None if unknown."""
+    """Return whether an equilibrium x is stable; None if unknown."""
     if not newton.problem.rubs:
         return newton.definite(x)
     from softmark.solvers.statics.friction_iteration import is_stable_at_pressures
@@ -250,9 +259,9 @@ def _is_stable(newton: Newton, x: Floats) -> bool | None:
 def _buckle_after_rotation(
     problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats
 ) -> Equilibrium:
-    """Return the stable state near an unstable equilibrium at the end of a rotation, to which the body buckles.
+    """Return the stable state to which a body buckles from an unstable equilibrium at the end of a rotation.
 
-    Raises NotConverged if none is found: the careful strategy would end at the same equilibrium.
+    Raises NotConverged if none is found: the careful strategy would end at the same unstable equilibrium.
     """
     newton = Newton(problem, history, systems, "buckling")
     try:
@@ -264,9 +273,9 @@ def _buckle_after_rotation(
 
 
 def _rigid_instability(problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats) -> Equilibrium:
-    """Return a stable state near an unstable equilibrium of a body held only by contact, if it deforms.
+    """Return a stable state near an unstable equilibrium of a body held only by contact, if the body deforms.
 
-    Raises NotConverged if the body moves away as a rigid body: load stepping would not find it either.
+    Raises NotConverged if the body moves away as a rigid body: load stepping would find no equilibrium either.
     """
     from softmark.solvers.statics.rigid_body_instability import describe_rigid_instability
 
@@ -282,11 +291,11 @@ def _rigid_instability(problem: Statics, history: list[Iteration], systems: Syst
     return _safeguarded(problem, history, systems)
 
 
-# ------------------------------------------------------------------ whole steps, and no more than so many
+# ------------------------------------------------------------------ full steps with a cap
 
 
 def _capped_steps(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
-    """Return the state of full steps when the cap is reached, or the equilibrium. Raises NotConverged."""
+    """Return the state of full steps when the cap is reached, or the equilibrium if earlier. Raises NotConverged."""
     newton, started = Newton(problem, history, systems), problem.start is not None
     cap = problem.max_iterations if problem.cap is None else problem.cap
     x = _given_start(newton) if started else _start_state(newton, cap)
@@ -301,13 +310,13 @@ def _capped_steps(problem: Statics, history: list[Iteration], systems: Systems) 
     return replace(found, sound=sound, started=started)
 
 
-# --------------------------------------------------------- decreasing energy, loads in steps
+# --------------------------------------------------------- careful strategy
 
 
 def _safeguarded(problem: Statics, history: list[Iteration], systems: Systems, vain: int | None = None) -> Equilibrium:
-    """Return the equilibrium by load steps that are halved where none is found. Raises NotConverged.
+    """Return the equilibrium by the careful strategy: load steps are halved where they fail. Raises NotConverged.
 
-    `vain` iterations were already spent from rest to full load, which is not tried again.
+    `vain` is the number of iterations already spent in vain from rest to full load; this step is not tried again.
     """
     newton = Newton(problem, history, systems, "careful")
     x, load, step, steps, wasted = problem.rest, 0.0, problem.longest, 0, vain or 0
@@ -342,7 +351,7 @@ def _safeguarded(problem: Statics, history: list[Iteration], systems: Systems, v
 
 
 def _likely_cause(problem: Statics, history: list[Iteration], x: Floats, load: float) -> str:
-    """Return a likely cause why a load cannot be raised: a limit point, a bifurcation, or "" if unknown."""
+    """Return a text with a likely cause why the load cannot be raised: a limit point or a bifurcation, or ""."""
     known = current_stiffness(problem, history, x, load) if load > 0.0 and problem.way is None else None
     if known is None or (known[0] > SOFT and not known[1]):
         return ""
@@ -356,11 +365,11 @@ def _likely_cause(problem: Statics, history: list[Iteration], x: Floats, load: f
     return f"; {what}: use `path = arc_length` in the analysis"
 
 
-# ------------------------------------------------------------------ along the path
+# ------------------------------------------------------------------ arc length and result
 
 
 def _arc_length(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
-    """Return the first equilibrium under full load along the arc-length path from rest. Raises NotConverged."""
+    """Return the first equilibrium under full load along the equilibrium path from rest. Raises NotConverged."""
     newton = direct_newton(problem, history, "path")
     newton.systems = systems
     follower = PathFollower(newton)
@@ -376,7 +385,10 @@ def _arc_length(problem: Statics, history: list[Iteration], systems: Systems) ->
 
 
 def _finalize(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equilibrium:
-    """Return the equilibrium; raises NotConverged if cells are inverted or single precision is too coarse."""
+    """Return the solution x as an `Equilibrium`.
+
+    Raises NotConverged if cells are inverted or single precision is too coarse.
+    """
     problem, history, facts = newton.problem, tuple(newton.history), newton.systems.facts
     if not problem.sound(x):
         raise NotConverged("the equilibrium has inverted cells", history, facts)
@@ -390,7 +402,7 @@ def _finalize(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equ
                 reason = f"single precision leaves a residual of {residual:.1e}, above the limit {problem.rounded:.0e}"
                 raise NotConverged(f"{reason}, and an error of {error:.1e} in the energy norm", history, facts)
     found = Equilibrium(x, residual, history, steps, criterion, stable, newton.systems.name, facts)
-    # beside an equilibrium that was left, the direction is arbitrary, or nearly so: no matter of rounding
+    # near an unstable equilibrium the direction is arbitrary: this is no rounding error
     known = _condition(newton, x) if newton.left is None else None
     condition, rounding = (None, None) if known is None else known
     follower = not problem.assembly.conservative
@@ -398,9 +410,10 @@ def _finalize(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equ
 
 
 def _balance_resultant(newton: Newton, x: Floats, g: Floats, residual: float) -> tuple[Floats, Floats | None, float]:
-    """Return a state whose resultant residual also meets the tolerance, after up to two more steps.
+    """Return a state whose resultant of residual forces also meets the tolerance, after up to two more steps.
 
-    Residuals at many nodes may each be small while their sum is not. Also returns the next step, and the residual.
+    Residuals at many nodes may each be small while their sum is not. Also returns the next Newton step, or None, and
+    the relative residual.
     """
     problem = newton.problem
     left = None if newton.left is not None else _next_step(newton, g)
@@ -414,14 +427,14 @@ def _balance_resultant(newton: Newton, x: Floats, g: Floats, residual: float) ->
         y = x + left
         there, nearer = newton.residual(y, 1.0)
         step = _next_step(newton, there)
-        if not nearer < residual or step is None:  # it is as good as it can be written down
+        if not nearer < residual or step is None:  # no better state can be represented
             break
         x, g, residual, left = y, there, nearer, step
     return x, left, residual
 
 
 def _next_step(newton: Newton, g: Floats) -> Floats | None:
-    """Return the next step (dofs,) under forces g (dofs,) with the last factor; None without one."""
+    """Return the Newton step (dofs,) for residual forces g (dofs,) with the last factorisation; None without one."""
     problem, last = newton.problem, newton.last
     if last is None or last.tolerance or problem.exact is not None or not isinstance(problem.space, VectorSpace):
         return None
@@ -431,11 +444,11 @@ def _next_step(newton: Newton, g: Floats) -> Floats | None:
 
 
 def _condition(newton: Newton, x: Floats) -> tuple[float, float] | None:
-    """Return the condition number of the last tangent, and the relative rounding error; None without a direct factor.
+    """Return the condition number of the last tangent, and the relative rounding error of the state x.
 
     The condition number times eps is a bound that slender bodies stay far below (a rod of 1 : 50 000 in 1000 segments
-    has 2e-2 and is right to 1e-8), so if it is large the error is measured. None with pressure unknowns. Raises
-    NotConverged if fewer than three digits are left.
+    has 2e-2 and is right to 1e-8), so if it is large the error is measured. Returns None without a direct factorisation
+    or with pressure unknowns. Raises NotConverged if fewer than three digits are left.
     """
     last, K = newton.last, newton.matrix
     if last is None or K is None or last.tolerance or K.dtype != np.float64 or newton.assembly.saddle:
@@ -457,10 +470,10 @@ def _condition(newton: Newton, x: Floats) -> tuple[float, float] | None:
 
 
 def _energy_error(exact: Assembly, x: Floats) -> float:
-    """Return the error of a state in the energy norm, sqrt(r . K^-1 r / 2E): infinite if K is not definite.
+    """Return the error of a state in the energy norm, sqrt(r . K^-1 r / 2E); infinite if K is not definite.
 
-    On fine meshes the residual of a rounded state grows: rounding varies from node to node, and the stiffness of such
-    short waves is large. They hardly change the energy.
+    On fine meshes the residual r of a rounded state grows: rounding varies from node to node, and the stiffness K of
+    such short waves is large. They hardly change the energy E.
     """
     g = exact.gradient(x, 1.0)[exact.free]
     try:

@@ -15,18 +15,18 @@ from softmark.solvers.linear.linear_solver import TIGHTEST, Systems
 from softmark.solvers.statics.rigid_motion_predictor import force_change_of_rigid_motion
 from softmark.solvers.statics.static_problem import Criterion, Iteration, NotConverged, Statics
 
-MEMORY = 10  # energies back that a step must stay below: bends are long curved valleys
-RIGID = 1e-6  # least scale of a residual, of the force if the body stayed behind while its supports move
-VALLEY = 200  # steps aside at least: a square column buckles into any direction, and some cost a little less
-TINY = 1e-4  # of the motion so far: what a Newton step must stay below where rounding limits the residual
+MEMORY = 10  # number of last energies whose largest a step must stay below: bending has long curved valleys
+RIGID = 1e-6  # least force scale, relative to the force if only the supports moved
+VALLEY = 200  # least number of steps after instability: the energy of a square column hardly depends on direction
+TINY = 1e-4  # of the motion so far: largest last Newton step if rounding limits the residual
 
-BLIND = ("conjugate_gradients", "multigrid")  # linear solvers that know nothing of pivots
+BLIND = ("conjugate_gradients", "multigrid")  # linear solvers without pivot signs
 
 Merit = Callable[[Floats, float], float]
 
 
 class Newton:
-    """Newton solver of one assembly; keeps the last factorisation and records the history."""
+    """Newton solver of one assembly; it keeps the last factorisation and records all iterations."""
 
     def __init__(self, problem: Statics, history: list[Iteration], systems: Systems, phase: str = "free") -> None:
         self.problem = problem
@@ -35,24 +35,27 @@ class Newton:
         self.systems = systems
         self.phase = phase
         self.last: Factor | None = None
-        self.matrix: Any = None  # of the last factorisation
-        self.left: Floats | None = None  # the unstable equilibrium that `stable` went aside from
+        self.matrix: Any = None  # matrix of the last factorisation
+        self.left: Floats | None = None  # unstable equilibrium from which `stable` continued
         self.criterion: Criterion = "residual"
         self.eps = float(np.finfo(problem.rest.dtype).eps)
         self.moved = problem.travelled  # length of all steps so far
-        self.towed = 0.0  # force that the motion of the supports causes while the body stays behind
-        self._close = self._tiny = False  # what the last step was
+        self.towed = 0.0  # force that support motion causes if the body does not move
+        self._close = self._tiny = False  # whether energy error and size of the last step were small
         self._before = np.inf
-        self._strain: tuple[Floats, float] | None = None  # the last state whose strain energy was asked for
-        self.reached: Floats | None = None  # where the last way down was when it was left
-        self._tried: tuple[Floats, Floats, float, Floats] | None = None  # the last move, and where it led
+        self._strain: tuple[Floats, float] | None = None  # last state and its strain energy
+        self.reached: Floats | None = None  # state of the last descent before its last step
+        self._tried: tuple[Floats, Floats, float, Floats] | None = None  # last step and the state after it
         self._valued: tuple[Floats, float, float] | None = None  # the last state, load and energy
-        self._promised: Assembly | None = None  # with the pressures that the last step promised
-        self._goal = self._last_goal = TIGHTEST  # of the linear system, relative
+        self._promised: Assembly | None = None  # assembly with the pressures predicted by the last step
+        self._goal = self._last_goal = TIGHTEST  # relative tolerance of the linear system
         self._last_residual = np.inf
 
     def residual(self, x: Floats, load: float) -> tuple[Floats, float]:
-        """Return the gradient (dofs,) and the norm of its free part, relative to the larger of load and reactions."""
+        """Return the gradient (dofs,) in x, and the residual relative to the larger of load and reactions.
+
+        The residual is the norm of the gradient on free degrees of freedom.
+        """
         g = self.assembly.gradient(x, load)
         external = np.zeros_like(g)
         for energy, scale in self.assembly.loaded(load):
@@ -64,16 +67,19 @@ class Newton:
         return g, size / scale if scale > 0 else size
 
     def impose(self, x: Floats, fraction: float, load: float = 1.0) -> Floats:
-        """Return x with the last fraction of the support motion to a load, and the linear response of the body."""
+        """Return x moved with the last `fraction` of the support motion up to the load factor `load`.
+
+        The body moves by its linear response.
+        """
         if not self.problem.moves:
             return x
         d = self._following(x, self.problem.imposed(load - fraction, load), load, True)
         return self._moved(x, self._clear(x, d, load - fraction, load), 1.0)
 
     def carry(self, x: Floats, fraction: float, load: float) -> Floats:
-        """Return an equilibrium moved on to a larger load, by its own tangent and with predicted pressures.
+        """Return an equilibrium x predicted for a load larger by `fraction`, with its tangent and predicted pressures.
 
-        Raises NotConverged if that leaves the domain of the law.
+        Raises NotConverged if the prediction leaves the domain of the law.
         """
         if not (self.problem.moves or self.problem.touches):
             self._promised = None
@@ -81,9 +87,10 @@ class Newton:
         return self.follow(x, self.problem.imposed(load, load + fraction), load, load + fraction)
 
     def follow(self, x: Floats, moved: Floats, load: float, to: float | None = None) -> Floats:
-        """Return x moved with support increments (c,) at a load. Raises NotConverged.
+        """Return x moved with support increments `moved` (c,) at a load factor. Raises NotConverged.
 
-        If a load `to` is given, rigid bodies move to it as well, and the contacts with them.
+        If another load factor `to` is given, rigid bodies and the surfaces in contact move to their positions there
+        too.
         """
         self._promised = None
         d = self._following(x, moved, load, False, to)
@@ -95,7 +102,7 @@ class Newton:
         return y
 
     def _clear(self, x: Floats, d: Floats, load: float, to: float) -> Floats:
-        """Return the part of a motion d that causes no intersection, as rigid bodies move from one load to another.
+        """Return the part of a motion d (dofs,) without intersections, as rigid bodies move from one load to another.
 
         Raises NotConverged if supports move too far, or if points would pass through a rigid body for any step.
         """
@@ -105,10 +112,9 @@ class Newton:
         return d if part == 1.0 else part * d
 
     def _front(self, x: Floats, d: Floats, load: float) -> float:
-        """Return the fraction of a motion d, at most 1, before surfaces meet or points pass through a rigid body.
+        """Return the fraction of a step d, at most 1, before surfaces meet or points pass through a rigid body.
 
-        If no small fraction is allowed, rigid bodies are ignored: points so near to a sharp edge are on both sides at
-        once.
+        If not even a small fraction is possible, rigid bodies are ignored: points near a sharp edge are on both sides.
         """
         return self._ahead(x, d, load, load) or self.assembly.limit(x, d)
 
@@ -122,12 +128,12 @@ class Newton:
         return part * collision_free_fraction(self._driven(load), x, part * d, None if to == load else self._driven(to))
 
     def _driven(self, load: float) -> list[Any]:
-        """Return the contacts with rigid bodies at a load."""
+        """Return the contacts with rigid bodies at a load factor."""
         known: list[Any] = list(self.assembly.loads)
         return [energy.at(load) for energy in known if energy.driven]
 
     def _following(self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None) -> Floats:
-        """Return the linear response (dofs,) to support motion (c,), and to rigid bodies that move to a load."""
+        """Return the linear response (dofs,) to support increments `moved` (c,) and to rigid bodies that move."""
         problem, d = self.problem, np.zeros(self.space.dofs)
         d[problem.fixed] = moved
         eps = 1e-6 / max(1.0, float(np.abs(d).max()) * 1e3)
@@ -144,11 +150,14 @@ class Newton:
 
     @property
     def space(self) -> Space:
-        """Space of the state."""
+        """State space of the problem."""
         return self.problem.space
 
     def whole_steps(self, x: Floats, most: int, load: float = 1.0, least: float = 0.0) -> Floats:
-        """Return the result of full Newton steps, shortened only to the domain of the law, but not below `least`."""
+        """Return the equilibrium by full Newton steps from x. Raises NotConverged.
+
+        Steps are shortened only to the domain of the law, and not below the fraction `least`.
+        """
         x, done, residual = self.steps(x, most, load, least)
         if done:
             return x
@@ -179,26 +188,26 @@ class Newton:
 
     @property
     def cellular(self) -> bool:
-        """True if there are energies of cells, which may have pressures; rods load no kernels for that."""
+        """True if some energies are those of cells, which may have pressures."""
         return any(e.cellular for e in self.assembly.internal)
 
     @property
     def mixing(self) -> Any:
-        """Module of the pressure predictor."""
+        """Module of the pressure predictor, imported on request."""
         from softmark.solvers.assembly import pressure_predictor
 
         return pressure_predictor
 
     def trust(self, x: Floats) -> None:
-        """Predict pressures of the next step from x, an equilibrium of the corotational twin.
+        """Predict the pressures of the next step from x, an equilibrium of the corotational twin.
 
-        The pressures of the law itself are far off there.
+        The pressures that the law itself gives there are far off.
         """
         if self.cellular:
             self._promised = self.mixing.with_predicted_pressures(self.assembly, x, None)
 
     def relax(self) -> None:
-        """Use zero pressures in the next step: those of an interpolated state mean nothing."""
+        """Use zero pressures in the next step, because those of an interpolated state mean nothing."""
         if self.cellular:
             self._promised = self.mixing.with_zero_pressures(self.assembly)
 
@@ -210,7 +219,10 @@ class Newton:
             self._last_residual = residual
 
     def _inside(self, x: Floats, d: Floats, load: float) -> tuple[Floats, float]:
-        """Return the state after as much of a step as stays in the domain of the law, and that fraction."""
+        """Return the state after the fraction of a step d that stays in the domain of the law, and this fraction.
+
+        Raises NotConverged.
+        """
         length = self._front(x, d, load)
         while length > 1e-3:
             y = self._part(x, d, length)
@@ -223,15 +235,16 @@ class Newton:
         raise NotConverged("no Newton step stays in the domain of the law", tuple(self.history))
 
     def strain(self, x: Floats) -> float:
-        """Return the strain energy, J; cached for the last state."""
+        """Return the strain energy of a state, J; cached for the last state."""
         if self._strain is None or self._strain[0] is not x:
             self._strain = x, sum(e.value(x) for e in self.assembly.internal)
         return self._strain[1]
 
     def descend(self, x: Floats, load: float, patience: int = 0) -> Floats:
-        """Return the equilibrium by Newton steps that decrease the energy (follower loads: the residual) within MEMORY.
+        """Return the equilibrium by Newton steps that decrease the energy (follower loads: the residual).
 
-        It takes at most the problem's iterations, or `patience` if that is more.
+        Each step must fall below the largest of the last MEMORY values. The number of steps is limited to the
+        problem's, or to `patience` if larger. Raises NotConverged.
         """
         if self.problem.rubs:
             from softmark.solvers.statics.friction_iteration import solve_friction
@@ -261,14 +274,14 @@ class Newton:
         raise NotConverged(f"{reason}, residual {residual:.1e}", tuple(self.history))
 
     def _lost(self, x: Floats, load: float) -> str | None:
-        """Return why the last step near an unstable equilibrium lost rotations of the supports; None if it did not."""
+        """Return a message if the last step lost whole rotations of the supports; else None."""
         problem = self.problem
         if problem.way is not None and self.reached is not None and problem.jumped(self.reached, x):
             return "neighbouring nodes rotated past each other"
         return problem.lost(x, load)
 
     def _done(self, x: Floats, g: Floats, residual: float) -> bool:
-        """Return whether the tolerance is met, or the residual is only rounding (see Statics)."""
+        """Return whether x has converged: the tolerance is met, or only rounding is left (see `Statics`)."""
         self.criterion = "residual"
         if residual <= self.problem.tolerance:
             return True
@@ -293,46 +306,49 @@ class Newton:
         return self.assembly.conservative and (isinstance(last, DeferredFactor) or bool(last and last.negative_pivots))
 
     def _moved(self, x: Floats, d: Floats, length: float) -> Floats:
-        """Return the state after a fraction of a step, and add that to the length of motion."""
+        """Return the state after a fraction `length` of a step d, and add its length to the total motion."""
         self.moved = self._farther(d, length)
         return self._part(x, d, length)
 
     def _farther(self, d: Floats, length: float) -> float:
-        """Return the length of motion including a fraction of d."""
+        """Return the length of the total motion plus a fraction `length` of a step d."""
         return float(np.hypot(self.moved, length * np.linalg.norm(d / self.problem.weights)))
 
     def _part(self, x: Floats, d: Floats, length: float) -> Floats:
-        """Return the state after a fraction of the step d; cached for the last one."""
+        """Return the state after a fraction `length` of a step d; cached for the last step."""
         tried = self._tried
         if tried is None or tried[0] is not x or tried[1] is not d or tried[2] != length:
             self._tried = tried = x, d, length, self.space.move(x, d if length == 1.0 else length * d)
         return tried[3]
 
     def _energy(self, x: Floats, load: float) -> float:
-        """Return the total energy; cached for the last state and load."""
+        """Return the total energy, J, of a state at a load factor; cached for the last one."""
         if self._valued is None or self._valued[0] is not x or self._valued[1] != load:
             loads = (scale * e.value(x) for e, scale in self.assembly.loaded(load) if scale != 0.0)
             self._valued = x, load, self.strain(x) + sum(loads)
         return self._valued[2]
 
     def _imbalance(self, x: Floats, load: float) -> float:
-        """Return half of the squared residual norm; infinite outside the domain of the law."""
+        """Return half of the squared norm of the residual; infinite outside the domain of the law."""
         if not np.isfinite(self.strain(x)):
             return np.inf
         return 0.5 * float(np.linalg.norm(self.assembly.gradient(x, load)[self.assembly.free]) ** 2)
 
     def _decrease(self, x: Floats, load: float, g: Floats, value: float, merit: Merit) -> tuple[Floats, float, float]:
-        """Take a line search along the Newton direction, or that of the definite tangent if the first fails."""
+        """Return state, merit and step length after a line search. Raises NotConverged.
+
+        It searches along the Newton direction, or along that of the definite tangent if the first fails.
+        """
         for projected in (False, True):
             factor = self._factor(x, load, projected)
-            if not projected and self._indefinite():  # it leads to a saddle
+            if not projected and self._indefinite():  # the Newton direction leads to a saddle point
                 self._close = self._tiny = False
                 continue
             d = self._direction(x, g, factor)
             self._judge(x, g, d, projected)
-            if not projected and self._indefinite():  # conjugate gradients find that while they solve
+            if not projected and self._indefinite():  # conjugate gradients detect this while they solve
                 continue
-            if self._close or self._tiny:  # differences of energy are noise now
+            if self._close or self._tiny:  # energy differences are rounding errors now
                 y = self._moved(x, d, 1.0)
                 return y, merit(y, load), 1.0
             slope = float(g @ d) if self.minimal else -2.0 * merit(x, load)
@@ -345,7 +361,7 @@ class Newton:
         raise NotConverged("no Newton step decreases the energy", tuple(self.history))
 
     def _armijo(self, x: Floats, load: float, d: Floats, value: float, slope: float, merit: Merit) -> float:
-        """Return the fraction of d that decreases the merit enough (Armijo 1966), or 0."""
+        """Return the fraction of a step d that decreases the merit enough (Armijo 1966); 0 if there is none."""
         length = self._front(x, d, load) if np.isfinite(slope) and slope < 0 else 0.0
         while length > 1e-5:
             enough = value + 1e-4 * length * slope + 50.0 * self.eps * abs(value)
@@ -355,9 +371,9 @@ class Newton:
         return 0.0
 
     def _lengthen(self, x: Floats, load: float, d: Floats, merit: Merit) -> float:
-        """Return the multiple of d up to which the merit decreases, by doubling.
+        """Return the multiple of a step d up to which the merit decreases, by doubling.
 
-        Steps of a definite tangent leave saddles slowly.
+        Steps of a definite tangent would leave saddle points slowly.
         """
         length, value = 1.0, merit(self._part(x, d, 1.0), load)
         while length < 1e3 and (there := merit(self.space.move(x, 2.0 * length * d), load)) < value:
@@ -369,9 +385,9 @@ class Newton:
     def definite(self, x: Floats) -> bool | None:
         """Return whether the tangent in x has no negative eigenvalue; None if unknown.
 
-        If the last step was tiny, the tangent before it is used. Under follower loads its symmetric part is tested,
-        with any linear solver, and the result is True or None: v . K v > 0 for all v excludes any neighbouring
-        equilibrium and any drift (Hill 1958), but not flutter, which needs inertia. A tangent with an indefinite
+        If the last step was tiny, the tangent before it is used. Under follower loads the symmetric part of the tangent
+        is tested, with any linear solver, and the result is True or None: v . K v > 0 for all v excludes a neighbouring
+        equilibrium and divergence (Hill 1958), but not flutter, which needs inertia. A tangent with an indefinite
         symmetric part may still be stable.
         """
         choice, conservative, last = self.systems.choice, self.assembly.conservative, self.last
@@ -388,19 +404,22 @@ class Newton:
             found = self.systems.direct(K)
         except Singular:
             return False if conservative else None
-        if conservative or rough:  # else the tangent itself is what condition and rounding are told of
+        if conservative or rough:  # otherwise the tangent is used for condition and rounding
             self.last, self.matrix = found, K
         if found.negative_pivots is None or not conservative:
             return found.negative_pivots == 0 or None
         return found.negative_pivots == 0
 
     def stable(self, x: Floats) -> tuple[Floats, bool | None]:
-        """Return x or a stable equilibrium of less energy, and its stability, None if unknown. Raises NotConverged."""
+        """Return x or a stable equilibrium with less energy, and whether it is stable (None: unknown).
+
+        Raises NotConverged.
+        """
         for _ in range(5):
             definite = self.definite(x)
             if definite is not False:
                 return x, definite
-            if self.assembly.saddle:  # its energy leads no way down
+            if self.assembly.saddle:  # no energy decreases
                 raise NotConverged("the equilibrium found is unstable", tuple(self.history))
             if self.left is None:
                 self.left = x
@@ -413,7 +432,7 @@ class Newton:
         raise NotConverged("every equilibrium found is unstable", tuple(self.history), unstable=self.left)
 
     def _aside(self, x: Floats) -> Floats:
-        """Return a state of less energy along the most unstable direction. Raises NotConverged if there is none."""
+        """Return a state with less energy along the least stiff direction. Raises NotConverged if there is none."""
         d = self.downhill(x)
         d *= 0.1 * self.problem.extent / np.abs(d / self.problem.weights).max()
         value = self._energy(x, 1.0)
@@ -426,9 +445,10 @@ class Newton:
         )
 
     def downhill(self, x: Floats) -> Floats:
-        """Return the direction (dofs,) in which an unstable equilibrium has the least stiffness. Raises NotConverged.
+        """Return the direction (dofs,) with the least stiffness in an unstable equilibrium. Raises NotConverged.
 
-        Power iteration on I - K+^-1 K, K+ the definite tangent: only negative eigenvalues of K grow in it.
+        It is found by power iteration on I - K+^-1 K, with K+ the definite tangent: only directions with negative
+        eigenvalues of K grow.
         """
         free = self.assembly.free
         self._goal = TIGHTEST
@@ -450,7 +470,7 @@ class Newton:
         return d
 
     def _factor(self, x: Floats, load: float, projected: bool) -> Factor:
-        """Factorise the tangent; unless `projected`, with predicted pressures if there are any. Raises NotConverged."""
+        """Return the factorised tangent, with predicted pressures unless `projected`. Raises NotConverged."""
         assembly = self._promised if self._promised is not None and not projected else self.assembly
         K = assembly.tangent(x, load, projected)
         try:
@@ -461,7 +481,7 @@ class Newton:
         return self.last
 
     def _failed(self, reason: str) -> NotConverged:
-        """Return the error with the history."""
+        """Return the error for a reason, with the history."""
         return NotConverged(reason, tuple(self.history), self.systems.facts)
 
     def _record(self, load: float, number: int, residual: float, length: float) -> None:

@@ -1,4 +1,4 @@
-"""Static equilibrium problem, its solution, and the errors of solving it."""
+"""Static equilibrium problem, its solution, and the errors raised if it has none."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from softmark.solvers.linear.linear_solver import Linear
 
 Criterion = Literal["residual", "energy", "rounding", "cap"]
 Watch = Callable[["Iteration"], None]
-SLIDES = "all contact points slide"  # how a reason begins if friction holds nothing
+SLIDES = "all contact points slide"  # first words of the reason if nothing sticks
 HELD = ", and the supports and foundations alone reach no equilibrium"
 
 
 @dataclass(frozen=True)
 class Iteration:
-    """One Newton iteration: the relative `residual` before it, and the part of the step that was taken."""
+    """One Newton iteration: the relative `residual` before it, and the fraction of the step that was taken."""
 
     phase: str  # "corotational start" | "free" | "soft barriers" | "careful" | "aside" (from an unstable equilibrium)
     load: float
@@ -35,8 +35,8 @@ class Iteration:
 class NotConverged(Exception):
     """Raised if no equilibrium is found; `history` has all iterations, `facts` the data of linear systems.
 
-    `unstable` is an unstable equilibrium at full load, if only that was found; `loose` (dofs,) a motion that nothing
-    resists at rest, if there is one.
+    `unstable` (dofs,) is an unstable equilibrium at full load if no other was found. `loose` (dofs,) is a motion
+    without any stiffness at rest, if there is one.
     """
 
     def __init__(
@@ -56,15 +56,15 @@ class NotConverged(Exception):
 
 
 class CoarseTurn(NotConverged):
-    """Raised if cells are too large to follow a rotation from rest: no other strategy follows it either."""
+    """Raised if cells are too large to follow a rotation from rest; no other strategy can follow it either."""
 
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """Converged state, its relative residual, and every iteration that led to it.
+    """Converged state x, its relative residual, and all iterations that led to it.
 
-    `criterion` is the one of `Statics` that was met. `stable` is None if unknown: under follower loads, with an
-    iterative linear solver, and if a cap ended the solution, when the state is no equilibrium.
+    `criterion` is the convergence criterion of `Statics` that was met. `stable` is None if unknown: under follower
+    loads, with an iterative linear solver, and if a cap ended the solution; then the state is no equilibrium.
     """
 
     x: Floats
@@ -74,16 +74,16 @@ class Equilibrium:
     criterion: Criterion = "residual"
     stable: bool | None = True
     linear_solver: str = linear.NAME  # the last factorisation
-    facts: dict[str, Any] = field(default_factory=dict)  # of the linear systems
-    sound: bool = True  # no cell is inside out: always so but where the cap decided
-    started: bool = False  # from the state that was given, not from rest
-    follower: bool = False  # some load follows the body and has no potential
-    unstable: Floats | None = None  # an equilibrium of full load that was left for this one
-    critical: float | None = None  # load factor from which the path that was left is unstable
-    condition: float | None = None  # of the scaled tangent, estimated from below; None: no direct factor
-    rounding: float | None = None  # relative error that rounding may leave in the state, as far as that is known
-    left: Floats | None = None  # (dofs,) the step that would come next, by the last factor; None: no factor is at hand
-    beside: tuple[Any, ...] = ()  # contacts with rigid bodies as they are in it
+    facts: dict[str, Any] = field(default_factory=dict)  # data of the linear systems for the report
+    sound: bool = True  # no cell is inverted; may be False only if a cap ended the solution
+    started: bool = False  # solved from a given start state, not from rest
+    follower: bool = False  # some load is a follower load without potential
+    unstable: Floats | None = None  # an unstable equilibrium at full load that was found before this one
+    critical: float | None = None  # load factor from which the path from rest is unstable
+    condition: float | None = None  # condition number of the scaled tangent, a lower estimate; None: no direct factor
+    rounding: float | None = None  # relative rounding error of the state; None: not measured
+    left: Floats | None = None  # (dofs,) next Newton step by the last factor; None: no factor
+    beside: tuple[Any, ...] = ()  # contacts with rigid bodies in this state
 
     @property
     def iterations(self) -> int:
@@ -92,7 +92,7 @@ class Equilibrium:
 
     @property
     def solved(self) -> bool:
-        """True if it is an equilibrium to its tolerance, or to rounding."""
+        """True if the state is an equilibrium to its tolerance or to rounding, not one at a cap."""
         return self.criterion != "cap"
 
 
@@ -101,46 +101,45 @@ class SupportPath(Protocol):
 
     @property
     def longest(self) -> float:
-        """Largest load step that keeps the path: a larger rotation step might go the other way round."""
+        """Largest load step that keeps the path: a larger rotation might go the other way round."""
 
     def at(self, share: float) -> Floats:
-        """Return the imposed increments from rest (c,), m or rad, at a load fraction."""
+        """Return the imposed increments from rest (c,), m or rad, at a load fraction `share`."""
 
     def lost(self, x: Floats, share: float) -> str | None:
-        """Return why a state does not show the whole turns that its supports have made, or None if it does."""
+        """Return a message if a state does not show the whole turns of its supports; else None."""
 
 
 @dataclass(frozen=True)
 class Statics:
-    """Static problem: `rest` is moved in `space` until `assembly` is balanced, with `target` imposed on `fixed`.
+    """Static problem: find the state of `space` near `rest` in which `assembly` is balanced.
 
-    `path` is the method: load stepping, or arc length along the path of equilibria. Without a `way` the target is
-    imposed in proportion to the load; with one, load steps from rest are limited by it. `twin` is the assembly of the
-    corotational law with the same moduli, or None. `sound` tests whether a state is admissible (no inverted cell),
-    `near` whether an equilibrium of the twin is a suitable start, and `jumped` whether no motion leads from one
-    equilibrium to the next, such as where parts have turned past each other. `bold` tries full steps first, without a
-    twin for rods, whose space already follows their rotation. `convex` marks a positive quadratic energy, whose one
-    equilibrium is stable. `extent` is the size of the body in m; `weights` make rotations comparable with
-    displacements: forces are multiplied and motions divided by them. `travelled` (m) is the length of the motion before
-    `rest`, if that is a state in time.
+    The degrees of freedom `fixed` (c,) move by the increments `target` (c,). `path` is the method: load stepping, or
+    arc length along the path of equilibria. By default `target` is imposed in proportion to the load; a `way` gives
+    another path of the supports and limits load steps from rest. `twin` is the assembly of the corotational law with
+    the same moduli, or None. `sound` returns whether a state is admissible (no inverted cell), `near` whether an
+    equilibrium of the twin is a suitable start. `jumped` returns whether no motion leads from one equilibrium to the
+    next, such as where parts have rotated past each other. `bold` tries full steps first without a twin, for rods,
+    whose space already follows their rotation. `convex` marks a positive quadratic energy, whose only equilibrium is
+    stable. `extent` is the size of the body, m. `weights` make rotations comparable with displacements: forces are
+    multiplied and motions divided by them. `travelled` (m) is the length of the motion before `rest`, if `rest` is a
+    state in time.
 
     Convergence: the residual force is at most `tolerance` times the larger of load and reactions. In a stiff body or
-    under a tiny load rounding alone can exceed that, since a strain of 1e-16 times a large stiffness is a force. If a
-    Newton step no longer lowers it, one of two criteria decides. Either the error in the energy norm, sqrt(r . K^-1 r /
-    2E), is at most `tolerance`, E the strain energy. Or the force is within four times its rounding error, and the last
-    Newton step, with a definite tangent, was below TINY times the motion so far: no better state exists in this
-    arithmetic.
+    under a tiny load rounding alone can exceed this, since a strain of 1e-16 times a large stiffness is a force. If a
+    Newton step no longer lowers the residual, one of two criteria decides. Either the error in the energy norm, sqrt(r
+    . K^-1 r / 2E), is at most `tolerance`, with residual r, tangent K and strain energy E. Or the residual is within
+    four times its rounding error, and the last Newton step, with a definite tangent, was below TINY times the motion so
+    far: then no better state exists in this arithmetic.
 
-    `resultant` (N) returns the resultant of forces (dofs,); if given, that of the residual meets the tolerance as well,
-    as far as one or two steps with the last factor achieve it.
+    `resultant` (N) returns the resultant of forces (dofs,). If it is given, the resultant of the residual meets the
+    tolerance as well, as far as one or two steps with the last factorisation achieve this.
 
-    Options. `linear` selects the linear solver. `start` is a state from which full steps are tried before those from
-    rest.
-    With a `cap`, full steps stop after that many linear systems, with criterion "cap"; the same if the
-    linear solver reaches a cap of its own. If `assembly` computes in single precision, `exact` is the same in double:
-    the reported
-    residual is computed with it, and a state is refused if its residual and its error in the energy norm both exceed
-    `rounded`.
+    Options: `linear` selects the linear solver. `start` is a state from which full steps are tried before those from
+    rest. With a `cap`, full steps stop after that many linear systems, with criterion "cap"; they also stop if the
+    linear solver reaches a cap of its own. If `assembly` computes in single precision, `exact` is the same assembly in
+    double precision, and gives the reported residual. A state is then refused if its residual and its error in the
+    energy norm both exceed `rounded`.
     """
 
     assembly: Assembly
@@ -171,12 +170,12 @@ class Statics:
 
     @property
     def moves(self) -> bool:
-        """True if any nonzero value is imposed, at full load or before."""
+        """True if a nonzero value is imposed, at full load or before."""
         return self.way is not None or bool(np.any(self.target))
 
     @property
     def touches(self) -> bool:
-        """True if contact is possible: full steps may go in and out of it without end."""
+        """True if contact is possible, so that full steps may oscillate in and out of it."""
         return any(
             e.driven or isinstance(e, DynamicPatternEnergy) for e in (*self.assembly.internal, *self.assembly.loads)
         )
@@ -188,25 +187,28 @@ class Statics:
 
     @property
     def grounded(self) -> bool:
-        """True if a stabilising spring holds a body that only contact can hold."""
+        """True if a stabilising spring supports a body that only contact can hold."""
         return bool(self.assembly.internal) and isinstance(self.assembly.internal[-1], StabilizationSpring)
 
     @property
     def rubs(self) -> bool:
-        """True if there is friction with the pressures of the present state."""
+        """True if there is friction that depends on the pressures of the present state."""
         return any(energy.rubs for energy in (*self.assembly.internal, *self.assembly.loads))
 
     @property
     def longest(self) -> float:
-        """Largest load step."""
+        """Largest load step, as a fraction of the full load."""
         return 1.0 if self.way is None else min(1.0, self.way.longest)
 
     def lost(self, x: Floats, load: float) -> str | None:
-        """Return why a state at a load has lost rotations of its supports, or None; always None for small strain."""
+        """Return a message if a state at a load factor has lost rotations of its supports; else None.
+
+        It is always None for small strain.
+        """
         return None if self.way is None or self.convex else self.way.lost(x, load)
 
     def imposed(self, begin: float, end: float) -> Floats:
-        """Return the support increments (c,) from one load fraction to another."""
+        """Return the support increments (c,), m or rad, between two load fractions."""
         if self.way is None:
             found: Floats = (end - begin) * self.target
             return found

@@ -18,17 +18,17 @@ from softmark.solvers.statics.static_newton import Newton
 from softmark.solvers.statics.static_problem import Iteration, NotConverged, Statics
 
 PHASE = "critical load"
-STEPS = 20  # whole steps to a state of the primary path
-LOOKS = 25  # states of the primary path that are looked at
+STEPS = 20  # full steps to a state of the path from rest
+LOOKS = 25  # largest number of states of the path from rest
 CLOSE = 1e-3  # relative width of the bracket around a critical load
 BESIDE = 2e-4  # relative distance of its two ends from the estimate
-SHIFT = 1e-12  # of the stiffness: makes a singular matrix one that can be factorised
-LOOSE = 1e-13  # of the stiffness: below it a motion is not resisted, to rounding; slender parts resist 1e-10 of it
+SHIFT = 1e-12  # of the stiffness: diagonal shift with which a singular matrix can be factorised
+LOOSE = 1e-13  # of the stiffness: less is zero to rounding (slender parts have 1e-10)
 
 
 @dataclass(frozen=True)
 class _PathState:
-    """Equilibrium of the primary path, or a state assumed to be its end (`found` False)."""
+    """Equilibrium of the path from rest, or (with `found` False) a state assumed to be its end."""
 
     load: float
     x: Floats
@@ -43,7 +43,7 @@ class _PathState:
 
 
 def direct_newton(problem: Statics, history: list[Iteration], phase: str) -> Newton:
-    """Return a Newton solver in double precision with direct factors, whatever the problem selects."""
+    """Return a Newton solver in double precision with direct factorisations, even if the problem selects others."""
     method: Any = "auto" if problem.linear.method == "conjugate_gradients" else problem.linear.method
     choice = replace(problem.linear, method=method, precision="double", reuse=False, cap=None)
     assembly, rest = problem.exact or problem.assembly, np.asarray(problem.rest, dtype=np.float64)
@@ -54,10 +54,13 @@ def direct_newton(problem: Statics, history: list[Iteration], phase: str) -> New
 def critical_load(problem: Statics, history: list[Iteration], left: Floats) -> float | None:
     """Return the load factor below full load at which the tangent on the path from rest is first singular.
 
-    The path is followed under fixed loads. Between a stable and an unstable state the tangent is assumed linear in the
-    load; its least critical load is the next guess (Lanczos). The bracket shrinks to CLOSE around it, with the inertia
-    of both ends. `left` is an unstable equilibrium at full load, which need not lie on that path. None if no state of
-    the path is unstable, or the linear solver cannot tell; and with contact, where tangents change abruptly.
+    The path is followed under fixed loads. Between a stable and an unstable state the tangent is assumed to be linear
+    in the load; its least critical load is the next guess (Lanczos iteration). The number of negative eigenvalues at
+    both ends shows that the bracket contains the critical load; it shrinks to the relative width CLOSE. `left` is an
+    unstable equilibrium at full load, which need not lie on the path.
+
+    Returns None if no state of the path is unstable, if the linear solver gives no eigenvalue count, and with contact,
+    where tangents change abruptly.
     """
     if problem.touches:
         return None
@@ -93,7 +96,7 @@ def _state_at_rest(newton: Newton) -> _PathState:
 
 
 def _factorise_state(newton: Newton, load: float, x: Floats, found: bool) -> _PathState:
-    """Return a state at a load with its tangent and factor."""
+    """Return a state x at a load factor with its tangent and factorisation."""
     x = np.asarray(x, dtype=np.float64)
     K = newton.assembly.tangent(x, load)
     newton.systems.solves += 1
@@ -101,7 +104,7 @@ def _factorise_state(newton: Newton, load: float, x: Floats, found: bool) -> _Pa
 
 
 def _reach_load(newton: Newton, low: _PathState, load: float) -> _PathState | None:
-    """Return the state of the path at a load, or as close as full Newton steps lead; None if they fail."""
+    """Return the state of the path at a load factor, or as near as full Newton steps lead; None if they fail."""
     for _ in range(6):
         with suppress(NotConverged, Singular):
             newton._promised = None
@@ -114,14 +117,20 @@ def _reach_load(newton: Newton, low: _PathState, load: float) -> _PathState | No
 
 
 def _critical_guess(newton: Newton, low: _PathState, high: _PathState) -> float:
-    """Return where K, linear between two states, is first singular: K_low v = t (K_low - K_high) v, least t > 0."""
+    """Return the load factor at which the tangent, linear between two states, is first singular.
+
+    It follows from the least t > 0 with K_low v = t (K_low - K_high) v.
+    """
     middle = 0.5 * (low.load + high.load)
     part = None if newton.assembly.saddle else least_part(low.K, low.factor, high.K)
     return middle if part is None else low.load + part * (high.load - low.load)
 
 
 def least_part(K: sparse.csr_matrix, factor: Factor, other: sparse.csr_matrix) -> float | None:
-    """Return the least t in (0, 1) for which K + t (other - K) is singular, K definite; None if none is found."""
+    """Return the least t in (0, 1) for which K + t (other - K) is singular; None if there is none.
+
+    K is positive definite, with the factorisation `factor`.
+    """
     n = K.shape[0]
     fall = (K - other).tocsr()
     if n <= 30:
@@ -129,7 +138,7 @@ def least_part(K: sparse.csr_matrix, factor: Factor, other: sparse.csr_matrix) -
 
         largest = float(eigh(fall.toarray(), K.toarray(), eigvals_only=True)[-1])
     else:
-        # 0.14 s that a stable body need not wait for
+        # imported here: 0.14 s, not needed for stable bodies
         from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
         solve = LinearOperator((n, n), matvec=factor.solve, dtype=np.float64)
@@ -143,14 +152,14 @@ def least_part(K: sparse.csr_matrix, factor: Factor, other: sparse.csr_matrix) -
     return 1.0 / largest if largest > 1.0 else None
 
 
-# ------------------------------------------------------------------ where loads cannot be raised
+# ------------------------------------------------------------------ stiffness against the load
 
 
 def current_stiffness(problem: Statics, history: list[Iteration], x: Floats, load: float) -> tuple[float, int] | None:
     """Return the stiffness against the load relative to that at rest, and the number of negative eigenvalues.
 
-    This is the current stiffness parameter of Bergan, Horrigmoe, Krakeland and Soreide (1978): zero at a maximum of the
-    load. None if it is unknown.
+    This is the current stiffness parameter of Bergan, Horrigmoe, Krakeland and Soreide (1978), which is zero at a
+    maximum of the load. Returns None if it is unknown.
     """
     newton = direct_newton(problem, history, PHASE)
     try:
@@ -164,7 +173,7 @@ def current_stiffness(problem: Statics, history: list[Iteration], x: Floats, loa
 
 
 def _compliance(newton: Newton, x: Floats, load: float) -> tuple[float, int | None]:
-    """Return the work of additional load per load squared, J, and the number of negative eigenvalues."""
+    """Return the work of an additional load per squared load factor, J, and the number of negative eigenvalues."""
     follower = PathFollower(newton)
     here = np.asarray(x, dtype=np.float64)
     factor = follower._factor(here, load)
@@ -174,15 +183,15 @@ def _compliance(newton: Newton, x: Floats, load: float) -> tuple[float, int | No
     return float(inner @ (K @ inner)), follower._negative(factor)
 
 
-# ------------------------------------------------------------------ what rounding leaves
+# ------------------------------------------------------------------ rounding error
 
 
 def rounding_error(newton: Newton, x: Floats, factor: Factor) -> float:
-    """Return the relative rounding error of a state: its change when all its numbers change by one digit.
+    """Return the relative rounding error of a state x: its change if all its numbers change in the last digit.
 
-    |K^-1 (g(x (1 + eps r)) - g(x))| over the motion from rest, r = +-1 at random, the largest of three, as in
-    stochastic arithmetic (Vignes 1974); or the next Newton step |K^-1 g(x)|, which is large for a factor spoilt by
-    rounding. Infinite if it is not finite; raises Unsolved.
+    It is the largest of three values of |K^-1 (g(x (1 + eps r)) - g(x))| with random r = +-1, as in stochastic
+    arithmetic (Vignes 1974), and of the next Newton step |K^-1 g(x)|, which is large if rounding has spoilt the
+    factorisation. Both are relative to the motion from rest. It is infinite if it is not finite. Raises Unsolved.
     """
     problem, free = newton.problem, newton.assembly.free
     x = np.asarray(x, dtype=np.float64)
@@ -198,13 +207,13 @@ def rounding_error(newton: Newton, x: Floats, factor: Factor) -> float:
     return worst / size if size > 0.0 and np.isfinite(worst) else float("inf")
 
 
-# ------------------------------------------------------------------ what nothing resists
+# ------------------------------------------------------------------ motions without stiffness
 
 
 def loose_motion(problem: Statics) -> Floats | None:
-    """Return a motion (dofs,) of largest component 1 without stiffness at rest; None if there is none.
+    """Return a motion (dofs,), of largest component 1, without stiffness at rest; None if there is none.
 
-    Inverse iteration with K + s I, s small: each step reduces motions with stiffness by 1e-9.
+    It is found by inverse iteration with K + s I for a small s: each step reduces motions with stiffness by 1e-9.
     """
     newton = direct_newton(problem, [], PHASE)
     if newton.assembly.saddle:

@@ -1,10 +1,10 @@
-"""Winding number of a body between supports that rotate: whole turns that end positions do not show.
+"""Winding number of a body between rotating supports: whole turns, which end positions do not show.
 
 A support rotated by 360 degrees looks like one that has not rotated. A path of equilibria followed in small steps keeps
-the twist between two supports; a step that is too large, or an escape from an unstable equilibrium, may lose a whole
-turn. Rotations of neighbouring cells, each fitted to its nodes (Kabsch 1976), are chained as quaternions from support
-to support. Each is within half a turn of the one before, so that the chain ends on the quaternion of the last support,
-or on its negative if a whole turn is lost.
+the twist between two supports. A step that is too large, or an escape from an unstable equilibrium, may lose a whole
+turn. To detect this, the rotation of each cell is fitted to its nodes (Kabsch 1976), and the rotations of neighbouring
+cells are chained as quaternions from one support to the other. Each differs from the one before by less than half a
+turn. So the chain ends at the quaternion of the last support, or at its negative if a whole turn is lost.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod_rotation import exponential, quaternion
 
-MOST = 150.0  # degrees between neighbouring cells: near half a turn, either way round may be the shorter
-SHARED = 3  # nodes of a face, in space; in a plane two
+MOST = 150.0  # degrees, largest rotation between neighbouring cells: near 180 the sense is ambiguous
+SHARED = 3  # common nodes of neighbouring cells in space; two in a plane
 LOST = "the rotation is lost: the body springs back by a full turn"
 COARSE = f"neighbouring cells rotate by more than {MOST:.0f} degrees relative to each other: use smaller cells"
 
 
 @dataclass(frozen=True)
 class RotationSupport:
-    """Support that fixes rotation: its nodes (k,), and its rotation vector at full load, rad."""
+    """Support that fixes rotation: its nodes (k,), and its rotation vector (3,) at full load, rad."""
 
     nodes: Ints
     rotation: tuple[float, float, float]
@@ -35,7 +35,7 @@ class RotationSupport:
 
 @dataclass(frozen=True)
 class CellChain:
-    """Nodes of neighbouring cells (k, a) that lead from one support to another, and their positions at rest, m."""
+    """Chain of neighbouring cells from one support to another: their nodes (k, a), and positions at rest, m."""
 
     cells: Ints
     X: Floats  # (k, a, 3)
@@ -43,19 +43,22 @@ class CellChain:
     last: tuple[float, float, float]
 
     def lost(self, u: Floats, share: float) -> str | None:
-        """Return why displacements (n, 3), m, do not show the rotations of both supports at a fraction, or None."""
+        """Return a message if displacements u (n, 3), m, do not show the rotations of both supports; else None.
+
+        The rotations are those at the load fraction `share`.
+        """
         ends = exponential(share * np.array([self.first, self.last]))
         chain = np.concatenate([ends[:1], quaternion(_rotations(self.X, self.X + u[self.cells])), ends[1:]])
-        cosines = np.einsum("ij,ij->i", chain[:-1], chain[1:])  # of half the angle from each to the next
+        cosines = np.einsum("ij,ij->i", chain[:-1], chain[1:])  # cosines of half the angle between neighbours
         if np.abs(cosines).min() < math.cos(math.radians(0.5 * MOST)):
             return COARSE
         return LOST if np.prod(np.sign(cosines)) < 0.0 else None
 
 
 def find_cell_chains(points: Floats, cells: Ints, grips: Sequence[RotationSupport]) -> tuple[CellChain, ...]:
-    """Return the shortest chain of cells (m, a) from the first support to each of the others connected with it.
+    """Return the shortest chain of cells (m, a) from the first support to each other support connected with it.
 
-    A support counts if a cell has nodes in it that are not on one line; in a plane, more than one node.
+    A support counts if it contains nodes of a cell that do not lie on one line; in a plane, two nodes of a cell.
     """
     flat = bool(np.ptp(points[:, 2]) == 0.0)
     cells_of = [_cells_in_support(points, cells, grip, 1 if flat else 2) for grip in grips]
@@ -85,7 +88,10 @@ def _cells_in_support(points: Floats, cells: Ints, grip: RotationSupport, rank: 
 
 
 def _shortest_path_tree(cells: Ints, begin: Ints, nodes: int, shared: int) -> tuple[Ints, Ints]:
-    """Return for each cell the one before it on the shortest way to `begin`, and the number of steps; -1: none."""
+    """Return, for each cell, the next cell on the shortest way to the cells `begin`, and the number of steps.
+
+    Both are -1 for cells without a way. Neighbouring cells share at least `shared` nodes.
+    """
     rows = np.repeat(np.arange(len(cells)), cells.shape[1])
     touches = sparse.csr_array((np.ones(cells.size, dtype=np.int64), (rows, cells.ravel())), (len(cells), nodes))
     common = (touches @ touches.T).tocsr()
@@ -104,7 +110,10 @@ def _shortest_path_tree(cells: Ints, begin: Ints, nodes: int, shared: int) -> tu
 
 
 def _rotations(X: Floats, x: Floats) -> Floats:
-    """Return rotations (k, 3, 3) that best fit points X (k, a, 3) to x (k, a, 3), about their means (Kabsch 1976)."""
+    """Return the rotations (k, 3, 3) that best map points X (k, a, 3) to x (k, a, 3), about their means.
+
+    Source: Kabsch 1976.
+    """
     centred = [p - p.mean(axis=1, keepdims=True) for p in (X, x)]
     U, _, Vt = np.linalg.svd(np.einsum("kai,kaj->kij", centred[1], centred[0]))
     U[:, :, 2] *= np.linalg.det(U @ Vt)[:, None]  # no reflection

@@ -1,1 +1,1 @@
-"""Stress and strain of a solved solid: computed at sampling points by its law, recovered at nodes, and evaluated."""
+"""Stress and strain of a solved solid: computed by its law at sampling points, recovered at nodes, and evaluated."""

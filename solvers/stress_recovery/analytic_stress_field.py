@@ -1,4 +1,4 @@
-"""Stress fields known everywhere by a formula, with the interface of recovered fields."""
+"""Stress fields given by a formula, with the interface of recovered stress fields."""
 
 from __future__ import annotations
 
@@ -16,39 +16,42 @@ else:
 
 
 class AnalyticField:
-    """Base of analytic stress fields: members of `stress_field.Stresses` that concern cells, with trivial results."""
+    """Base class of analytic stress fields.
+
+    It has trivial results for the members of `stress_field.Stresses` that concern differences between cells.
+    """
 
     def at(self, X: Floats) -> Tensors:
-        """Return the tensors at points X (n, 3), m, of the undeformed body."""
+        """Return stress and deformation at points X (n, 3), m, of the undeformed body."""
         raise NotImplementedError(f"{type(self).__name__} has no tensors")
 
     def sides(self, X: Floats) -> TensorsBySide:
-        """Return the tensors at points X (n, 3), m: one for each."""
+        """Return stress and deformation at points X (n, 3), m, with one row for each point."""
         from softmark.solvers.stress_recovery.stress_measures import TensorsBySide
 
         return TensorsBySide(np.arange(len(X)), np.zeros(len(X), dtype=np.int64), self.at(X))
 
     def crossings(self, begin: Floats, end: Floats) -> Floats:
-        """Return no material changes along a line: (0,)."""
+        """Return an empty array (0,): a line from `begin` to `end` crosses no interface between materials."""
         return np.zeros(0)
 
     spacing: float = math.inf  # m: there are no cells
 
     def peaks(self, number: Number, chosen: Chosen, surface: bool = False) -> Floats:
-        """Return no nodes (0, 3), m."""
+        """Return an empty array (0, 3): there are no nodes."""
         return np.zeros((0, 3))
 
     def shared(self, X: Floats) -> int:
-        """Return 0: no point has more than one stress."""
+        """Return 0, the number of points with more than one stress."""
         return 0
 
     def unresolved(self, X: Floats) -> Floats:
-        """Return zero differences between cells (n,), Pa."""
+        """Return zeros (n,), Pa: there are no differences between cells."""
         none: Floats = np.zeros(len(X))
         return none
 
     def disagreement(self, X: Floats, of: Part) -> Floats:
-        """Return zero differences between cells (n,)."""
+        """Return zeros (n,): there are no relative differences between cells."""
         return self.unresolved(X)
 
     def sampled(self) -> None:

@@ -1,7 +1,8 @@
-"""Stress and strain of a solid of several materials, recovered separately in the cells of each.
+"""Stress and strain of a solid of several materials, recovered separately in the cells of each material.
 
 Stress and strain jump where two materials meet, and a polynomial over cells of both would smooth the jump. A point on
-an interface has tensors of each side (`sides`); `at`, for pictures and files, uses the side with the larger stress.
+an interface has a stress on each side (`sides`). Pictures and files, with one value per point (`at`), use the side with
+the larger stress.
 """
 
 from __future__ import annotations
@@ -37,13 +38,16 @@ AT = 1e-9  # a shape function below it is zero: the point lies on a face of its 
 
 @dataclass(frozen=True)
 class MultiMaterialStresses(Stresses):
-    """Stress fields of several materials, each of the cells of one over the nodes of all; `state` is of all cells."""
+    """Stress field of a solid of several materials, with one recovered field for the cells of each material.
+
+    All fields share the nodes of the mesh; `state` is that of all cells.
+    """
 
     each: tuple[Stresses, ...] = ()
 
     @staticmethod
     def of(state: DeformedState, materials: tuple[Isotropic, ...], owners: Ints) -> MultiMaterialStresses:
-        """Return the fields of a state whose cells have one of some materials, by its number (m,)."""
+        """Return the stress field of a state; `owners` (m,) are the numbers of the materials of the cells."""
         found = []
         for number, material in enumerate(materials):
             which = np.flatnonzero(owners == number)
@@ -54,7 +58,10 @@ class MultiMaterialStresses(Stresses):
         return MultiMaterialStresses(state, tuple(found))
 
     def values(self, X: Floats) -> Floats:
-        """Return the values as `Stresses` does; on interfaces, of the side with the larger stress."""
+        """Return the values of `Stresses.values` at points X (n, 3), m.
+
+        At points on interfaces they are those of the side with the larger stress.
+        """
         found, size = np.zeros((len(X), 0)), np.full(len(X), -1.0)
         for _, own, here in self._owners(X):
             values = own.values(X[here])
@@ -66,7 +73,7 @@ class MultiMaterialStresses(Stresses):
         return found
 
     def sides(self, X: Floats) -> TensorsBySide:
-        """Return the tensors at points X (n, 3), m, of each material that meets there; several on an interface."""
+        """Return stress and deformation at points X (n, 3), m, for each material there: several on an interface."""
         rows, numbers, values = [], [], []
         for number, own, here in self._owners(X):
             rows.append(here)
@@ -77,10 +84,10 @@ class MultiMaterialStresses(Stresses):
         return TensorsBySide(row[order], material[order], self._tensors(np.concatenate(values)[order]))
 
     def crossings(self, begin: Floats, end: Floats) -> Floats:
-        """Return sorted fractions (k,) of the way from `begin` (3,) to `end` (3,), m, at which a line changes material.
+        """Return the sorted fractions (k,) of a line from `begin` (3,) to `end` (3,), m, at which the material changes.
 
-        It changes where it passes a facet between cells of different materials. On curved facets, whose triangles are
-        flat, the positions are refined by bisection.
+        The material changes where the line passes through a facet between cells of different materials. Curved facets
+        are represented by flat triangles, so the fractions are refined by bisection.
         """
         t = find_triangle_crossings(self._interfaces, begin, end)
         t = np.unique(np.concatenate([[0.0], t, [1.0]]))
@@ -89,11 +96,14 @@ class MultiMaterialStresses(Stresses):
 
     @cached_property
     def _interfaces(self) -> Floats:
-        """Triangles (t, 3, 3), m, of facets between materials and of the boundary, which no line inside crosses."""
+        """Triangles (t, 3, 3), m, of the facets that bound the cells of each material.
+
+        They include the boundary of the body, which no line inside crosses.
+        """
         return np.concatenate([own.state.mesh.points[own.state.mesh.faces] for own in self.each])
 
     def _bisected(self, t: Floats, begin: Floats, end: Floats) -> Floats:
-        """Return sorted fractions t (k,) with further material changes between neighbours, found by bisection."""
+        """Return the sorted fractions t (k,) of a line, with more material changes between them found by bisection."""
         width = np.diff(t)
         low, high = t[:-1] + ASIDE * width, t[1:] - ASIDE * width
         first, last = (self._material(begin + s[:, None] * (end - begin)) for s in (low, high))
@@ -108,66 +118,77 @@ class MultiMaterialStresses(Stresses):
         return np.unique(np.concatenate([t, 0.5 * (low + high)]))
 
     def _material(self, X: Floats) -> Ints:
-        """Return the number of the first material at each point X (n, 3) (n,)."""
+        """Return the number of the first material at each point X (n, 3), m, shape (n,)."""
         found = np.full(len(X), len(self.each), dtype=np.int64)
         for number, _, here in self._owners(X):
             found[here] = np.minimum(found[here], number)
         return found
 
     def peaks(self, number: Number, chosen: Chosen, surface: bool = False) -> Floats:
-        """Return the nodes (n, 3), m, of the cells with the largest tensors in each material, as in `Stresses`."""
+        """Return the nodes (n, 3), m, of the cells with the largest values in each material, as `Stresses.peaks`."""
         found = np.concatenate([own.peaks(number, chosen) for own in self.each])
         return found if not surface else self._on_boundary(found)
 
     def values_at_nodes(self) -> Floats:
-        """Return the values at nodes; for nodes shared by materials, of the side with the larger stress."""
+        """Return the values of `Stresses.values` at nodes.
+
+        At nodes on interfaces they are those of the side with the larger stress.
+        """
         found = [own.values_at_nodes() for own in self.each]
         size = np.stack([_stress_norm(values) for values in found])
         picked: Floats = np.stack(found)[size.argmax(axis=0), np.arange(size.shape[1])]
         return picked
 
     def unresolved(self, X: Floats) -> Floats:
-        """Return the difference of cell stresses around X (n, 3) from their recovered value (n,), Pa."""
+        """Return the difference (n,), Pa, of cell stresses around points X (n, 3), m, from their recovered stress."""
         return self._largest_over_materials(X, lambda own, here: own.unresolved(here))
 
     def disagreement(self, X: Floats, of: Part) -> Floats:
-        """Return the relative difference of cells of one material around X (n, 3), as `Stresses`: the largest (n,)."""
+        """Return the largest relative difference (n,) of cells of one material around points X (n, 3), m.
+
+        See `Stresses.disagreement`.
+        """
         return self._largest_over_materials(X, lambda own, here: own.disagreement(here, of))
 
     def _largest_over_materials(self, X: Floats, of: Callable[[Stresses, Floats], Floats]) -> Floats:
+        """Return the largest value (n,) over the materials at points X (n, 3), m.
+
+        `of` returns the values of the stress field of one material at its points.
+        """
         found = np.zeros(len(X))
         for _, own, here in self._owners(X):
             found[here] = np.maximum(found[here], of(own, X[here]))
         return found
 
     def shared(self, X: Floats) -> int:
-        """Return how many of the points X (n, 3) lie on interfaces."""
+        """Return the number of points X (n, 3), m, that lie on interfaces."""
         count = np.zeros(len(X), dtype=np.int64)
         for _, _, here in self._owners(X):
             count[here] += 1
         return int((count > 1).sum())
 
     def sampled(self) -> None:
-        """Evaluate every cell once. Raises NoStress if that is impossible."""
+        """Compute the stress in every cell once. Raises StressUnavailable if that is impossible."""
         for own in self.each:
             own.sampled()
 
     @cached_property
     def usual(self) -> tuple[float, float, float]:
-        """Return root mean squares of the norms of stress, Pa, of strain, and of deviators, Pa, over the body."""
+        """Return root mean squares over the body of the norms of stress, Pa, strain, and deviatoric stress, Pa."""
         sizes = np.array([float(np.abs(own.state.mesh.volumes).sum()) for own in self.each])
         squares = np.array([own.usual for own in self.each]) ** 2
         stress, strain, shape = np.sqrt(sizes @ squares / sizes.sum()).tolist()
         return stress, strain, shape
 
     def _moved(self, step: Floats) -> MultiMaterialStresses:
+        """Return the stress field with displacements `step` (n, 3), m, added at the nodes."""
         moved = tuple(own.moved(step) for own in self.each)
         return MultiMaterialStresses(replace(self.state, u=self.state.u + step), moved)
 
     def _owners(self, X: Floats) -> Iterator[tuple[int, Stresses, Ints]]:
-        """Yield each material's number, its stresses, and which points X (n, 3) are in or nearest to its cells.
+        """Yield the number of each material, its stress field, and the indices of the points X (n, 3) that it has.
 
-        The result for each X is cached.
+        These are the points in its cells or nearest to them. The result for each X is cached.
         """
         key = X.tobytes()
         if key not in self._known:
@@ -178,21 +199,22 @@ class MultiMaterialStresses(Stresses):
 
     @cached_property
     def _known(self) -> dict[bytes, Bools]:
+        """Cache of the materials of points."""
         return {}
 
     @cached_property
     def _nodes_of_materials(self) -> Bools:
-        """Return which nodes belong to cells of each material (r, nodes)."""
+        """Mask (r, nodes) of the nodes that belong to cells of each of the r materials."""
         found = np.zeros((len(self.each), len(self.state.mesh.points)), dtype=np.bool_)
         for row, own in zip(found, self.each, strict=True):
             row[own.state.mesh.cells] = True
         return found
 
     def _found(self, X: Floats) -> Bools:
-        """Return which materials each point has (r, n): that of its cell, and those that meet there.
+        """Return a mask (r, n) of the materials at points X (n, 3): those of all cells that contain a point.
 
-        If a point lies on a face, an edge or a corner of its cell, all shape functions but those of its nodes are zero;
-        the materials of the cells with these nodes meet there.
+        If a point lies on a face, an edge or a corner of its cell, all shape functions except those of the nodes there
+        are zero; the materials of the cells with these nodes meet at the point.
         """
         where = locate_points(self.state.mesh, X)
         found = np.stack([is_known_row(own.state.mesh.cells, where.nodes) for own in self.each])
@@ -212,16 +234,17 @@ class MultiMaterialStresses(Stresses):
 
 
 def _stress_norm(values: Floats) -> Floats:
-    """Return the norm of stress (n,), Pa; for nodes that a material does not have, less than any."""
+    """Return the norm of the stress (n,), Pa; less than any norm at nodes outside a material."""
     norm = tensor_norm(values[:, :6])
     return np.where(np.isnan(norm), -1.0, norm)
 
 
 def find_triangle_crossings(triangles: Floats, begin: Floats, end: Floats) -> Floats:
-    """Return fractions (k,) of the way from `begin` (3,) to `end` (3,) at which a line crosses triangles (t, 3, 3),
-    unsorted.
+    """Return the fractions (k,), unsorted, of a line at which it crosses triangles (t, 3, 3), m.
 
-    Triangles that contain the line are not crossed. Source: Moeller and Trumbore (1997), J. Graphics Tools 2:21.
+    The line leads from `begin` (3,) to `end` (3,), m. Triangles that contain the line are not crossed.
+
+    Source: Moeller and Trumbore (1997), J. Graphics Tools 2:21.
     """
     way = end - begin
     a, b, c = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]

@@ -1,10 +1,12 @@
-"""Patch recovery: values at sampling points inside cells fitted at nodes by polynomials over patches of cells.
+"""Patch recovery: nodal values from polynomials fitted to values at sampling points of the surrounding cells.
 
 Around every corner of the mesh a polynomial of the element's order is fitted, by weighted least squares, to the values
-at the sampling points of the cells around it; values at midside nodes are means of those of the corners. On the
-surface, where the cells around a corner lie on one side of it, those around their corners are included too. Source:
-Zienkiewicz and Zhu (1992), "The superconvergent patch recovery and a posteriori error estimates", part 1, International
-Journal for Numerical Methods in Engineering 33:1331.
+at the sampling points of the cells around this corner (its patch). Values at midside nodes are means of those of the
+adjacent corners. At the surface all cells around a corner lie on one side of it, so the patch also includes the cells
+around their corners.
+
+Source: Zienkiewicz and Zhu (1992), "The superconvergent patch recovery and a posteriori error estimates", part 1,
+International Journal for Numerical Methods in Engineering 33:1331.
 """
 
 from __future__ import annotations
@@ -32,11 +34,12 @@ Sample = Callable[[Rule], tuple[Floats, Floats]]  # points (m, q, 3) and values 
 
 
 class PatchRecovery:
-    """Recovered values at nodes from those at sampling points, computed on request and once for each node.
+    """Recovered nodal values, computed from values at sampling points on request, once for each node.
 
-    `sample` gives points and values of a rule; the element's own rule is used if its superconvergent points do not
-    determine a polynomial, as in a body that is one linear hexahedron thick. In a `plane` nothing varies along z:
-    polynomials are of x and y there, for any thickness.
+    `sample` returns positions and values for a quadrature rule. It is called with the superconvergent points of the
+    element, or with its own rule if those points do not determine a polynomial, as in a body that is one linear
+    hexahedron thick. In a `plane` model nothing varies along z, and polynomials are functions of x and y, for any
+    thickness.
     """
 
     def __init__(self, mesh: Mesh, sample: Sample, plane: bool = False) -> None:
@@ -51,14 +54,14 @@ class PatchRecovery:
         self._nodal: dict[int, Floats] = {}
 
     def at(self, X: Floats) -> Floats:
-        """Return values (n, k) at points X (n, 3) of the undeformed body, by the element's shape functions."""
+        """Return values (n, k) at points X (n, 3), m, of the undeformed body, interpolated by shape functions."""
         where = locate_points(self.mesh, X)
         return self._interpolated(where.nodes, where.N, self.at_nodes)
 
     def left(self, X: Floats) -> Floats:
-        """Return the root mean square difference (n, k) between sampled and fitted values around points X (n, 3).
+        """Return root mean square differences (n, k) between sampled and fitted values around points X (n, 3), m.
 
-        Mean squares of the patches are interpolated between corners by the shape functions of the corners.
+        The mean squares of patches are interpolated between corners by the shape functions of the corners.
         """
         where, corners = locate_points(self.mesh, X), self.mesh.element.corners
         nodes, N = where.nodes[:, :corners], np.clip(where.N[:, :corners], 0.0, None)
@@ -67,28 +70,31 @@ class PatchRecovery:
         return np.sqrt(self._interpolated(nodes, N, self._left_at))
 
     def _interpolated(self, nodes: Ints, N: Floats, of: Callable[[Ints], Floats]) -> Floats:
+        """Return nodal values of a function `of` node numbers, interpolated with shape functions N (n, a): (n, k)."""
         used, place = np.unique(nodes, return_inverse=True)
         values: Floats = np.einsum("na,nak->nk", N, of(used)[place.reshape(nodes.shape)])
         return values
 
     def _left_at(self, corners: Ints) -> Floats:
+        """Return mean square differences (c, k) between sampled and fitted values in patches of corners (c,)."""
         self._fit(corners)
         return np.array([self._left[c] for c in corners.tolist()])
 
     def at_nodes(self, nodes: Ints) -> Floats:
-        """Return values at nodes (n, k)."""
+        """Return the recovered values (n, k) at nodes with the numbers `nodes` (n,)."""
         new = [n for n in nodes.tolist() if n not in self._nodal]
         if new:
             self._recover(np.array(new))
         return np.array([self._nodal[n] for n in nodes.tolist()])
 
     def everywhere(self) -> Floats:
-        """Return values at all nodes (nodes, k)."""
+        """Return the recovered values (nodes, k) at all nodes."""
         return self.at_nodes(np.arange(len(self.mesh.points)))
 
     # ------------------------------------------------------------------ nodes from corners
 
     def _recover(self, nodes: Ints) -> None:
+        """Compute and store the values at nodes; nodes without cells get NaN."""
         parents = {n: self._parents[n] for n in nodes.tolist() if n in self._parents}
         if parents:
             self._fit(np.unique(np.concatenate([*parents.values()])))
@@ -99,7 +105,7 @@ class PatchRecovery:
             self._nodal |= {n: nothing for n in nodes.tolist() if n not in parents}
 
     def _valued(self, corner: int, X: Floats) -> Floats:
-        """Return the value (k,) of the polynomial of a corner at a point."""
+        """Return the value (k,) of the polynomial of a corner at a point X (3,), m."""
         fit, middle, scale = self._fits[corner]
         basis = np.prod(((self._fit_positions(X) - middle) / scale) ** self._exponents, axis=1)
         value: Floats = basis @ fit
@@ -107,7 +113,7 @@ class PatchRecovery:
 
     @cached_property
     def _parents(self) -> dict[int, Ints]:
-        """Corners whose polynomials each node uses; for a corner, itself."""
+        """Corners whose polynomials determine the value at each node; a corner has itself."""
         mesh, element = self.mesh, self.mesh.element
         found = {int(c): np.array([c]) for c in np.unique(mesh.cells[:, : element.corners])}
         for k, ends in enumerate(element.between):
@@ -119,6 +125,7 @@ class PatchRecovery:
     # ------------------------------------------------------------------ fits
 
     def _fit(self, corners: Ints) -> None:
+        """Fit and store the polynomials of corners that have none yet."""
         new = np.array([c for c in corners.tolist() if c not in self._fits], dtype=np.int64)
         if not len(new):
             return
@@ -128,20 +135,25 @@ class PatchRecovery:
 
     @cached_property
     def _points(self) -> tuple[Floats, Floats]:
+        """Positions (m, q, 3), m, and values (m, q, k) at the superconvergent points of all cells."""
         X, values = self._sample(superconvergent_points(self.mesh.element))
         return self._fit_positions(X), values
 
     @cached_property
     def _all_points(self) -> tuple[Floats, Floats]:
+        """Positions (m, q, 3), m, and values (m, q, k) at the integration points of all cells."""
         X, values = self._sample(self.mesh.element.quadrature())
         return self._fit_positions(X), values
 
     def _fit_positions(self, X: Floats) -> Floats:
-        """Return the positions (..., 3) used in polynomials: in a plane, all at z = 0."""
+        """Return the positions (..., 3), m, used in polynomials: with z = 0 in a plane model."""
         return X * np.array([1.0, 1.0, 0.0]) if self._plane else X
 
     def _fitted(self, corners: Ints, known: tuple[Floats, Floats]) -> Ints:
-        """Fit corners; return those whose points determine no polynomial, which get the minimum-norm fit."""
+        """Fit the polynomials of corners; return the corners whose points do not determine a polynomial.
+
+        These corners get the fit of minimum norm. `known` are positions and values at the sampling points.
+        """
         starts, cells = self._patches(corners)
         flat = [np.zeros(0, dtype=np.int64)]
         first = 0
@@ -154,6 +166,10 @@ class PatchRecovery:
         return np.concatenate(flat)
 
     def _batch(self, corners: Ints, cells: Ints, bounds: Ints, known: tuple[Floats, Floats]) -> Ints:
+        """Fit the polynomials of a batch of corners, and return the corners whose points do not determine one.
+
+        `cells` are the cells of their patches, and `bounds` where each patch begins.
+        """
         X, values = known[0][cells], known[1][cells]  # (p, q, 3), (p, q, k)
         owner = np.repeat(np.arange(len(corners)), np.diff(bounds))
         middle = np.add.reduceat(X.mean(axis=1), bounds[:-1]) / np.diff(bounds)[:, None]
@@ -177,16 +193,17 @@ class PatchRecovery:
     # ------------------------------------------------------------------ patches
 
     def _few(self, cells: Ints) -> Any:
-        """Return which patches of so many cells are widened on the surface (n,).
+        """Return a mask (n,) of the patches that are widened if their corner lies on the surface.
 
-        Around a corner there, points of linear cells and of hexahedra lie in too few layers for the polynomial.
+        `cells` (n,) are the counts of cells in each patch. Patches of linear cells and of hexahedra are always widened,
+        because their points lie in too few layers for the polynomial.
         """
         if self.mesh.element.family != "tetrahedra" or self.mesh.element.order == 1:
             return np.ones(len(cells), dtype=np.bool_)
         return cells * self._points[0].shape[1] < ENOUGH * len(self._exponents)
 
     def _patches(self, corners: Ints) -> tuple[Ints, Ints]:
-        """Return the cells of the patch of each corner, concatenated, and where each begins (n + 1,)."""
+        """Return the cells of all patches of corners, as one array, and the index (n + 1,) where each begins."""
         around = self._around
         patches = around[corners].astype(np.int64)
         outer = np.flatnonzero(self._outer[corners] & self._few(np.diff(patches.indptr)))
@@ -201,20 +218,21 @@ class PatchRecovery:
 
     @staticmethod
     def _diagonal(values: Floats) -> Any:
+        """Return a sparse diagonal matrix of values (n,)."""
         from scipy import sparse
 
         return sparse.diags_array(values, format="csr")
 
     @staticmethod
     def _placed(rows: Ints, count: int) -> Any:
-        """Return the matrix (count, len(rows)) that scatters rows back to their positions."""
+        """Return the sparse matrix (count, len(rows)) that puts the entries of a vector at the positions `rows`."""
         from scipy import sparse
 
         return sparse.csr_array((np.ones(len(rows)), (rows, np.arange(len(rows)))), shape=(count, len(rows)))
 
     @cached_property
     def _around(self) -> Any:
-        """Sparse incidence matrix (nodes, cells) of ones: which cells have which corner."""
+        """Sparse matrix (nodes, cells) with ones where a node is a corner of a cell."""
         from scipy import sparse
 
         corners = self.mesh.cells[:, : self.mesh.element.corners]
@@ -224,7 +242,7 @@ class PatchRecovery:
 
     @cached_property
     def _outer(self) -> Any:
-        """Return which nodes lie on the boundary (nodes,): in a plane, on its edge."""
+        """Mask (nodes,) of the nodes on the boundary; in a plane model, on its outline."""
         outer, facets = np.zeros(len(self.mesh.points), dtype=np.bool_), self.mesh.facets
         if self._plane:
             z = self.mesh.points[:, 2][facets]
@@ -234,7 +252,7 @@ class PatchRecovery:
 
 
 def _invert(M: Floats) -> tuple[Floats, Any]:
-    """Return the inverses of positive semi-definite matrices (n, c, c), and which are singular.
+    """Return the inverses (n, c, c) of positive semidefinite matrices M, and a mask (n,) of the singular ones.
 
     Singular matrices get their pseudo-inverse.
     """
@@ -249,9 +267,9 @@ def _invert(M: Floats) -> tuple[Floats, Any]:
 
 
 def _exponents(element: type[Element]) -> Ints:
-    """Return the exponents (c, 3) of the fitted monomials.
+    """Return the exponents (c, 3) of the monomials of the fitted polynomial.
 
-    They go up to the element's order, along each axis for quadratic hexahedra.
+    They have the total degree of the element's order; for quadratic hexahedra this degree along each axis.
     """
     each = element.family == "hexahedra" and element.order > 1
     powers = [p for p in np.ndindex(*[element.order + 1] * 3) if each or sum(p) <= element.order]

@@ -21,17 +21,18 @@ SYMMETRIC = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))  # xx, yy, zz, xy, 
 
 
 class StressUnavailable(Exception):
-    """The model has no law that gives a stress; the text gives the reason."""
+    """Raised if the model has no law that gives a stress; the message gives the reason."""
 
 
 @dataclass(frozen=True)
 class DeformedState:
-    """A deformed mesh with the material of its cells.
+    """Deformed mesh with the material of its cells.
 
-    `u` (n, 3) are displacements of its nodes in m. `way` is how near-incompressibility is treated: full | selective |
-    mean_dilatation | mixed; for `mixed`, `pressures` (m, b) are the solved ones, Pa, positive in tension. In a `plane`
-    nothing varies along z; with `revolved` it is the meridian of a body of revolution about the y axis. For a material
-    that varies in space, `at` returns it with arrays for its constants at the points of a rule.
+    `u` (n, 3), m, are the displacements of its nodes. `way` is the treatment of near-incompressibility: full,
+    selective, mean_dilatation or mixed. For `mixed`, `pressures` (m, b), Pa, are the solved ones, positive in tension.
+    In a `plane` model nothing varies along z; with `revolved` it is the meridian of a body of revolution about the y
+    axis. For a material that varies in space, `at` returns the material with arrays of its constants at the points of a
+    quadrature rule.
     """
 
     mesh: Mesh
@@ -45,11 +46,11 @@ class DeformedState:
     at: Callable[[Isotropic, Mesh, Rule], Isotropic] | None = None
 
     def _made_of(self, rule: Rule) -> Isotropic:
-        """Return the material, at the points of a rule if it varies."""
+        """Return the material; if it varies in space, with its constants at the points of a quadrature rule."""
         return self.material if self.at is None or self.material.uniform else self.at(self.material, self.mesh, rule)
 
     def _means(self) -> Isotropic:
-        """Return the material of a cell as a whole: with the means of its moduli if it varies inside."""
+        """Return the material with one value of each modulus per cell: its mean if it varies inside."""
         rule = self.mesh.element.quadrature()
         if not (known := self._made_of(rule)).sampled:
             return known
@@ -58,14 +59,15 @@ class DeformedState:
         return average_moduli(known, self._sizes(rule))
 
     def _sizes(self, rule: Rule) -> Floats:
-        """Return the volumes of points (m, q), m^3; for a body of revolution in proportion to those of whole rings."""
+        """Return the volumes (m, q), m^3, of points; for a body of revolution proportional to those of whole rings."""
         parts = integrate_cells(self.mesh, rule=rule)
         return parts.w * (self.mesh.points[self.mesh.cells, 0] @ parts.N.T) if self.revolved else parts.w
 
     def sampled(self, rule: Rule) -> tuple[Floats, Floats, Floats]:
-        """Return points X (m, q, 3) in m, Cauchy stress (m, q, 6) in Pa by SYMMETRIC, and H = du/dX (m, q, 9).
+        """Return positions (m, q, 3), m, Cauchy stresses (m, q, 6), Pa, and H = du/dX (m, q, 9) at the points of a
+        rule.
 
-        Raises StressUnavailable.
+        The stress components are ordered as SYMMETRIC. Raises StressUnavailable.
         """
         N = self.mesh.element.shape(rule[0])
         X = np.einsum("qa,mai->mqi", N, self.mesh.points[self.mesh.cells])
@@ -77,7 +79,7 @@ class DeformedState:
         return X, six, H.reshape(*H.shape[:2], 9)
 
     def _gradient(self, rule: Rule) -> Floats:
-        """Return du_i/dX_J (m, q, 3, 3)."""
+        """Return the displacement gradients du_i/dX_J (m, q, 3, 3) at the points of a rule."""
         H = self._gradient_of(integrate_cells(self.mesh, rule=rule))
         if self.material.thin:  # it grows thinner than its nodes show
             from softmark.solvers.materials.plane_stress import thickness
@@ -87,7 +89,7 @@ class DeformedState:
         return H
 
     def _gradient_of(self, parts: Integration) -> Floats:
-        """Return du_i/dX_J (m, q, 3, 3), from the nodes only."""
+        """Return du_i/dX_J (m, q, 3, 3) from the nodal displacements only."""
         H: Floats = np.einsum("mai,mqaJ->mqiJ", self.u[self.mesh.cells], parts.dNdX, optimize=True)
         if self.revolved:  # rings grow as they move out; on the axis by as much as along x
             r, out = (parts.at_points(values[self.mesh.cells, 0]) for values in (self.mesh.points, self.u))
@@ -96,7 +98,7 @@ class DeformedState:
         return H
 
     def _stress(self, H: Floats, rule: Rule) -> Floats:
-        """Return the Cauchy stress (m, q, 3, 3), Pa. Raises StressUnavailable."""
+        """Return the Cauchy stress (m, q, 3, 3), Pa, for displacement gradients H. Raises StressUnavailable."""
         laws = parts_for(self._made_of(rule), self.strain) if self.way == "selective" else None
         if laws is not None:  # of shear at the point, and of the volume by the mean gradient of the cell
             of_volume = (parts_for(self._means(), self.strain) or laws)[1]
@@ -108,19 +110,23 @@ class DeformedState:
         return self._held(H, rule)
 
     def _held(self, H: Floats, rule: Rule) -> Floats:
-        """Return P = P_shape + p dg/dF, with the solved p, or M times the mean of g over the cell."""
+        """Return the first Piola-Kirchhoff stress P = P_shape + p dg/dF, Pa, with a pressure p for the volume change.
+
+        The pressure is the solved one, or the modulus M times the mean of the volume function g over the cell.
+        """
         split, F = self._split(rule), _deformation(H)
         p = self._pressed(rule) if self.way == "mixed" else self._dilated()
         P = _piola(split.shape, H) + np.broadcast_to(p, H.shape[:2]).reshape(-1, 1, 1) * split.constraint.gradient(F)
         return self._pushed(P, H)
 
     def _split(self, rule: Rule) -> MixedSplit:
-        """Return the law in two parts at the points of a rule. Raises StressUnavailable."""
+        """Return the law split into shape and volume parts at the points of a rule. Raises StressUnavailable."""
         if (split := mixed_for(self._made_of(rule), self.strain)) is None:
             raise StressUnavailable("its law has no separate volumetric part for the pressure")
         return split
 
     def _pressed(self, rule: Rule) -> Floats:
+        """Return the solved pressures (m, q), Pa, at the points of a rule. Raises StressUnavailable if unknown."""
         if self.pressures is None:
             raise StressUnavailable("the pressures of this state are not known")
         return self.pressures @ build_pressure_space(self.mesh, rule).N.T
@@ -137,7 +143,7 @@ class DeformedState:
         return pressure
 
     def _pushed(self, P: Floats, H: Floats) -> Floats:
-        """Return sigma = P F^T / J (m, q, 3, 3); for small strains, P itself."""
+        """Return the Cauchy stress sigma = P F^T / J (m, q, 3, 3), Pa; for small strains P itself."""
         P = P.reshape(H.shape)
         if self.strain == "small":
             return P
@@ -147,21 +153,22 @@ class DeformedState:
 
 
 def _piola(law: Any, H: Floats) -> Floats:
-    """Return the first Piola-Kirchhoff stress (m q, 3, 3), Pa, for H (m, q, 3, 3)."""
+    """Return the first Piola-Kirchhoff stress (m q, 3, 3), Pa, of a law for H = du/dX (m, q, 3, 3)."""
     return displacement_gradient_scaling.first_piola_stress(law, H.reshape(-1, 3, 3))
 
 
 def _deformation(H: Floats) -> Floats:
-    """Return F (m q, 3, 3)."""
+    """Return the deformation gradients F = 1 + H, shape (m q, 3, 3)."""
     F: Floats = np.ascontiguousarray(H.reshape(-1, 3, 3) + np.eye(3))
     return F
 
 
 def superconvergent_points(element: type[Element]) -> Rule:
-    """Return the points where an element's derivatives are one order better, in nearly parallelepipedal cells.
+    """Return the quadrature rule at whose points derivatives of an element are more accurate by one order.
 
-    They are Gauss points with as many points along each axis as the order: the centre of the linear hexahedron.
-    Tetrahedra and wedges have no such points and use the rule for the stiffness (Zienkiewicz and Zhu 1992).
+    This holds in cells that are nearly parallelepipeds. The points are Gauss points with as many points along each axis
+    as the order of the element: for the linear hexahedron its centre. Tetrahedra and wedges have no such points and use
+    the rule of the stiffness (Zienkiewicz and Zhu 1992).
     """
     if element.corners != 8:
         return element.quadrature()

@@ -1,9 +1,11 @@
 """Stress in the cross-section of a straight bar under tension, bending, torsion and shear: Saint-Venant's theory.
 
-Axial stress is that of Navier, N / A + M2 X3 / I2 - M3 X2 / I3. Shear stress is exact for sections that are free to
-warp: from torsion, and from a transverse force, whose stress depends on Poisson's ratio. Its resultants are T, V2 and
-V3, and it has no component normal to the border. It holds about a width away from supports and loads (Saint-Venant
-1855). Sections are circles, rings and rectangles, X2 and X3 in m along their axes.
+The axial stress is that of Navier, N / A + M2 X3 / I2 - M3 X2 / I3. The shear stress of torsion and of a transverse
+force is exact for sections that are free to warp; for a transverse force it depends on Poisson's ratio. Its resultants
+are T, V2 and V3, and it has no component normal to the border. The theory holds at a distance of about one width from
+supports and loads (Saint-Venant 1855). Sections are circles, rings and rectangles, with coordinates X2 and X3, m, along
+their axes.
+
 Sources: Love (1927), "A treatise on the mathematical theory of elasticity", sections 221 (torsion) and 231 (flexure);
 Timoshenko and Goodier (1970), "Theory of elasticity", sections 109 and 124.
 """
@@ -20,10 +22,10 @@ TERMS = 200  # terms of the series with odd numbers: the truncation error at cor
 
 
 def section_stress(section: Section, poisson: float, carried: Floats, X2: Floats, X3: Floats) -> Floats:
-    """Return sigma_11, sigma_12 and sigma_13 (n, 3), Pa, at positions (n,) of a section with internal forces `carried`
-    (n, 6).
+    """Return the stresses sigma_11, sigma_12 and sigma_13 (n, 3), Pa, at positions X2, X3 (n,), m, of a section.
 
-    These are N, V2, V3, N, and T, M2, M3, N m. Raises TypeError for a section without a known theory.
+    `carried` (n, 6) are the internal forces N, V2, V3, N, and moments T, M2, M3, N m. Raises TypeError for a section
+    without a known theory.
     """
     N, V2, V3, T, M2, M3 = carried.T
     I2, I3 = section.moments
@@ -38,12 +40,13 @@ def section_stress(section: Section, poisson: float, carried: Floats, X2: Floats
 def tapered_section_stress(
     section: Section, rates: tuple[float, float], poisson: float, carried: Floats, X2: Floats, X3: Floats
 ) -> Floats:
-    """Return the stress in a tapered bar whose section sides grow along the axis at relative `rates`, 1/m, to first
-    order.
+    """Return the stresses (n, 3), Pa, in a tapered bar, to first order in its taper.
 
-    Axial fibres follow the sides, sigma_11 (1, c2 X2, c3 X3), so that no traction crosses an inclined border. They
-    carry c3 M2 of V3 and -c2 M3 of V2; the rest of the shear is distributed as in a straight bar. So equilibrium is
-    satisfied, and a wedge bent at its tip has no rest (Michell 1900). Raises TypeError.
+    The sides of the section grow along the axis at the relative `rates`, 1/m. Axial fibres follow the sides, with the
+    stress sigma_11 (1, c2 X2, c3 X3) for rates c2 and c3, so that no traction crosses an inclined border. They carry c3
+    M2 of V3 and -c2 M3 of V2; the remaining shear force is distributed as in a straight bar. So equilibrium is
+    satisfied, and in a wedge bent by a force at its tip no shear force remains (Michell 1900). Raises TypeError for a
+    section without a known theory.
     """
     c2, c3 = rates
     own = carried.copy()
@@ -56,7 +59,7 @@ def tapered_section_stress(
 
 
 def _torsion_stress(section: Section, X2: Floats, X3: Floats) -> Floats:
-    """Return the shear stress (n, 2), Pa, along X2 and X3, for a torque of 1 N m. Raises TypeError."""
+    """Return the shear stresses (n, 2), Pa, along X2 and X3 for a torque of 1 N m. Raises TypeError."""
     if isinstance(section, CircularSection):
         return np.stack([-X3, X2], axis=1) / section.torsion
     if not isinstance(section, Rectangle):
@@ -68,8 +71,9 @@ def _torsion_stress(section: Section, X2: Floats, X3: Floats) -> Floats:
 
 
 def _rectangle_torsion_stress(a: float, b: float, J: float, x: Floats, y: Floats) -> Floats:
-    """Return derivatives of Prandtl's function, by y and by -x, over G theta J, for half sides a <= b along x, y (n,
-    2).
+    """Return derivatives (n, 2) of Prandtl's stress function by y and by -x, divided by G theta J.
+
+    The half sides are a <= b along x and y, m.
     """
     n = 2.0 * np.arange(TERMS) + 1.0
     k: Floats = np.asarray(0.5 * np.pi * n / a, dtype=np.float64)
@@ -82,14 +86,17 @@ def _rectangle_torsion_stress(a: float, b: float, J: float, x: Floats, y: Floats
 
 
 def _hyperbolic_ratios(k: Floats, y: Floats, b: float) -> tuple[Floats, Floats]:
-    """Return sinh(k y) / cosh(k b) and cosh(k y) / cosh(k b) (n, terms), |y| <= b."""
+    """Return sinh(k y) / cosh(k b) and cosh(k y) / cosh(k b), shape (n, terms), for |y| <= b, without overflow."""
     up, down = np.exp(np.outer(y - b, k)), np.exp(np.outer(-y - b, k))
     whole = 1.0 + np.exp(-2.0 * b * k)
     return (up - down) / whole, (up + down) / whole
 
 
 def _flexure_stress(section: Section, poisson: float, X2: Floats, X3: Floats, second: bool = False) -> Floats:
-    """Return shear stress (n, 2), Pa, along X2 and X3, for 1 N along X2, or along X3 if `second`. Raises TypeError."""
+    """Return the shear stresses (n, 2), Pa, along X2 and X3 for a force of 1 N along X2.
+
+    With `second` the force is along X3. Raises TypeError.
+    """
     x, y = (X3, X2) if second else (X2, X3)
     I = section.moments[0 if second else 1]
     if isinstance(section, CircularSection):
@@ -103,8 +110,9 @@ def _flexure_stress(section: Section, poisson: float, X2: Floats, X3: Floats, se
 
 
 def _ring_flexure_stress(a: float, b: float, nu: float, I: float, x: Floats, y: Floats) -> Floats:
-    """Return the stress along and across a force of 1 N along x (n, 2), radii a > b: Love's flexure function, section
-    231.
+    """Return the shear stresses (n, 2), Pa, along x and y for a force of 1 N along x, in a ring with radii a > b, m.
+
+    Source: Love's flexure function, section 231.
     """
     r2 = np.maximum(x * x + y * y, np.finfo(np.float64).tiny)
     c, inside = 0.75 + 0.5 * nu, (a * b) ** 2 / r2**2 if b else np.zeros_like(x)
@@ -115,10 +123,11 @@ def _ring_flexure_stress(a: float, b: float, nu: float, I: float, x: Floats, y: 
 
 
 def _rectangle_flexure_stress(a: float, b: float, nu: float, I: float, x: Floats, y: Floats) -> Floats:
-    """Return the stress for half sides a along a force of 1 N, and b across it (n, 2): a parabola plus a Poisson term.
+    """Return the shear stresses (n, 2), Pa, along x and y for a force of 1 N along x, in a rectangle.
 
-    The latter is phi with nabla^2 phi = nu y / (I (1 + nu)), zero on the border; without the series it is that of a
-    wide one.
+    The half sides are a along the force and b across it, m. The stress is a parabola plus a term with Poisson's ratio.
+    This term follows from a function phi with nabla^2 phi = nu y / (I (1 + nu)) that is zero on the border; without its
+    series it is that of a wide rectangle.
     """
     n = np.arange(1.0, TERMS + 1.0)
     k, weight = n * np.pi / b, 12.0 * (-1.0) ** n / (n * np.pi) ** 2

@@ -26,58 +26,62 @@ TINY = float(np.finfo(np.float64).tiny)
 
 
 def tensor_norm(six: Floats) -> Floats:
-    """Return the norm of tensors (n, 6) by SYMMETRIC: (n,)."""
+    """Return the norms (n,) of symmetric tensors (n, 6), with components ordered as SYMMETRIC."""
     norm: Floats = np.sqrt((TWICE * six**2).sum(axis=1))
     return norm
 
 
 def _deviator(values: Floats) -> Floats:
-    """Return the norm of the deviator (n,) from the stress and its trace: |s|^2 = |sigma|^2 - (tr sigma)^2 / 3.
+    """Return the norm (n,) of the deviator from the stress and its trace: |s|^2 = |sigma|^2 - (tr sigma)^2 / 3.
 
-    `values` are those of `Stresses`, or their mean-square differences between cells.
+    `values` (n, 22) are those of `Stresses.values`, or their root mean square differences between cells.
     """
     norm: Floats = np.sqrt(np.maximum(tensor_norm(values[:, :6]) ** 2 - values[:, 15] ** 2 / 3.0, 0.0))
     return norm
 
 
 def _relative_size(left: Floats, size: Floats) -> Floats:
+    """Return the norms (n,) of tensors `left` (n, 6), divided by `size` (n,)."""
     share: Floats = tensor_norm(left) / np.maximum(size, TINY)
     return share
 
 
 @dataclass(frozen=True)
 class Stresses:
-    """Stress field of a state: computed on request, and once for each node. Raises StressUnavailable."""
+    """Stress field of a deformed state, computed on request and once for each node. Raises StressUnavailable."""
 
     state: DeformedState
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state without recovered values."""
+        """Return the fields to pickle, without recovered values."""
         return {"state": self.state}
 
     @cached_property
     def _recovered(self) -> PatchRecovery:
+        """Patch recovery of stress, displacement gradient, trace of the stress and strain."""
+
         def sample(rule: Rule) -> tuple[Floats, Floats]:
+            """Return positions (m, q, 3), m, and values (m, q, 22) at the points of a rule."""
             X, six, H = self.state.sampled(rule)
             return X, np.concatenate([six, H, six[..., :3].sum(axis=2, keepdims=True), self._green(H)], axis=2)
 
         return PatchRecovery(self.state.mesh, sample, self.state.plane)
 
     def at(self, X: Floats) -> Tensors:
-        """Return the tensors at points X (n, 3) of the undeformed body."""
+        """Return stress and deformation at points X (n, 3), m, of the undeformed body."""
         return self._tensors(self.values(X))
 
     def sides(self, X: Floats) -> TensorsBySide:
-        """Return the tensors at points X (n, 3), m, of each material that meets there: here of one."""
+        """Return stress and deformation at points X (n, 3), m, for each material there: here one."""
         return TensorsBySide(np.arange(len(X)), np.zeros(len(X), dtype=np.int64), self.at(X))
 
     def crossings(self, begin: Floats, end: Floats) -> Floats:
-        """Return sorted fractions (k,) of the way from `begin` to `end` (3,), m, at which a line changes material."""
+        """Return the sorted fractions (k,) of a line from `begin` to `end` (3,), m, at which the material changes."""
         return np.zeros(0)
 
     @property
     def spacing(self) -> float:
-        """Cube root of the typical cell volume, in a plane the square root of its area, m."""
+        """Typical cell size, m: cube root of the cell volume, or square root of the cell area in a plane model."""
         mesh = self.state.mesh
         size = float(np.median(np.abs(mesh.volumes)))
         if not self.state.plane:
@@ -85,10 +89,10 @@ class Stresses:
         return float((size / np.ptp(mesh.points[:, 2])) ** 0.5)
 
     def peaks(self, number: Number, chosen: Chosen, surface: bool = False) -> Floats:
-        """Return the `chosen` nodes (n, 3), m, of the PEAKS cells in which a number of the tensors is largest.
+        """Return the nodes (n, 3), m, of the PEAKS cells in which a scalar `number` of the tensors is largest.
 
-        Cells are compared by the largest magnitude at their integration points; with `surface` only nodes on the
-        boundary are returned.
+        Cells are compared by the largest magnitude at their integration points. Only nodes in the mask that `chosen`
+        returns count; with `surface` only nodes on the boundary are returned.
         """
         mesh = self.state.mesh
         held = chosen(mesh.points)
@@ -103,47 +107,49 @@ class Stresses:
         return found if not surface else self._on_boundary(found)
 
     def _on_boundary(self, X: Floats) -> Floats:
-        """Return the nodes among X (n, 3), m, that lie on the boundary."""
+        """Return those of the nodes X (n, 3), m, that lie on the boundary of the body."""
         mesh = self.state.mesh
         outer = {tuple(point) for point in mesh.points[np.unique(mesh.facets)].tolist()}
         on: Floats = X[[tuple(point) in outer for point in X.tolist()]].reshape(-1, 3)
         return on
 
     def at_nodes(self) -> Tensors:
-        """Return the tensors at every node of the mesh."""
+        """Return stress and deformation at every node of the mesh."""
         return self._tensors(self.values_at_nodes())
 
     def values(self, X: Floats) -> Floats:
-        """Return stress, Pa, nine components du/dX, trace of stress, Pa, and Green's strain at points X (n, 3): (n,
-        22).
+        """Return the 22 recovered values (n, 22) at points X (n, 3), m.
+
+        They are the stress (6), Pa, du/dX (9), the trace of the stress (1), Pa, and Green's strain (6).
         """
         return self._recovered.at(X)
 
     def values_at_nodes(self) -> Floats:
-        """Return the values at every node (nodes, 22); NaN for nodes without cells."""
+        """Return the 22 values of `values` at every node (nodes, 22); NaN for nodes without cells."""
         return self._recovered.everywhere()
 
     def shared(self, X: Floats) -> int:
-        """Return how many of the points X (n, 3) have more than one stress."""
+        """Return the number of points X (n, 3), m, with more than one stress."""
         return 0
 
     def _tensors(self, values: Floats) -> Tensors:
+        """Return stress and deformation from values (n, 22)."""
         return Tensors(values[:, :6], values[:, 6:15], self.state.strain == "small")
 
     def _green(self, H: Floats) -> Floats:
-        """Return Green's strain of gradients (m, q, 9) by SYMMETRIC (m, q, 6)."""
+        """Return Green's strain (m, q, 6), ordered as SYMMETRIC, of displacement gradients H (m, q, 9)."""
         E = Tensors(np.zeros(0), H.reshape(-1, 9), self.state.strain == "small").strain("green")
         return np.stack([E[:, i, j] for i, j in SYMMETRIC], axis=1).reshape(*H.shape[:2], 6)
 
     def unresolved(self, X: Floats) -> Floats:
-        """Return the difference of cell stresses around X (n, 3) from their recovered value (n,), Pa."""
+        """Return the difference (n,), Pa, of cell stresses around points X (n, 3), m, from their recovered stress."""
         return tensor_norm(self._recovered.left(X)[:, :6])
 
     def disagreement(self, X: Floats, of: Part) -> Floats:
-        """Return the relative difference of cells around X (n, 3) (n,), by the local or the typical tensor, whichever
-        is larger.
+        """Return the relative difference (n,) between the cells around points X (n, 3), m.
 
-        `of` selects the stress, its deviator, which a pressure would hide, or the strain.
+        It is relative to the local or the typical tensor, whichever is larger. `of` selects the tensor: the stress, its
+        deviator, whose error a large pressure would hide, or the strain.
         """
         values, left = self._recovered.at(X), self._recovered.left(X)
         if of == "strain":
@@ -155,13 +161,13 @@ class Stresses:
         return found
 
     def sampled(self) -> None:
-        """Evaluate every cell once. Raises StressUnavailable if that is impossible."""
+        """Compute the stress in every cell once. Raises StressUnavailable if that is impossible."""
         if not np.isfinite(self.usual).all():
             raise StressUnavailable("the stress is not finite in every cell")
 
     @cached_property
     def usual(self) -> tuple[float, float, float]:
-        """Return root mean squares of the norms of stress, Pa, of strain, and of deviators, Pa, over the body."""
+        """Return root mean squares over the body of the norms of stress, Pa, strain, and deviatoric stress, Pa."""
         rule = self.state.mesh.element.quadrature()
         _, six, H = self.state.sampled(rule)
         found = Tensors(six.reshape(-1, 6), H.reshape(-1, 9), self.state.strain == "small")
@@ -172,20 +178,22 @@ class Stresses:
         return stress, strain, shape
 
     def moved(self, step: Floats) -> Stresses:
-        """Return the field with displacements added to its nodes (n, 3), m; the result for the last step is cached."""
+        """Return the stress field with displacements `step` (n, 3), m, added at the nodes; cached for the last step."""
         if not self._moves or self._moves[0][0] is not step:
             self._moves[:] = [(step, self._moved(step))]
         return self._moves[0][1]
 
     @cached_property
     def _moves(self) -> list[tuple[Floats, Stresses]]:
+        """Cache of the last result of `moved`."""
         return []
 
     def _moved(self, step: Floats) -> Stresses:
+        """Return the stress field with displacements `step` (n, 3), m, added at the nodes."""
         return Stresses(replace(self.state, u=self.state.u + step))
 
     def strain(self) -> Floats:
-        """Return Green's strain at every node (nodes, 6) by SYMMETRIC, or the small strain, for files."""
+        """Return Green's strain, or the small strain, at every node (nodes, 6), ordered as SYMMETRIC, for files."""
         tensors = self.at_nodes().strain("green")
         return np.stack([tensors[:, i, j] for i, j in SYMMETRIC], axis=1)
 

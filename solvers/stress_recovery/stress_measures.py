@@ -1,4 +1,4 @@
-"""Scalar measures of stress and strain: components, principal values, von Mises; stretches of fibres and of volumes."""
+"""Scalar measures of stress and strain: components, principal values, von Mises stress, stretches, volume ratio."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ OfStretch = Literal["principal_1", "principal_2", "principal_3", "x", "y", "z", 
 
 @dataclass(frozen=True)
 class Tensors:
-    """Cauchy stress (n, 6) in Pa and H = du/dX (n, 9) at points; `small`: strains are linear in H."""
+    """Cauchy stress (n, 6), Pa, and displacement gradient H = du/dX (n, 9) at n points.
+
+    With `small` strains are linear in H.
+    """
 
     six: Floats
     H: Floats
@@ -39,8 +42,9 @@ class Tensors:
 
     @property
     def nominal(self) -> Floats:
-        """Return the first Piola-Kirchhoff stress J sigma F^-T (n, 3, 3), Pa: [i, J] is the force along i per area
-        across J.
+        """Return the first Piola-Kirchhoff stress J sigma F^-T (n, 3, 3), Pa.
+
+        Component [i, J] is the force along i per undeformed area normal to J.
         """
         if self.small:
             return self.cauchy
@@ -49,8 +53,9 @@ class Tensors:
         return P
 
     def strain(self, measure: str) -> Floats:
-        """Return a strain (n, 3, 3): green (F^T F - I)/2, biot U - I, logarithmic ln U; all are sym H for small
-        strains.
+        """Return a strain tensor (n, 3, 3): green (F^T F - I)/2, biot U - I, or logarithmic ln U.
+
+        For small strains all of them are the symmetric part of H.
         """
         H = self.H.reshape(-1, 3, 3)
         turned = H.swapaxes(1, 2)
@@ -65,7 +70,7 @@ class Tensors:
         return found
 
     def stretches(self, component: str) -> Floats:
-        """Return principal stretches, those of fibres along an undeformed axis, or the volume ratio (n,)."""
+        """Return stretches (n,): a principal one, that of fibres along an undeformed axis, or the volume ratio."""
         if component == "volume":
             H = self.H.reshape(-1, 3, 3)
             ratio: Floats = 1.0 + np.trace(H, axis1=1, axis2=2) if self.small else np.linalg.det(self.F)
@@ -80,10 +85,11 @@ class Tensors:
 
 @dataclass(frozen=True)
 class TensorsBySide:
-    """Tensors at points, one for each material that meets there: a row for every pair of a point and a material.
+    """Stress and deformation at points, with one row for every pair of a point and a material there.
 
-    `rows` (k,) are point numbers in ascending order, `materials` (k,) material numbers, `tensors` those of the k pairs.
-    A point inside one material has one row, a point on an interface one for each side.
+    `rows` (k,) are the point numbers in ascending order, `materials` (k,) the material numbers, and `tensors` the
+    values of the k pairs. A point inside one material has one row, and a point on an interface has one row for each
+    side.
     """
 
     rows: Ints
@@ -91,12 +97,12 @@ class TensorsBySide:
     tensors: Tensors
 
     def per_row(self, amounts: Floats) -> Floats:
-        """Return amounts of the points (n,), divided evenly among the sides of each point (k,)."""
+        """Return amounts (k,) per row: the `amounts` (n,) of points, divided evenly among the rows of each point."""
         divided: Floats = amounts[self.rows] / np.bincount(self.rows, minlength=len(amounts))[self.rows]
         return divided
 
     def averaged(self, count: int) -> Tensors:
-        """Return the mean of all sides at each of `count` points."""
+        """Return the mean over the rows of each of `count` points."""
         share = self.per_row(np.ones(count))[:, None]
         six, H = np.zeros((count, 6)), np.zeros((count, 9))
         np.add.at(six, self.rows, share * self.tensors.six)
@@ -104,7 +110,7 @@ class TensorsBySide:
         return Tensors(six, H, self.tensors.small)
 
     def only(self, materials: Ints) -> TensorsBySide:
-        """Return the rows of some materials, and all rows of points that have none of these."""
+        """Return the rows of the given materials, and all rows of points without any of these materials."""
         own = np.isin(self.materials, materials)
         none = np.bincount(self.rows, own, minlength=int(self.rows.max(initial=-1)) + 1)[self.rows] == 0.0
         kept = own | none
@@ -113,12 +119,12 @@ class TensorsBySide:
 
     @property
     def two_valued(self) -> Any:
-        """Mask (k,) of the rows whose points have several sides."""
+        """Mask (k,) of the rows of points with several rows."""
         return np.bincount(self.rows)[self.rows] > 1
 
 
 def full_tensors(six: Floats) -> Floats:
-    """Return symmetric tensors (n, 3, 3) from their components (n, 6)."""
+    """Return symmetric tensors (n, 3, 3) from their six components (n, 6)."""
     found = np.empty((len(six), 3, 3))
     for k, (i, j) in enumerate(SYMMETRIC):
         found[:, i, j] = found[:, j, i] = six[:, k]
@@ -126,20 +132,23 @@ def full_tensors(six: Floats) -> Floats:
 
 
 def principal_value(tensors: Floats, component: str) -> Floats:
-    """Return largest (principal_1), middle or least (principal_3) eigenvalue of symmetric tensors (n, 3, 3): (n,)."""
+    """Return an eigenvalue (n,) of symmetric tensors (n, 3, 3): principal_1 (largest) to principal_3 (least)."""
     values: Floats = np.linalg.eigvalsh(tensors)[:, 3 - int(component[-1])].astype(np.float64)
     return values
 
 
 def von_mises(sigma: Floats) -> Floats:
-    """Return sqrt(3/2 s : s) of stresses (n, 3, 3), s their deviators: (n,), Pa."""
+    """Return the von Mises stress sqrt(3/2 s : s) (n,), Pa, of stresses (n, 3, 3) with deviators s."""
     s = sigma - np.trace(sigma, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
     value: Floats = np.sqrt(1.5 * (s**2).sum(axis=(1, 2)))
     return value
 
 
 def extract_component(tensors: Floats, component: str) -> Floats:
-    """Return a scalar measure of each tensor (n, 3, 3): (n,), in their unit."""
+    """Return a scalar measure (n,) of tensors (n, 3, 3), in their unit.
+
+    `component` is a component such as xx, a principal value, von_mises or pressure.
+    """
     if component in AXES:
         i, j = AXES[component]
         return tensors[:, i, j]

@@ -211,6 +211,8 @@ def test_references(name: str) -> None:
     assert f"Source: {cls.source}" in constructor_page(Constructor(name, "reference", cls, _fields(cls)))
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("cls", "words", "before"), CASES)
 def test_models(cls: type[Any], words: str, before: str) -> None:
     taken = check_model(cls, words, before)

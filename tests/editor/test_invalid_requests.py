@@ -32,6 +32,7 @@ def answers(output: bytes) -> dict[Any, dict[str, Any]]:
     return found
 
 
+@pytest.mark.long
 def test_invalid_parameters_are_answered() -> None:
     asked = [frame({"id": f"bad {i}", "method": "textDocument/hover", "params": p}) for i, p in enumerate(INVALID)]
     messages = [

@@ -76,6 +76,8 @@ def test_streams_that_break_off(sent: bytes, count: int) -> None:
     assert len(read(sent)) == count
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_each_message_is_parsed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """A text of 1 MB is parsed in 10 ms: twice would be felt at every key."""
     parsed: list[object] = []

@@ -239,6 +239,8 @@ def test_an_expression_survives_printing(value: Expression) -> None:
     assert print_expression(again) == text
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @settings(patient, max_examples=100 if WHOLE else 40)
 @given(scenes)
 def test_a_tree_survives_printing(tree: Tree) -> None:
@@ -260,6 +262,7 @@ def may_break(tokens: list[Token], i: int) -> bool:
     return tokens[i].kind != "UNIT" and (depth > 0 or tokens[i - 1].kind in UNFINISHED)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @patient
 @given(scenes, st.data())

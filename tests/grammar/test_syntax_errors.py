@@ -286,6 +286,8 @@ def mutants() -> Iterator[str]:
         yield before
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("part", [0, pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)])
 def test_every_mutant_of_a_scene_is_parsed_or_explained(part: int) -> None:
     """A third of them: each token and each change is in every third."""

@@ -123,6 +123,8 @@ expect crushed.sink > 0 mm
 """
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_what_does_not_converge_has_no_numbers() -> None:
     # St Venant-Kirchhoff material has no stable state below a stretch of 1/sqrt(3) = 0.577
     run = softmark.loads(TOO_MUCH).run()

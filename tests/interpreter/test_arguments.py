@@ -99,6 +99,8 @@ def test_numbers_with_a_unit_due_say_so() -> None:
         softmark.loads(BEAM, L=0.12)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_one_name_of_a_model_is_a_name(beam: Any, tmp_path: Path) -> None:
     found = softmark.compare(beam, models="rod", repeats=0)
     assert [p["model"] for p in found.points] == ["rod"]

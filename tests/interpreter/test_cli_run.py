@@ -62,6 +62,8 @@ def written(folder: Path, text: str) -> str:
     return "my.scene"
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("extra", "status"),
     [
@@ -129,6 +131,7 @@ def test_json_that_cannot_be_written(tmp_path: Path, place: str) -> None:
     assert "--json" in done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_interruption_keeps_what_was_finished(tmp_path: Path) -> None:
     # the rod takes milliseconds, the fine mesh half a minute: the interrupt arrives between
@@ -152,6 +155,7 @@ def test_interruption_keeps_what_was_finished(tmp_path: Path) -> None:
     assert data["models"]["rod"]["status"] == "converged"
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_first_run_says_that_it_compiles(tmp_path: Path) -> None:
     text = SMALL + "model solid = fem(tet4, strain = small, size = 10 mm)\n"
@@ -165,6 +169,8 @@ def test_first_run_says_that_it_compiles(tmp_path: Path) -> None:
 SOLID = "model solid = fem(tet4, strain = small, size = 10 mm)\n"
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("model", ["", pytest.param(SOLID, marks=pytest.mark.slow)], ids=["rod", "kernels"])
 def test_no_home_and_no_cache(tmp_path: Path, model: str) -> None:
     (tmp_path / "cache").write_text("not a folder")

@@ -48,7 +48,7 @@ def test_a_run_that_would_lose_a_file_is_refused(options: str, capsys: pytest.Ca
     assert main(["run", "my.scene", *options.split()]) == 2
     said = capsys.readouterr().err
     assert "error[E394]: " in said
-    assert "choose another place with --j" in said
+    assert "choose another path with --j" in said
     assert contents() == before, "nothing is written, not even a folder"
     assert not Path("here").exists()
 

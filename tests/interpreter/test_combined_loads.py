@@ -83,10 +83,13 @@ def check(name: str) -> None:
     np.testing.assert_allclose(found[1], 0.0, atol=off * area)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_boxes_have_their_area() -> None:
     check("boxes")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in BODIES if name != "boxes"])
 def test_areas_and_volumes_by_closed_forms(name: str) -> None:
@@ -171,6 +174,7 @@ def test_what_facets_of_a_hole_do_not_take_is_said() -> None:
     assert 1.0005 < weight.share < 1.02
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @needs_both
 def test_parts_from_files_are_held_against_finer_facets(tmp_path: Path) -> None:

@@ -47,6 +47,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     return sizes
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_what_facets_miss_is_in_the_stated_error(asked: list[float]) -> None:
     """Twice the share of the volume, for a bending stiffness is off by that; the same body without facets has none.

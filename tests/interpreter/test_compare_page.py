@@ -397,6 +397,8 @@ def test_what_an_older_file_does_not_say_has_a_default() -> None:
 CHROMIUM = shutil.which("chromium")
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(CHROMIUM is None, reason="chromium is not on the PATH")
 @pytest.mark.parametrize(("case", "width"), [("usual", 1280), ("200 points", 500), ("hostile", 1280)])
 def test_in_chromium(case: str, width: int, tmp_path: Path) -> None:

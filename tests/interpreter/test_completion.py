@@ -158,6 +158,7 @@ TYPED = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("shell", BEGIN)
 @pytest.mark.usefixtures("here")

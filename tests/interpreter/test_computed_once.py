@@ -111,6 +111,8 @@ def test_a_run_makes_each_thing_once_and_so_do_its_page_and_what_it_states(scene
     assert counted("run", str(scene), "--model", "solid") == once | {"meshes": 1, "grips": 1}
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_file_is_read_and_a_selection_swept_once_for_all_states(scene: Path) -> None:
     """Of three states the curve was read three times, and the selection swept in each: on the mesh of the model, and on
     the finer one of the error that it states."""

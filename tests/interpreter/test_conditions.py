@@ -128,6 +128,8 @@ def test_bounds_agree_with_sampling(
         assert may_hold if held else may_fail
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @given(CONDITION, st.lists(st.tuples(METRES, METRES, METRES), min_size=1, max_size=20))
 def test_arrays_agree_with_points(text: str, points: list[tuple[float, float, float]]) -> None:
     made, _ = read(text)

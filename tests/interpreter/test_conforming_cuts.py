@@ -49,6 +49,8 @@ BOX = "box(size = (13, 17, 10) mm, origin = (-6.3, -4.1, 0) mm)"
 SLOW = pytest.mark.slow
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("scene", "tool", "element", "friction"),
     [

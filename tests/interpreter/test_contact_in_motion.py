@@ -56,6 +56,8 @@ def curve(metric: Any) -> tuple[Any, Any]:
     return metric.curve.x, metric.curve.y
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     "integrator", ["trapezoidal", *(pytest.param(i, marks=pytest.mark.slow) for i in ("generalized_alpha", "bdf2"))]
 )
@@ -83,6 +85,8 @@ def test_a_wall_presses_with_rho_c_v_for_the_time_of_a_wave_there_and_back(integ
     assert 0.0 < model.metrics["near"].value < 1e-5  # the barrier begins at 1e-5 of the size
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_moment_area_and_pressure_are_those_of_the_force() -> None:
     """Of an even pressure over the end, half a wave into the contact: to what a wave of a coarse mesh leaves, 3 %."""
     report = loads(BAR.format(end=2, size=10, integrator="trapezoidal") + "expect hexes.push.at(1.8 ms) > 0 N\n").run()
@@ -98,6 +102,8 @@ def test_moment_area_and_pressure_are_those_of_the_force() -> None:
     assert judged.value == pytest.approx(np.interp(1.8e-3, t, F))
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_the_page_and_the_file_have_the_curve(tmp_path: Path, report_of: Callable[[Path], softmark.Report]) -> None:
     """As a chart with its numbers, and as lists in SI."""
     from softmark.interpreter.report.run.report_page import render
@@ -131,6 +137,8 @@ metric   area  = contact_area(touch)
 """
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_one_point_is_no_area_in_a_motion_either() -> None:
     """Said of its end, as at rest; and a ball on one point turns nothing about what it presses on, whenever it came."""
     scene = loads(HELD)
@@ -156,6 +164,7 @@ def test_what_a_free_plate_loses_its_contact_has() -> None:
     assert told["off"] < 1e-6
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_friction_of_a_block_that_slides() -> None:
     """After it has hopped the floor pulls at it with mu N, to 1e-6 at every step; its slip is its way; nothing sticks.
@@ -200,6 +209,8 @@ def test_the_error_that_is_stated_of_a_resting_weight_holds_it(integrator: str, 
     assert abs(value - WEIGHT) <= stated.value <= most * WEIGHT
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_an_even_pressure_has_no_moment_about_its_middle() -> None:
     """Not when it begins and ends either: a meter beside the origin, to rounding of force times that arm."""
     text = BAR.format(end=3, size=10, integrator="bdf2").replace("size = (10, 10, 40)", "size = (10, 10, 10)")

@@ -147,6 +147,8 @@ def test_a_call_from_python_leaves_the_search_as_it_is(tmp_path: Path) -> None:
     assert gc.get_freeze_count() <= frozen  # what tests have frozen may go in between
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_page_is_made_once_however_many_models_there_are(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -159,6 +161,8 @@ def test_a_page_is_made_once_however_many_models_there_are(
     assert len(pages[0].models) == 5
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_versions_of_libraries_are_read_once_however_many_models_there_are(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -196,7 +196,9 @@ def test_a_body_that_ends_soon_is_doubted_and_then_refused() -> None:
     doubt = doubt_of_theory(reference, solve_theory(reference, own))
     assert doubt is not None
     assert "far face is near" in doubt
-    assert "of the distance to the far face" in refused(near.replace("20, 0) mm", "4, 0) mm").replace("30, 0", "14, 0"))
+    assert "times the distance to the far face" in refused(
+        near.replace("20, 0) mm", "4, 0) mm").replace("30, 0", "14, 0")
+    )
 
 
 def test_a_cylinder_on_a_strip() -> None:
@@ -307,6 +309,8 @@ def test_a_model_is_held_against_it() -> None:
     assert report.references["told"].facts["push_N"] == pytest.approx(0.02, rel=1e-9)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_forces_of_a_theory_stand_beside_those_of_models_and_are_of_the_same_part() -> None:
     """A quarter of a block: a quarter of what Hertz says, 4/3 E/(1 - nu^2) sqrt(R d) d, and so is what the base holds.
 

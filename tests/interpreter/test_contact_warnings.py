@@ -54,6 +54,8 @@ metric   most  = contact_pressure(touch)
 TRUE = {"area": 31.1e-6, "most": 2.6e3}  # of quad8 of 0.5 mm; Hertz has 31.4 mm^2 and 2.5 kPa
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("how", "told"),
     [

@@ -32,6 +32,8 @@ def tip(model: str) -> np.ndarray:
     return 1e3 * solid.probes["tip"].position[0]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     "model",
     [

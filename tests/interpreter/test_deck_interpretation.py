@@ -324,6 +324,8 @@ def test_included_files_stand_in_their_place(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read(tmp_path, text).cells, read(tmp_path, BAR).cells)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_files_that_are_included_again_and_again_are_refused(tmp_path: Path) -> None:
     """Ten files that include the next one ten times would be 10^9 lines."""
     (tmp_path / "f9.inp").write_text("** a comment\n" * 2000)
@@ -360,6 +362,8 @@ def test_no_density_is_needed_but_for_weight(tmp_path: Path) -> None:
         scene_writer.write_scene(found, MM, scene_writer.SuppliedValues(), "x.inp")
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_forces_on_many_nodes_are_carried_over(tmp_path: Path) -> None:
     """A plate of 24 x 24 nodes with a force of its own on each."""
     n = 24

@@ -300,6 +300,8 @@ def test_supports_and_forces_act_on_the_nodes_of_their_scopes(block: int, tmp_pa
             e for part, _ in small.instances.values() for e in small.elements[part]])  # fmt: skip
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("block", range(8))
 def test_groups_of_a_mesh_file_have_scoped_names(block: int, tmp_path: Path) -> None:
     for seed in range(block, SEEDS, 8):

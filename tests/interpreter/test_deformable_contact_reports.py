@@ -57,6 +57,8 @@ def met(text: str) -> Any:
     return found
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("scene", "element"),
     [
@@ -134,6 +136,8 @@ analysis drop = dynamic(duration = 10 ms, step = 0.2 ms, integrator = implicit_e
 ).replace("push  =", "held =")
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("rough", ["", pytest.param(", friction = 0.3", marks=pytest.mark.slow)])
 def test_what_meets_in_a_motion_is_followed(rough: str) -> None:
     """A block that comes to rest on another under 2 kPa on 50 mm^2: a force of 0.1 N, and that pressure.

@@ -83,6 +83,7 @@ def test_what_sticks_and_slides_goes_into_files_and_colours(tmp_path: Path) -> N
     assert {"rub_pressure", "rub_gap", "rub_slip", "rub_sticks"} <= set(written)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_corner_hooks_in_nowhere() -> None:
     """A block carried on by half a facet at once found a state in which its corner held: 1.13 of the push, for 0.3.
@@ -98,6 +99,7 @@ def test_a_corner_hooks_in_nowhere() -> None:
     np.testing.assert_allclose(own["pull"], again["pull"], rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_what_sticks_is_as_if_it_were_glued() -> None:
     """Sheared by a hundredth of a millimetre nothing slides: the force is that of tied blocks, but for the edges."""

@@ -160,6 +160,7 @@ def test_a_disk_that_is_full(folder: Path, size: int) -> None:
     assert not list((folder / "o").rglob(".*")), "no part of a file is left"
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_journal_that_does_not_fit(folder: Path) -> None:
     arguments = ("compare", "rod.scene", "--out", "c", "--repeats", "0")
@@ -186,6 +187,8 @@ def test_few_files(folder: Path) -> None:
     assert done.returncode == 0, said(done)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     "settings",
     [
@@ -219,6 +222,7 @@ def test_errors_of_the_system_are_named() -> None:
 # ------------------------------------------------------------------ signals
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_interrupts_at_any_moment(siege: ModuleType, tmp_path: Path) -> None:
     """A seeded moment of each of check, run and compare, another every day, or three; a hundred by the siege."""

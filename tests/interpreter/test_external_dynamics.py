@@ -38,6 +38,7 @@ def run(text: str) -> Any:
     return run_pipeline.run_scene(loaded.scene, list(loaded.warnings), run_pipeline.RunOptions(draw=False))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("integrator", "step", "most"), [("implicit_euler", "1 ms", 0.01), ("central_differences", "0.1 ms", 0.01)]
@@ -61,6 +62,7 @@ def test_mujoco_moves_the_same_tetrahedra(integrator: str, step: str, most: floa
     assert np.abs(theirs.mesh.displacement[theirs.mesh.points[:, 1] < 1e-9, 1]).max() == 0.0  # the guide
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_mujoco_with_its_own_step_and_a_step_too_long_for_it() -> None:
     """Explicit steps of 4 ms are forty times too long: its own warning ends as `diverged`."""
@@ -152,6 +154,7 @@ def test_what_steps_through_time_is_not_asked_for_rest() -> None:
     assert "it steps through time and solves no static equilibrium" in warning.message
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_ngsolve_takes_curved_cells_several_materials_and_supports_that_move() -> None:
     """Both solve one linear system directly, in other unknowns: 1e-9 of the greatest displacement."""

@@ -86,6 +86,8 @@ def test_what_dies_says_how(tmp_path: Path, program: str, why: str) -> None:
     assert (end.how, end.why) == ("died", why)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_what_eats_memory_is_told_from_what_dies(tmp_path: Path) -> None:
     end = ended(tmp_path, "kept = []\nwhile True:\n    kept.append(bytearray(2**26))", memory=0.5 * GB)
     assert end.how == "out_of_memory"

@@ -17,7 +17,7 @@ import pytest
 import softmark
 from softmark.interpreter.models.external import external_builder
 from softmark.interpreter.models.external.adapters import PROGRAMS, adapter, calculix
-from softmark.interpreter.models.external.adapters.package_process import Package, problem_in
+from softmark.interpreter.models.external.adapters.package_process import Package, read_problem
 from softmark.interpreter.models.external.external_declaration import ExternalSolver
 from softmark.interpreter.models.external.external_problem import Answer, ExternalNotConverged, Problem
 from softmark.interpreter.pipeline import run_pipeline
@@ -260,7 +260,7 @@ def test_digits_that_an_answer_has_not_are_told_from_a_wrong_one(
     real = adapter("scikit_fem")
 
     def read(folder: Path) -> Answer:
-        found, problem = real.read(folder), problem_in(folder)
+        found, problem = real.read(folder), read_problem(folder)
         u = found.u * (1.0 + said * np.random.default_rng(1).uniform(-1.0, 1.0, found.u.shape))
         u[:, problem.held[:, 0], problem.held[:, 1]] = problem.values
         return Answer(u, None, 1, found.clocks, "", said)

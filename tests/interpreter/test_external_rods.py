@@ -59,6 +59,7 @@ def test_pyelastica_moves_the_same_rod_to_first_order_in_its_segments() -> None:
     assert report.models["n40"].probes["tip"].displacement[0, 1] < 0.0
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_steps_that_waves_cross_a_segment_in_are_said_to_be_too_long() -> None:
     """After 12 steps all is finite yet, and nothing of it is true: energy comes from nowhere."""
@@ -68,6 +69,7 @@ def test_steps_that_waves_cross_a_segment_in_are_said_to_be_too_long() -> None:
     assert "times the work of its loads" in theirs.message
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_rod_that_is_pulled_far_is_no_unstable_one() -> None:
     """To 1.3 of its length: strain energy by its own law, of sections that grow thin, is what was worked for."""
@@ -120,7 +122,7 @@ def test_a_rod_goes_to_another_process_and_back(tmp_path: Path) -> None:
     told = Problem(np.eye(3), np.array([[0, 1], [1, 2]]), "rod", "finite", (stuff,), np.array([[0, 5]]), np.zeros(1),
                    np.zeros((3, 3)), motion=motion, section=section)  # fmt: skip
     pyelastica.write(told, tmp_path)
-    found = package_process.problem_in(tmp_path).section
+    found = package_process.read_problem(tmp_path).section
     assert found is not None
     assert all(np.array_equal(getattr(found, n), getattr(section, n)) for n in package_process.SECTION)
 
@@ -136,6 +138,7 @@ def test_a_rod_goes_to_another_process_and_back(tmp_path: Path) -> None:
 SLENDER = "box(size = (178, 8, 4) mm, origin = (0, -4, -2) mm)"
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_mujoco_moves_the_same_slender_rod() -> None:
     """A flat section and loads both ways tell which bending is which, a point off the axis how sections turn.

@@ -279,6 +279,8 @@ def test_it_is_said_where_small_strains_are_large() -> None:
     assert size_effect_note(large).endswith(f"{told}10 %: a body with large ones differs")
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_numbers_by_a_theory_at_large_strain_are_marked() -> None:
     """It was said beside the theory alone: its number, and an error against it, stood without any mark."""
     more = "metric hoop = stress(place, component = xx)\nmetric off = stress(place, component = xx, against = theory)\n"

@@ -199,6 +199,7 @@ def test_a_body_from_an_image_is_checked_and_said(tmp_path: Path) -> None:
     assert "W336" in {w.code for w in report.warnings}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_ratio_from_a_file_is_warned_of_where_elements_lock(tmp_path: Path) -> None:
     """Nothing is known of it before it is read: voxels of up to 9, times 0.055, come to more than 0.45."""

@@ -43,6 +43,8 @@ def test_a_surface_is_filled_by_what_fills_it(name: str, steps: bool) -> None:
     assert f"gmsh -3 {name}" not in said
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_what_another_model_cannot_do_stops_no_other(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "two.scene"
     file.write_text(TWO, encoding="utf-8")
@@ -90,6 +92,8 @@ load ball = pressure(beam, where = sqrt((x - {x} mm)^2 + (y - {y} mm)^2 + (z - {
 """
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("shape", ["cylinder(length = 100 mm, radius = 20 mm)", "box(size = (100, 40, 30) mm)"])
 def test_a_selection_is_refused_only_where_it_misses_the_surface(shape: str) -> None:
     """Balls at random places: their distance from the surface is known, and so is whether they reach it."""

@@ -280,6 +280,7 @@ def test_plane_cells_that_keep_their_volume_have_one() -> None:
     assert 1.0 <= ratio(report, "m") <= 4.0
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_iterations_on_a_finer_space_end_when_its_displacements_do(monkeypatch: pytest.MonkeyPatch) -> None:
     """A beam whose error is one of bending, and whose energy one of volumes: 4 times the way to go were left when the

@@ -118,6 +118,8 @@ def test_a_force_that_is_wrong_by_a_thousandth_is_found_by_other_formulas(monkey
     assert "the contact forces on `ball` do not balance its loads: 1.0e-03" in str(found.models["cubes"].message)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_weight_and_forces_add_up_and_friction_goes_from_state_to_state() -> None:
     """A ball of 1 g that is dragged aside while 5 mN press it: the force along z is both, to the tolerance."""
     text = SOLID.format(guide="fixed(ball, components = y)", friction=", friction = 0.3")
@@ -135,6 +137,8 @@ def test_weight_and_forces_add_up_and_friction_goes_from_state_to_state() -> Non
         assert state.solve["checks"]["pressed"]["residual"] < 1e-7
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_slice_is_pressed_in_its_plane_and_a_force_that_goes_lets_it_go() -> None:
     """A rod on a strip in plane strain; at no force it touches nothing any more."""
     text = """softmark 1
@@ -159,6 +163,7 @@ metric   push  = force(touch, along = -y)
     assert found.each[1].metrics["push"].value == 0.0
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_dome_that_snaps_is_said_to_have_given_way() -> None:
     """It bears 0.147 N at most before it turns over (W314), and more in the end, where it is stable again."""

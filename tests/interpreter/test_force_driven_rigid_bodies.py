@@ -56,6 +56,8 @@ metric F = force(c, along = -z)
 """
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_thin_plate_presses_as_a_thick_one() -> None:
     """1 and 10 mm thick, by 3 mm: refused in one step before. Edges are met between nodes: half a per cent."""
     known = []
@@ -75,6 +77,8 @@ def test_a_knife_between_nodes_is_refused() -> None:
     assert "half its thickness" in str(model.message)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_bar_that_is_twisted_too_far_buckles_or_is_refused_for_that() -> None:
     """Two turns: the straight equilibrium that steps lead to is not stable, the way of care ended at 150 degrees."""
     model = (

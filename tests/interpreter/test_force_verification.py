@@ -60,6 +60,8 @@ model tet = fem(tet4, strain = corotational, size = 20 mm)
 """
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_every_model_is_checked_again_by_other_formulas() -> None:
     """Loads by pressure and traction are in the test below; here is every kind of model."""
     report = softmark.loads(BEAM + MODELS).run()
@@ -75,6 +77,7 @@ def test_every_model_is_checked_again_by_other_formulas() -> None:
         assert checks.get("inverted", 0) == 0
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_loads_on_surfaces_and_imposed_motion_are_checked() -> None:
     report = softmark.loads("""

@@ -68,6 +68,8 @@ def test_a_plate_on_a_column_is_a_mass_on_a_spring(integrator: str) -> None:
     assert solve["energy"]["gain"] < 1e-5  # trapezoidal 1e-14, generalized_alpha 5e-6, which does not keep energy
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("integrator", [
     "implicit_euler", *(pytest.param(i, marks=pytest.mark.slow) for i in ("trapezoidal", "generalized_alpha", "bdf2"))
 ])  # fmt: skip
@@ -175,6 +177,8 @@ def flown(t: float) -> tuple[Any, Any, Any]:
     return y[:3], Rotation.from_quat(y[6:10]), y[10:]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     "integrator", ["trapezoidal", *(pytest.param(i, marks=pytest.mark.slow) for i in ("generalized_alpha", "bdf2"))]
 )
@@ -229,6 +233,7 @@ metric   drag   = force(rub, along = +x)
     assert push.y[slides].mean() == pytest.approx(0.0981, rel=0.01)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_what_friction_turns_of_a_ball_the_block_takes() -> None:
     """Momentum of both to 1e-8. The ball's moment of momentum about the origin changes by what the contact's moment on

@@ -80,6 +80,8 @@ def test_what_is_tried_in_vain_is_not_tried_again(monkeypatch: pytest.MonkeyPatc
     assert tried[:3] == [("free", 1.0), ("careful", 0.5), ("careful", 0.25)]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_what_is_dragged_along() -> None:
     """It slides under mu N along a plane, and what becomes heat from then on is that force times the way."""
     found = loads(DRAGGED).run().models["hexes"].metrics
@@ -95,6 +97,8 @@ def test_what_is_dragged_along() -> None:
     assert heat[-1] - heat[-2] < drag[-1] * 2e-3
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_what_sticks_does_not_lose_anything() -> None:
     """Of much friction all of a plane sticks, nothing becomes heat, and nothing slides."""
     text = DRAGGED.replace("friction = 0.3", "friction = 10").replace("(8, 0, 0.4)", "(0.05, 0, 0.4)")
@@ -123,6 +127,8 @@ metric   heat  = dissipation(block)
 """
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_what_turns_drags_along() -> None:
     """Below a roll that turns about +z all slides to +x; once it does, its torque times the turn becomes heat.
 

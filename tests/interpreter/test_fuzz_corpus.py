@@ -79,6 +79,8 @@ def test_changed_results_and_journals(fuzz_folder: Path, seed: int) -> None:
     journals.target(fuzz_folder)(journals.changed(chance.choice(journals.seeds()), chance))
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @DRAWN
 @given(seed=st.integers(0, 2**32))
 def test_changed_mesh_files(fuzz_folder: Path, seed: int) -> None:
@@ -90,6 +92,7 @@ def test_changed_mesh_files(fuzz_folder: Path, seed: int) -> None:
 FILES: list[bytes] = []
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_reading_a_scene_does_nothing_but_read(tmp_path: Path) -> None:
     """In a process of its own, since an audit hook stays: no file that is not named, no process, no network."""

@@ -102,6 +102,8 @@ def test_a_thousand_errors_are_a_hundred_messages(tmp_path: Path, line: str) -> 
     assert found[-1].code == "E131"
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_thousand_warnings_are_a_hundred(tmp_path: Path) -> None:
     rows = "".join(f"expect {i} < 1\n" for i in range(1000))
     found = found_in(tmp_path, "param k = 1\n" + rows)

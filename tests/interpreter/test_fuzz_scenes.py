@@ -38,6 +38,7 @@ def test_generated_scenes(fuzz_folder: Path, text: str) -> None:
     import_module("scene").examine(text, fuzz_folder)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @settings(DRAWN, max_examples=120)
 @given(text=scenes())
@@ -51,6 +52,7 @@ def test_every_form_of_a_field_is_made() -> None:
     assert [form for form in get_args(Form) if not hasattr(maker, f"_{form}")] == []
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_some_are_sound_and_every_constructor_occurs(fuzz_folder: Path) -> None:
     """What is made is neither all refused, which would try no check of whole scenes, nor of a few words only."""

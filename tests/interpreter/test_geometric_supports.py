@@ -160,6 +160,8 @@ def test_shares_of_a_file_are_those_of_closed_forms(kind: str, where: str, share
     assert found.beyond == 0.0
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_slanting_and_curved_selections_have_their_shares() -> None:
     """A slanting plane on 5 mm cells; a circle met by a polygon of 24 sides; the whole side of a cylinder."""
     half = gripped(text("x + z <= 10 mm"))
@@ -178,6 +180,8 @@ def test_what_is_held_beyond_a_selection_counts_too(tmp_path: Path) -> None:
     assert found.beyond == pytest.approx(2 / 18)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(6))
 def test_narrow_and_wide_hold_the_conforming_answer_between_them(seed: int, tmp_path: Path) -> None:
     """Compliance under weight falls with all that is held; a mesh that conforms has what was asked.
@@ -193,6 +197,8 @@ def test_narrow_and_wide_hold_the_conforming_answer_between_them(seed: int, tmp_
     assert wide * 0.96 < right < narrow * 1.04
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_missed_selection_is_a_doubt_and_a_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("a.scene").write_text(text("x <= 0 mm and y + z <= 26 mm"))
@@ -233,6 +239,7 @@ def test_borders_that_meshes_can_meet(shape: str, where: str, cuts: list[tuple[s
     assert [(c.axis, pytest.approx(1e3 * c.at)) for c in found] == cuts
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_scenes_of_the_library_get_the_meshes_that_they_had() -> None:
     """Their supports lie on the grid as it is: nothing is asked of it, but by parts of other materials."""
@@ -281,6 +288,7 @@ def test_sizes_of_bodies_from_files_are_said_to_do_nothing(tmp_path: Path) -> No
     assert "W376" in done.stderr + done.stdout
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_references_that_refine_stand_on_conforming_meshes() -> None:
     """Three sizes of a clamp beside the grid: the limit is that of conforming meshes, within what is said."""

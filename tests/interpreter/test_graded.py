@@ -55,6 +55,8 @@ def judged(models: list[str], law: str = "neo_hookean") -> dict[str, Any]:
     return {words: model.metrics["far"].value for words, model in zip(models, report.models.values(), strict=True)}
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_forces_are_found_again_by_other_formulas() -> None:
     """E, nu and density vary, none of them as a polynomial; the check has stress of its own, and densities."""
     judged(QUICK)
@@ -186,6 +188,7 @@ def test_the_reference_refuses_other_bars(young: str, nu: str, more: str, reason
         softmark.loads(text + "model m = fem(hex8, strain = small, size = 5 mm)")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_steps_too_fine_for_the_integral_are_no_reference() -> None:
     """Two thousand waves along the bar: panels and QUADPACK differ, and it says so."""
@@ -208,6 +211,8 @@ model t = fem(tet4, strain = corotational, size = 2.5 mm)"""
     assert found["t"] == pytest.approx(exact, rel=5e-3)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_what_a_look_misses_is_found_where_it_is_solved() -> None:
     """A dip of E between the places that are looked at, at z = 22.5 mm, and a ratio that comes to 0.5 there."""
     dip = "exp(-((z - 22.5 mm) / 1 mm)^2)"
@@ -222,6 +227,8 @@ def test_what_a_look_misses_is_found_where_it_is_solved() -> None:
     assert far(mixed)["m"] == pytest.approx(4e-4, rel=0.05)  # nu hardly matters to a bar that is pulled
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_coarse_mesh_is_said_and_its_quadrature_stated() -> None:
     text = bar("10 kPa * (1 + 9 * exp(-((z - 20 mm) / 2 mm)^2))", "model m = fem(hex8, strain = small, size = 10 mm)")
     loaded = softmark.loads(text)

@@ -126,6 +126,7 @@ def found(text: str) -> dict[str, float]:
     return values
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_groups_are_what_coordinates_select_in_every_model_and_stated_error(tmp_path: Path) -> None:
     """Materials, loads, supports, probes, watchdog and finer spaces: the same problem, so the same to rounding."""

@@ -191,6 +191,8 @@ CASES: dict[str, tuple[str, Callable[[], bytes], Callable[[str], str] | str]] = 
 QUICK = ("abaqus deck", "scene depth")
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in QUICK else pytest.mark.slow) for n in CASES])
 def test_a_command_with_a_hostile_file_ends_in_a_message(name: str, tmp_path: Path) -> None:
     file, data, usage = CASES[name]

@@ -40,6 +40,8 @@ SLOW = (
 )
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("reader", [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW)])
 def test_hostile_files_end_in_a_message(reader: str, tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, str(SCRIPT), reader, str(tmp_path)], capture_output=True, text=True)
@@ -89,6 +91,8 @@ def _read_for_ever(file: Path) -> None:
             pass
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_reader_that_does_not_end_is_stopped_and_no_other_code(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -28,6 +28,8 @@ def written(folder: Path, **given: object) -> Path:
     return file
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_report_tells_of_impacts_and_energies(tmp_path: Path, report_of: Callable[[Path], softmark.Report]) -> None:
     """One impact for 2 L / c = 2.5 ms to three steps, that leaves .9 of the speed at least; energies add up.
 
@@ -56,6 +58,8 @@ def test_a_wall_follows_its_course_and_works(tmp_path: Path, report_of: Callable
     assert solve["energy"]["gain"] < 1e-9
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_report_tells_of_friction(tmp_path: Path, report_of: Callable[[Path], softmark.Report]) -> None:
     """A bar on its side slides on the wall that it lies on: how far, what sticks, and its heat, which never falls.
 

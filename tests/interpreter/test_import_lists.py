@@ -128,6 +128,8 @@ probe p = point(bar, at = (25, 4, 6) mm)
 """
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_what_goes_out_to_calculix_comes_in_again(tmp_path: Path) -> None:
     """1e-10: numbers go out with 14 digits. Forces of a torque have rounding in them that no scene can say."""
     first, again = tmp_path / "a.scene", tmp_path / "b.scene"

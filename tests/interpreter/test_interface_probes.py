@@ -69,6 +69,8 @@ def at(point: np.ndarray) -> str:
     return "(" + ", ".join(f"{c!r}" for c in point.tolist()) + ") mm"
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", cases(SEEDS, QUICK))
 def test_layers_of_bars(seed: int) -> None:
     """Side by side, stress jumps across y or z; in a row, strain jumps along x."""
@@ -217,6 +219,8 @@ metric sv = stress(v, component = xx)
 """
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("element", "size", "points", "near"),
     [

@@ -68,6 +68,8 @@ metric   turn  = moment(floor, along = +y, about = (0, 0, 0) mm)
 """
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["tet4", "hex8"])
 def test_the_report_has_force_and_moment_of_a_line_and_no_error_where_there_is_no_limit(kind: str) -> None:
     """F = q L at the middle of the line, (28, 10, 20) mm: the moment about y is z Fx - x Fz."""

@@ -47,6 +47,7 @@ def run(scene: Path, text: str) -> softmark.Report:
 # ------------------------------------------------------------------ numbers with sources
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scene", ["silicone-beam-calibrated"])
 def test_the_calibrated_beam_is_within_a_millimetre_of_the_scan(
     scene: str, report_of: Callable[[str], softmark.Report]
@@ -61,6 +62,7 @@ def test_the_calibrated_beam_is_within_a_millimetre_of_the_scan(
     assert data["finite_hex"]["metrics"]["relative"]["value"] == pytest.approx(0.046, abs=0.005)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", ["silicone-beam-calibrated"])
 def test_with_the_printed_modulus_it_is_six_millimetres_away(scene: str, needs_data: Callable[[str], None]) -> None:
@@ -194,6 +196,8 @@ def test_a_support_that_follows_what_is_missing_is_e406() -> None:
     assert "`low` follows `beads`" in str(refused.value)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_file_that_is_no_surface_fails_alone(tmp_path: Path) -> None:
     (tmp_path / "scan.ply").write_text("this is no surface")
     report = run(tmp_path / "beam.scene", BEAM + SCAN.format(more="") + GAP + DROP)

@@ -101,6 +101,8 @@ def displacements(folder: Path, models: str) -> dict[str, np.ndarray]:
     return {name: model.probes["top"].displacement[0] for name, model in report.models.items()}
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_model_takes_its_cells_from_a_file(tmp_path: Path) -> None:
     """The file holds what the mesher makes of the box: hexahedra, or five tetrahedra for each, as chosen."""
     bricks(tmp_path)

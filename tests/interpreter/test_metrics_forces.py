@@ -96,6 +96,7 @@ metric off    = force(hand, along = +x, against = fine)
 """
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_stated_errors_hold_a_much_finer_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of every force, moment and energy of a beam that is bent and pulled, whose energy passes its limit on the way.
@@ -119,6 +120,8 @@ def test_stated_errors_hold_a_much_finer_mesh(tmp_path: Path, monkeypatch: pytes
     assert (off["unit"], off["value"]) == ("1", pytest.approx(gap / size, rel=1e-9))
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_references_and_reduced_models_have_no_forces() -> None:
     text = BENT.format(fine="10").replace("support hand", "load weight = gravity(9.81 m/s^2)\n# ")
     text = text.replace("(hand", "(wall") + """

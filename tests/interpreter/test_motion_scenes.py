@@ -79,6 +79,8 @@ def test_what_comes_to_rest_rests_where_the_static_analysis_is(integrator: str) 
         np.testing.assert_allclose(last, still, atol=1e-5 * np.abs(still).max())
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_moved_support_ends_where_it_is_moved_to() -> None:
     grip = "support grip = displaced(bar, where = x >= 400 mm, by = (8, 0, 0) mm, components = x{course})\n"
     time = moving(0.5, 0.005, ", damping_mass = 100 Hz")
@@ -91,6 +93,7 @@ def test_a_moved_support_ends_where_it_is_moved_to() -> None:
 # ------------------------------------------------------------------ what it overshoots
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("course", "overshoot", "tolerance"),
@@ -118,6 +121,8 @@ def test_overshoot(course: str, overshoot: float, tolerance: float) -> None:
     assert max(map(abs, energy["drift"])) < 1e-6 * max(energy["strain"])
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_pulse_sends_a_wave_of_the_speed_of_sound() -> None:
     """What is pulled at the end is felt in the middle after L / 2c, and not before."""
     probe = "probe middle = point(bar, at = (200, 10, 10) mm)\n"
@@ -185,6 +190,8 @@ def test_a_body_at_rest_must_be_held_and_one_in_motion_need_not_be() -> None:
 # ------------------------------------------------------------------ what a report keeps
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_history_is_in_the_json_with_its_times() -> None:
     report = run(BLOCK.format(nu="0.4", models=KINDS) + moving(0.1, 0.01))
     for model in json.loads(report.dumps())["models"].values():

@@ -48,6 +48,7 @@ def course(report: softmark.Report, model: str = "rod", probe: str = "axis") -> 
 PYELASTICA = {0.1: (180.790, 44.406, -64.964), 0.2: (43.007, 92.058, -152.891), 0.3: (-58.114, 65.409, -129.369)}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("_", ["swinging-beam"])
 def test_a_swing_in_three_dimensions_is_that_of_another_program(
     _: str, report_of: Callable[[Path], softmark.Report]
@@ -122,6 +123,7 @@ load arm = point_force(bar, at = (200, 3, 3) mm, vector = (10, -10, 15) mN{ramp}
     np.testing.assert_allclose(end.displacement, rest.displacement, atol=1e-5)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("integrator", ["midpoint", "generalized_alpha"])
 def test_a_clamp_that_turns_takes_the_bar_around_more_than_once(integrator: str) -> None:

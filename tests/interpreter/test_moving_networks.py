@@ -50,6 +50,7 @@ def star(R: np.ndarray) -> str:
     )
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_beam_of_two_members_moves_as_one() -> None:
     """A cantilever that falls by half its length, as `beam6dof` has it: by the same steps, to what these leave."""

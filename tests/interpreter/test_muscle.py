@@ -155,6 +155,8 @@ def test_without_muscle_nothing_is_told_of_its_work() -> None:
     assert "muscle_work" not in softmark.loads(text).run().models["one"].solve["energies"]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_muscle_beside_what_relaxes_pulls() -> None:
     """Two halves in a row, of which one remembers: its tension was left out, and is found again by the check."""
     more = """region soft = part(cube, where = x >= 5 mm, material = damper)

@@ -267,6 +267,7 @@ def test_the_examples_are_stripped_and_small() -> None:
         assert path.stat().st_size < 20_000
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_examples_run() -> None:
     """One after the other in one kernel, which forgets all names between them."""

@@ -141,6 +141,8 @@ def test_three_blocks_and_any_end_that_moves() -> None:
     assert "blocks between them are free" in refused(text.replace("-0.85", "-0.55") + again)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     "load",
     [

@@ -30,6 +30,7 @@ SEEN = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_report_with_stress_at_probes_of_every_kind_can_be_pickled(tmp_path: Path) -> None:
     assert SEEN.keys() == PROBES.keys()

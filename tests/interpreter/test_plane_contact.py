@@ -45,6 +45,8 @@ def pressed(thickness: float) -> dict[str, float]:
     return values(HEAD.format(region=SQUARE, thickness=thickness, nu=0.3) + ROLL.format(more=""))
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("thickness", [10.0, 1000.0])
 def test_a_roller_on_a_slice(thickness: float) -> None:
     """Force and area are in proportion to the thickness, and the gap is what it is of 1 mm.
@@ -63,6 +65,8 @@ def test_the_area_under_a_roller() -> None:
     assert pressed(10.0)["area"] == pytest.approx(44.5e-6, rel=0.03)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("contact", "strain", "low"),
     [("self_contact(block, where = y >= 5 mm and y <= 15 mm)", "finite", 10.5), ("tied(block)", "small", 10.0)],

@@ -104,6 +104,7 @@ def test_triangles_of_gmsh_are_those_of_the_shape(tmp_path: Path) -> None:
     assert answers(of_file, None) == pytest.approx(answers(of_shape, None), rel=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("body", BODIES)
 @pytest.mark.parametrize("element", KINDS)

@@ -65,6 +65,8 @@ def looked_at(model: ModelResult) -> None:
         assert state.solve["fluid"]["balance"] < 1e-10
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_column_consolidates() -> None:
     """Terzaghi's: H^2 / c = 100 s. To 0.3 % in five cells, of which the error is of second order (0.28 %)."""
     text = HEAD + SMALL + COLUMN + PUSH + "model m = fem(hex20, strain = small, size = 2 mm)\n"
@@ -235,6 +237,8 @@ def test_what_leaves_at_once_is_not_vouched_for() -> None:
     assert ["W394" in codes for codes in said] == [False, True]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_bodies_without_fluid_load_nothing_of_it() -> None:
     """But words of tables: no energy, no check, no builder."""
     text = """softmark 1

@@ -60,12 +60,12 @@ def test_a_task_goes_to_a_worker_and_back() -> None:
 def test_outcomes_of_older_journals_are_read() -> None:
     """Without seconds, outline, warnings, sizes and what was stated: each has a default."""
     old = PointOutcome.from_json({"key": "k", "point": {"status": "converged"}, "references": {}, "later": 1})
-    assert (old.cpu_s, old.unfinished, old.again(1.0)) == (None, False, False)
+    assert (old.cpu_s, old.unfinished, old.is_worth_retrying(1.0)) == (None, False, False)
     thin = reduce_outcome(old)
     assert LeanOutcome.from_json(json.loads(json.dumps(thin.to_json()))).point == thin.point
     assert (thin.point.outline, thin.point.warnings, thin.point.stated) == ("", (), None)
     late = {"key": "k", "point": {"status": "timed_out"}, "unfinished": True, "limit_s": 5.0}
-    assert [LeanOutcome.from_json(late).again(s) for s in (5.0, 6.0)] == [False, True]
+    assert [LeanOutcome.from_json(late).is_worth_retrying(s) for s in (5.0, 6.0)] == [False, True]
 
 
 def test_numbers_that_json_has_not_are_null() -> None:

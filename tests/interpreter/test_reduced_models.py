@@ -200,6 +200,8 @@ def test_training_goes_through_a_sweep() -> None:
     json.dumps(report.to_json(), allow_nan=False)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_beyond_the_training_it_says_so_and_the_residual_shows_it() -> None:
     """A direction that no training state has; the error is then not small, and `full_residual` is of order one."""
     report = run(SWEPT, **{"weight.direction": "(0, -1, -0.2)"})
@@ -227,6 +229,7 @@ def test_loads_that_move_none_of_the_fields_are_told() -> None:
     assert "no work on any mode" in str(result.message)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_training_without_equilibrium_is_told() -> None:
     """St. Venant and Kirchhoff's law buckles under this end load in each part of the training that is tried."""

@@ -197,6 +197,7 @@ def test_layers_that_a_mesh_follows_add_nothing_to_the_stated_error() -> None:
     assert report.models["m"].solve["regions"]["rear"]["missed_m3"] == 0.0
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_radial_displacement_of_a_rod_in_two_layers_converges_with_the_order_of_its_element() -> None:
     """Lame's solution in two layers, which the scene has in closed form; h^2 in displacements of linear elements.
@@ -226,6 +227,7 @@ def test_the_report_says_what_cells_have_of_each_part(tmp_path: Path) -> None:
     assert set(known["rear"]) == {"asked_m3", "taken_m3", "missed_m3", "beyond_m3"}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_scene_without_regions_loads_none_of_this() -> None:
     scene = "\n".join(
@@ -383,6 +385,7 @@ metric pull = force(right, along = +x)
 """
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_what_a_polygon_misses_of_a_core_is_not_stated_as_whole_cells_of_another_material() -> None:
     """A rod with a core that its mesh follows, stretched alike by 1/40: 0.36 x 2 kPa + 0.64 x 250 Pa = 880 Pa.
@@ -406,6 +409,7 @@ def test_what_a_polygon_misses_of_a_core_is_not_stated_as_whole_cells_of_another
     assert missed <= own["pull"]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_border_that_cuts_cells_is_stated_as_whole_cells_of_another_material() -> None:
     """The same core with an end aslant, which no mesh follows; held against cells of half of the size."""

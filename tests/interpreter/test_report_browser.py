@@ -53,6 +53,8 @@ document.documentElement.dataset.said = JSON.stringify(said);
 </script></body>"""
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @needs_chromium
 @pytest.mark.parametrize("width", [1280, 500])
 def test_in_chromium(silicone: Report, tmp_path: Path, width: int) -> None:
@@ -74,6 +76,7 @@ def test_in_chromium(silicone: Report, tmp_path: Path, width: int) -> None:
     assert slides is False  # nor does the bar of its sections: it goes on below itself
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @needs_chromium
 @pytest.mark.parametrize("case", ["hostile", "nothing"])
@@ -163,6 +166,7 @@ def shaped(usual: Report) -> Report:
     return replace(usual, models=models, references=references)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @needs_chromium
 @pytest.mark.parametrize("width", [1280, 500])

@@ -429,6 +429,8 @@ def test_curves_differ_without_colour() -> None:
     assert len(set(samples)) >= 28  # dash and marker alone: 4 dashes (and the full line) by 7 markers
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_of_many_models_the_best_are_drawn_first(parsed: Parsed) -> None:
     tree = parsed(render(many()))
     boxes = [box for box in tree.all("input") if box["value"] == "k1"]

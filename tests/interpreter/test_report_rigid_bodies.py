@@ -198,6 +198,7 @@ const alphas = () => {
 </script></body>"""
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @needs_chromium
 def test_the_rigid_body_is_drawn_over_the_other_and_moves(ball: Report, tmp_path: Path) -> None:

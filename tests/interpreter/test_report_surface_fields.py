@@ -116,6 +116,8 @@ print([m for m in sys.modules if "surface_fields" in m or "solvers.stress_recove
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_surfaces_carry_what_metrics_ask_for() -> None:
     """On top of a bar that bends sigma_xx = F (L - x) c / I, 300 Pa at the clamp (I = a^4 / 12, F = 4 mN, L = 0.1 m).
 

@@ -201,7 +201,7 @@ def test_a_small_file_cannot_take_the_machine(tmp_path: Path, monkeypatch: pytes
     much = made.vtu(binary=False).replace(b'NumberOfPoints="5"', b'NumberOfPoints="9999999999"')
     assert "9999999999 points" in refused(tmp_path, a__vtu=much)
     many = made.vtk().replace(b"POINTS 5", b"POINTS 999999999999")
-    assert "but ends before" in refused(tmp_path, a__vtk=many)
+    assert "but the file ends earlier" in refused(tmp_path, a__vtk=many)
     packed = zlib.compress
     monkeypatch.setattr(made.zlib, "compress", lambda data: packed(data + bytes(1_000_000)))
     assert "bytes are announced, but there are" in refused(tmp_path, b__vtu=made.raw(packed=True))

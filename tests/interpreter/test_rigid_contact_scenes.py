@@ -48,6 +48,8 @@ def test_a_state_is_what_it_is_however_it_is_reached() -> None:
     assert along == pytest.approx(once, rel=1e-6)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_what_presses_is_carried() -> None:
     """The force of the contact and that of the support on the other side, to the tolerance of equilibrium."""
     found = loads(pressed("quad4, integration = selective", 2.5, "finite", AT_ONCE)).run().models["quads"].metrics
@@ -144,6 +146,7 @@ def test_nor_is_one_that_comes_to_lie_in_its_plane(body: str, tool: str, element
     assert loads(text.format(by=-0.1)).run().models["cells"].status == "converged"  # which does not touch
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_beam_that_sags_does_not_go_past_a_shelf() -> None:
     """Whole steps led past it, to where it hung below with no force on it: of 5 mm to 0.05 mm.
@@ -210,6 +213,7 @@ def test_a_beam_that_is_pushed_from_state_to_state_does_not_go_past_a_shelf() ->
     assert known[0] == pytest.approx(known[1], rel=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_what_is_pushed_through_a_body_in_one_state_is_refused() -> None:
     """Between its nodes, to below it, from where it pressed upwards; it was told as an answer."""
@@ -236,6 +240,8 @@ def test_a_disc_that_is_driven_right_through_between_nodes_is_refused() -> None:
     assert "a rigid body penetrates the surface by 0.5 mm in one step" in str(found.message)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_strut_that_buckles_beside_thin_walls_leans_on_them() -> None:
     """It stepped aside through them, and pressed from behind 4 to 10 times as hard, or otherwise along y than along x.
 
@@ -318,6 +324,8 @@ def test_a_sphere_that_goes_far_in_one_step_is_taken_there_in_substeps() -> None
     assert known[0] == pytest.approx(known[1], rel=1e-6)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("far", [14.0, 60.0])
 def test_a_sphere_that_is_driven_through_in_one_step_is_refused(far: float) -> None:
     """Behind half of it nodes are pushed out at the wrong side; past all of the body nothing touches any more."""
@@ -408,6 +416,7 @@ def test_a_half_space_resists_as_hertz_has_it(poisson: float, hertz: float) -> N
     assert found["area"].value == pytest.approx(6.28319e-6, rel=0.03)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(("element", "strain", "table", "within"), [
     ("quad8", "small", indented_cylinder.SMALL, (0.075, 0.03, 0.01)),

@@ -41,6 +41,8 @@ def run(tmp_path: Path, text: str, only: str | None = None, **options: Any) -> A
     return pipeline(scene.scene, list(scene.warnings), given)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_differences_are_relative_to_the_tensor_that_is_right(tmp_path: Path) -> None:
     report = run(
         tmp_path,

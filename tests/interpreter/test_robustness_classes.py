@@ -160,7 +160,7 @@ def test_uncertainty_is_relative_to_what_the_truth_moves() -> None:
 
 def theory(**replaced: str) -> tuple[float, str | None]:
     import softmark
-    from softmark.interpreter.study.robustness.reference_uncertainty import theory_of
+    from softmark.interpreter.study.robustness.reference_uncertainty import beam_theory_error
 
     text = """
 param    W      = 20 mm
@@ -175,7 +175,7 @@ reference line  = simo_reissner(beam)
 probe    axis   = point(beam, at = (200, 10, 10) mm)
 metric   eta    = relative_l2_error(axis, against = line)
 """
-    return theory_of(softmark.loads(text, **replaced).scene, "line")
+    return beam_theory_error(softmark.loads(text, **replaced).scene, "line")
 
 
 def test_what_a_theory_of_beams_leaves_out() -> None:

@@ -78,6 +78,8 @@ def edges(found: Robustness) -> dict[tuple[str, str, str], dict[str, Any]]:
 # ------------------------------------------------------------------ made up
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.usefixtures("made_up")
 def test_walks_edges_and_classes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The worker is right from 5 segments and below 50 m/s^2, says so of the load alone, and gives up at 900 m/s^2."""
@@ -227,6 +229,8 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return scene
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_the_command_from_end_to_end(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A rod of 6 segments is right to 5 % of its own theory; one of a single segment is not."""
     text = file.read_text(encoding="utf-8").replace("over = [n,", "over = [m,").replace("segments = n", "segments = m")

@@ -118,6 +118,8 @@ def changed(old: str, new: str) -> str:
     return SCENE.replace(old, new)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_second_run_takes_everything_over_and_says_so(tmp_path: Path) -> None:
     assert run(tmp_path, text=SCENE)[0] == ALL
     before = plain(tmp_path)
@@ -301,6 +303,7 @@ WARNS = SCENE.replace("model stiff", "model cubes = fem(hex8, strain = small, si
 )
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_warnings_stay_with_what_they_are_about(tmp_path: Path) -> None:
     """Of the run itself: they point to the same line, wherever that stands by now, and stated errors repeat them."""
@@ -362,6 +365,8 @@ def test_who_is_killed_leaves_nothing_half_written(tmp_path: Path) -> None:
     assert run(tmp_path, text=SCENE)[0] == set()
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_who_is_interrupted_has_what_was_finished(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Models that took their time are kept as they end, measured and drawn as in a run that was not interrupted."""
     text = SCENE.replace("metric speed = realtime_factor(25 Hz)\n", "")  # who measures time never finds the same

@@ -276,6 +276,7 @@ def beam(length: int, poisson: float) -> str:
     return BEAM.format(material=material, size=f"({length}, 20, 20)", length=length, g=1)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_beam_is_that_of_theory_within_both_uncertainties() -> None:
     """Timoshenko, kappa = 10 (1 + nu)/(12 + 11 nu): w = q L^4/(8 EI) + q L^2/(2 kappa GA) at the tip.
@@ -391,6 +392,8 @@ def test_the_report_says_what_it_is_worth(report: softmark.Report) -> None:
     json.dumps(known, allow_nan=False)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_solving_is_told_of_and_planned_once(text: str) -> None:
     plan = plan_of(softmark.loads(text).scene)
     assert [t.detail for t in plan.tasks if t.kind == "reference"] == [

@@ -104,6 +104,8 @@ def test_levers_are_fields_that_overrides_change() -> None:
     assert found.models["hex"].status == "capped"
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_the_tolerance_of_an_analysis_is_a_lever() -> None:
     """Fewer Newton steps for less: 1e-2 against 1e-8."""
     loose, tight = (solved("", f"sag.tolerance={t}").models["plain"].solve for t in ("1e-2", "1e-8"))

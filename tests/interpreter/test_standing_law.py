@@ -24,6 +24,7 @@ def silent(found: list[dict[str, object]]) -> list[str]:
     return [f"{r['model']}: {r['error']:.3g} off, states {r['value']:.3g}" for r in found if r["word"] == "silent"]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_no_model_is_wrong_by_more_than_it_states() -> None:
     found = rows(QUICK)
@@ -31,6 +32,7 @@ def test_no_model_is_wrong_by_more_than_it_states() -> None:
     assert silent(found) == []
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [s for s in range(1, 16) if s != QUICK])
 def test_nor_in_many_more_scenes(seed: int) -> None:
@@ -38,6 +40,8 @@ def test_nor_in_many_more_scenes(seed: int) -> None:
     assert silent(rows(seed)) == []
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_truth_is_that_of_a_bar_in_tension() -> None:
     """sigma x / E: with a Poisson's ratio of 0 a clamp holds nothing that would move sideways."""
     cases, truth = import_module("cases"), import_module("truth")

@@ -43,6 +43,8 @@ def solves(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return found
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("text", [HELD, PARTS], ids=["a support between nodes", "a part between nodes"])
 def test_a_plain_run_solves_once(
     text: str, solves: list[str], tmp_path: Any, capsys: pytest.CaptureFixture[str]

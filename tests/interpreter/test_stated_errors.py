@@ -101,6 +101,8 @@ def test_a_capped_state_states_what_its_cap_left() -> None:
     assert said.value is None or said.parts["solver"] > 1e-3
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_motion_states_the_error_of_its_step() -> None:
     scene = softmark.loads("""
 material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1070 kg/m^3)
@@ -169,6 +171,8 @@ probe  tip   = point(b, at = (20, 5, 5) mm)
     assert "inverted" in said.reason
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_digits_that_coordinates_lose_are_stated() -> None:
     """Without a factor of the stiffness: a cell of 5 mm, 1 m and 1000 km away, by eps * distance / (cell * strain)."""
     more = """

@@ -6,6 +6,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 import softmark
 from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 
@@ -32,6 +34,8 @@ def stated(case: Any) -> list[dict[str, tuple[float, float]]]:
     return found
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_hoop_stress_with_pressures_as_unknowns_is_settled() -> None:
     """0.71 % off in an incompressible cylinder: 31 % was stated, of the tensor on coarser meshes; at 3 mm none."""
     models = ("quad8, formulation = mixed, strain = small, size = 2 mm",)
@@ -41,6 +45,8 @@ def test_hoop_stress_with_pressures_as_unknowns_is_settled() -> None:
         assert said <= SHARP * off + 1e-5  # that much is the strain measure
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_smooth_ball_has_what_its_cells_make() -> None:
     """Displacements of a ball under pressure are linear: the energy alone is off, by the volume that cells miss."""
     (own,) = stated(closed_forms.ball("ball", "held", ("hex8, strain = small, size = 2.5 mm",)))
@@ -48,6 +54,8 @@ def test_a_smooth_ball_has_what_its_cells_make() -> None:
     assert own["W"][1] <= SHARP * own["W"][0]  # 56 % for 2.9 %
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_torque_is_stated_to_be_off_by_less_on_a_finer_mesh() -> None:
     """Two coarse meshes agreed by chance: 1e-12 was stated, and 4 % of half the size."""
     models = tuple(f"hex20, strain = small, size = {size}" for size in ("5 mm", "2.5 mm"))

@@ -285,7 +285,7 @@ def test_the_report_has_every_state(report: softmark.Report) -> None:
     assert '"labels": ["10 %", "40 %", "100 %"]' in page
     assert "Values are those in the last state, 100 %" in page
     assert "2 models in 3 states" in page
-    assert "all other results are those of the last state, 100 %" in lines
+    assert "all other results belong to the last state, 100 %" in lines
     shape = report.models["finite"].shape
     assert shape is not None
     assert shape.frames is not None

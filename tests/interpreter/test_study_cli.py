@@ -61,6 +61,8 @@ def compared(*arguments: str, status: int = 0) -> dict[str, Any]:
 # ------------------------------------------------------------------ the result
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_comparison_from_end_to_end(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The study's three, and the model that it does not touch.
 
@@ -88,6 +90,7 @@ def test_a_comparison_from_end_to_end(file: Path, capsys: pytest.CaptureFixture[
     assert found["scenes"][0]["title"] == "A rod and its segments"
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_model_is_timed_once_the_second_time_from_the_journal(file: Path) -> None:
     arguments = ("beam.scene", "--vary", "n=4", "--model", "rod", "--repeats", "1")
@@ -100,6 +103,8 @@ def test_a_model_is_timed_once_the_second_time_from_the_journal(file: Path) -> N
     assert again["points"] == found["points"]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_json_on_standard_output_is_alone_there(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", "beam.scene", "--repeats", "0", "--study", "finer", "--json", "-"]) == 0
     found = json.loads(capsys.readouterr().out)

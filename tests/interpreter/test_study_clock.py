@@ -70,6 +70,7 @@ def busy(core: int) -> Iterator[None]:
         process.communicate()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_rounds_are_interleaved_and_every_run_is_a_process_of_its_own() -> None:
     records: list[dict[str, Any]] = []
@@ -109,6 +110,7 @@ def test_all_runs_are_on_one_processor_and_the_parent_keeps_off_it() -> None:
     assert os.sched_getaffinity(0) == allowed
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_what_is_done_already_is_not_done_again() -> None:
     first: list[dict[str, Any]] = []
@@ -299,6 +301,8 @@ def test_a_second_comparison_waits_for_the_first() -> None:
 # ------------------------------------------------------------------ where the time goes
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_every_name_in_the_tables_is_there() -> None:
     for dotted in FUNCTIONS:
         path = dotted.rpartition(".")[0]

@@ -21,9 +21,9 @@ from softmark.interpreter.study.analysis.pareto_front import (
     EffortEstimate,
     JudgedPoints,
     best_within,
-    effort_to,
+    effort_to_reach,
+    error_levels,
     find_pareto_front,
-    levels_of,
     nearest_round_number,
 )
 from softmark.interpreter.study.analysis.refinement_lines import RefinementLine
@@ -99,7 +99,7 @@ def front(points: list[Point]) -> list[str]:
 
 def reached(level: float, points: list[Point], clock: str = "cpu_s") -> EffortEstimate | str:
     (line,) = lines_of(points)
-    return effort_to(level, line, judge(points, "e", clock))
+    return effort_to_reach(level, line, judge(points, "e", clock))
 
 
 # ------------------------------------------------------------------ the front
@@ -188,11 +188,11 @@ def test_levels_that_are_never_reached_or_cannot_be_told() -> None:
 
 
 def test_levels() -> None:
-    assert levels_of("1", 0.1, []) == [0.1, 0.05, 0.01]
+    assert error_levels("1", 0.1, []) == [0.1, 0.05, 0.01]
     # 10, 5 and 1 % of 128 mm are 12.8, 6.4 and 1.28 mm
-    assert levels_of("m", 0.128, []) == [0.01, 0.005, 0.001]
-    assert levels_of("J", 0.128, [0.02, 3.0]) == [1.0, 0.1, 0.01]
-    assert levels_of("J", None, [0.0]) == []
+    assert error_levels("m", 0.128, []) == [0.01, 0.005, 0.001]
+    assert error_levels("J", 0.128, [0.02, 3.0]) == [1.0, 0.1, 0.01]
+    assert error_levels("J", None, [0.0]) == []
     # 1.41 and 3.16 divide 1 from 2 and 2 from 5 by ratio: sqrt(2), sqrt(10)
     assert [nearest_round_number(v) for v in (1.4, 1.45, 3.1, 3.2, 8.0)] == [1.0, 2.0, 2.0, 5.0, 10.0]
 

@@ -52,6 +52,8 @@ def test_lines_that_are_there_twice_count_once_and_the_first_stands(tmp_path: Pa
         assert journal.of_kind("accuracy")["a"]["value"] == "é a"
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_torn_last_line_is_cut_off_wherever_it_was_torn(tmp_path: Path) -> None:
     """Cut at every byte of the last line: all before it is there, and what is added is readable."""
     file = filled(tmp_path, "abc")
@@ -83,6 +85,8 @@ def test_a_line_that_is_spoilt_counts_as_not_written(tmp_path: Path) -> None:
         assert list(journal.of_kind("accuracy")) == ["a", "c"]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_any_cut_and_any_bytes_behind_it_leave_a_journal_that_goes_on(tmp_path: Path) -> None:
     generator = random.Random(8)
     file = filled(tmp_path, "abcdef")

@@ -126,6 +126,7 @@ def test_killed_again_and_again_and_resumed(scene: Path, tmp_path: Path) -> None
     assert [p["status"] for p in result(folder)["points"]] == ["converged"] * TASKS
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_an_interrupt_keeps_what_is_finished_and_says_how_to_go_on(scene: Path, tmp_path: Path) -> None:
     """As Ctrl-C does it: the signal goes to the workers too, which leave it to their parent."""

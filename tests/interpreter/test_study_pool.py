@@ -116,6 +116,8 @@ def test_all_processes_may_die() -> None:
     assert {o.point["status"] for o in found.values()} == {"failed"}
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_task_that_takes_too_long_is_stopped() -> None:
     begin = time.monotonic()
     found = done([told("a"), told("b", sleep=60), told("c")], timeout=0.5)
@@ -142,6 +144,7 @@ def test_workers_that_do_not_start() -> None:
 # ------------------------------------------------------------------ real workers
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_one_worker_and_two_find_the_same_as_this_process() -> None:
     """Bit for bit: the same code, one thread each."""
@@ -256,6 +259,8 @@ def test_a_reference_is_solved_once_in_a_process(monkeypatch: pytest.MonkeyPatch
 # ------------------------------------------------------------------ a cluster
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_nobody_answers() -> None:
     with pytest.raises(worker_pool.NoWorkers, match=r"no dask scheduler responds at tcp://127\.0\.0\.1:9"):
         list(worker_pool.run_tasks_on_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9", wait=0.5))

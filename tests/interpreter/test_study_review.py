@@ -145,6 +145,8 @@ def test_labels_leave_out_the_name_of_the_own_model(file: Path) -> None:
     assert [p["variation"] for p in found["points"]] == [{"rod.segments": "3"}, {"rod.segments": "6"}]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_answers_are_in_the_json(file: Path) -> None:
     (answer,) = compared("beam.scene")["analysis"]["scenes"]["beam"]["answers"]
     assert (answer["study"], answer["kind"], answer["counted"]) == ("worth", "pareto", 2)

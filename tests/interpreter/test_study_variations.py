@@ -268,4 +268,4 @@ def test_the_content_of_a_file_enters_the_key_and_its_place_does_not(tmp_path: P
 def test_keys_are_the_same_in_every_process(name: str) -> None:
     """No address of an object gets into what is digested."""
     scene = loaded(standard_scenes()[name]).scene
-    assert not [d.name for d in scene.declared.values() if " at 0x" in configuration_keys.words_of(d)]
+    assert not [d.name for d in scene.declared.values() if " at 0x" in configuration_keys.declaration_text(d)]

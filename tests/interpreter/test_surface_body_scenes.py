@@ -102,6 +102,7 @@ def test_a_point_outside_is_refused(folder: Path) -> None:
     assert [d.code for d in refused.value.diagnostics] == ["E504"]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_what_fills_no_surface_knows_nothing_of_it(folder: Path) -> None:
     """And a check of one that does needs no mesher."""

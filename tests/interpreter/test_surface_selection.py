@@ -108,6 +108,8 @@ def test_areas_on_flat_faces(kind: str, text: str, area: float) -> None:
     assert true[0] == pytest.approx(area, rel=1e-9)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @KINDS
 def test_bands_and_segments_on_a_cylinder(kind: str) -> None:
     """Where the border runs is that of the cylinder; the area is that of inscribed facets, the shape's own is exact.
@@ -164,6 +166,8 @@ def random_condition(rng: np.random.Generator) -> str:
 
 
 # some kinds of cells for every change
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     "seed", [s if s in (0, 2, 4, 7) else pytest.param(s, marks=pytest.mark.slow) for s in range(12)]
 )
@@ -258,6 +262,7 @@ def test_bounds_hold(text: str) -> None:
 # ------------------------------------------------------------------ curved surfaces of files
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("along", [2, 4])
 @KINDS
 def test_selections_along_a_sphere_take_all_of_it(kind: str, along: int) -> None:

@@ -129,6 +129,8 @@ def narrow(**other: Any) -> str:
     return NARROW.format(**{**known, "more": "", **other})
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_stress_under_a_patch_in_one_cell() -> None:
     """Equilibrium says -1000 Pa at the surface; cells of 5 mm have -284 Pa, and no error of less is stated."""
     report = run(narrow(), stated=())
@@ -148,6 +150,8 @@ def test_lines_and_volumes_that_reach_the_patch_are_said(probe: str) -> None:
     assert applied == -1000.0
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_patch_that_the_mesh_follows_is_not_said() -> None:
     """40 mm of load, cells of 2 mm: -1000 Pa in the middle to 0.1 %, without a word."""
     report = run(narrow(low=10, high=50, size=2), stated=())
@@ -157,6 +161,8 @@ def test_a_patch_that_the_mesh_follows_is_not_said() -> None:
     assert abs(own.metrics["s"].value + 1000.0) <= own.stated["s"].value
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_stated_error_holds_the_difference(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a finer space finds nothing to say, equilibrium does: four cells under the patch are 46 Pa off -1000 Pa."""
     monkeypatch.setattr(
@@ -168,6 +174,8 @@ def test_a_stated_error_holds_the_difference(monkeypatch: pytest.MonkeyPatch) ->
     assert off <= own.stated["s"].value < 2.0 * off
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_following_pressure_is_that_of_the_deformed_face() -> None:
     """A cube pressed all around by 100 kPa, a tenth of its modulus: sigma = -p, whatever its faces have become."""
     text = "material g = neo_hookean(young = 1 MPa, poisson = 0.3, density = 1 kg/m^3)\n"
@@ -181,6 +189,8 @@ def test_following_pressure_is_that_of_the_deformed_face() -> None:
     assert report.models["m"].metrics["pressed"].value == pytest.approx(-1e5, rel=1e-6)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_round_faces_are_free_of_traction() -> None:
     """A cylinder that is bent: its curved side is free, and linear cells do not make a traction of their chords."""
     text = "material g = linear_elastic(young = 1 MPa, poisson = 0.3, density = 1 kg/m^3)\n"

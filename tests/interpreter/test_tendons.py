@@ -27,6 +27,7 @@ def run(text: str, shape: str = ROUND, wall: str = "<= 0") -> softmark.Report:
     return softmark.loads(BODY.format(shape=shape, wall=wall) + text).run()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "wall"),

@@ -55,6 +55,8 @@ def answer(folder: Path, cells: tuple[int, int, int]) -> Any:
     return softmark.load(file).run()
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_curved_face_ends_at_a_plane_of_symmetry_in_its_right_angle(tmp_path: Path) -> None:
     """By the chords of six cells around, it does in 105 degrees: stress at D was denied a limit."""
     report = answer(tmp_path, (4, 6, 2))
@@ -62,6 +64,7 @@ def test_a_curved_face_ends_at_a_plane_of_symmetry_in_its_right_angle(tmp_path: 
     assert report.models["own"].metrics["hoop"].value == pytest.approx(TARGET, rel=0.12)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_stress_comes_to_that_of_the_benchmark(tmp_path: Path) -> None:
     """10.2 % and 2.4 % off, order 2.1; 12 x 18 x 6 cells, 9 s of CPU, are 0.7 % off. The target has three digits."""

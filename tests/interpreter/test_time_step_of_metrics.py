@@ -68,6 +68,8 @@ def test_an_axial_vibration_is_not_judged_by_the_lateral_one(model: str, integra
     assert told == pytest.approx(off, rel=0.2)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_steps_that_are_short_enough_are_not_doubted() -> None:
     report = softmark.loads(BAR.format(model=MODELS[0], integrator="trapezoidal", step=0.1)).run()
     assert not [w for w in report.warnings if w.code == "W420"]

@@ -135,6 +135,8 @@ print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / len(text) 
 """
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("kind", CHAINS)
 def test_memory_grows_with_the_text(kind: str, tmp_path: Path) -> None:
     """At most 400 bytes for each of the text: trees of syntax take 160 (measured), closures took 15 000."""
@@ -308,6 +310,8 @@ def values(folder: Path) -> dict[str, float]:
     return {name: model["metrics"]["sag"]["value"] for name, model in report["models"].items()}
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_results_of_somebody_else_are_computed_again(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Forged numbers, results of another user's key, and files that are none: none decides what is reported."""
     status = dsl("run", "small.scene")[0]
@@ -329,6 +333,8 @@ def test_results_of_somebody_else_are_computed_again(here: Path, monkeypatch: py
     assert dsl("run", "small.scene")[0] == status
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_journals_of_somebody_else_count_for_nothing(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A forged outcome, and the same journal of another user: computed again; one's own goes on."""
     asked = ("compare", "small.scene", "--repeats", "0", "--out", "found")
@@ -387,6 +393,8 @@ def test_the_last_of_the_disk_is_left_to_reports(here: Path, monkeypatch: pytest
 # ------------------------------------------------------------------ outputs
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_no_output_is_written_through_a_link(here: Path) -> None:
     """Report, page, JSON, JUnit, meshes, kept results, a journal with --fresh, import, new and fmt."""
     victim = here.parent / "victim"

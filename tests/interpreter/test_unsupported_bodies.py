@@ -126,6 +126,8 @@ def test_the_spring_is_no_part_of_what_is_told() -> None:
     assert "free to slide along x, to slide along y" in str(fell["f"].reason)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_block_that_keeps_clear_of_itself_as_well_is_held_in_every_state() -> None:
     """A later state takes over what is between its faces, and the spring stays: forces are those without the former."""
     beside = solved(PLATES + "contact folds = self_contact(block)\n", z=0.5).models["cubes"]
@@ -134,6 +136,8 @@ def test_a_block_that_keeps_clear_of_itself_as_well_is_held_in_every_state() -> 
     assert beside.metrics["push"].states == pytest.approx(alone.metrics["push"].states, rel=1e-6)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_finer_space_is_kept_where_the_body_is(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a mesh is stated to be off is that of a block that lay there: not what its spring of the first place does.
 
@@ -182,6 +186,8 @@ def test_a_block_does_not_fall_through_a_thin_shelf(thick: float, z: float) -> N
     assert found["down"].value == pytest.approx(1e-3 * z, abs=1e-5 * 0.0346)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_body_that_is_balanced_on_a_point_is_refused_at_once() -> None:
     """A ball between a round pin and a plate: in equilibrium, of less energy beside it, whichever way it goes."""
     report = loads("""softmark 1

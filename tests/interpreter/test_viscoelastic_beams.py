@@ -207,6 +207,8 @@ metric   far  = displacement(end, along = -z)
     assert np.abs(energies["drift"]).max() < 2e-3 * energies["load_work"].max()
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_slender_beam_that_is_held_bent_relaxes() -> None:
     """The force F = 12 E I w / L^3 (1 - g + g tau (e^(-2/tau) - e^(-3/tau)) / 1 s) 3 s after a ramp of 1 s began.
 

@@ -49,6 +49,8 @@ def test_an_elastic_body_is_at_every_time_where_its_course_has_brought_it() -> N
     assert own.curve("heat").values == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_what_relaxes_is_checked_and_its_energies_add_up() -> None:
     own = report(GEL + BAR + TIMED).models["cubes"]
     assert own.status == "converged"

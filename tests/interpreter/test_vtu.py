@@ -49,6 +49,8 @@ def run(folder: Path, text: str) -> Path:
     return folder / "out"
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_meshes_hold_the_displacements_of_the_report(written: Path) -> None:
     out = run(written, SCENE)
     models = json.loads((out / "report.json").read_text())["models"]
@@ -64,6 +66,8 @@ def test_meshes_hold_the_displacements_of_the_report(written: Path) -> None:
             np.testing.assert_allclose(u[distance.argmin()], expected, atol=1e-12)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_surfaces_are_the_deformed_ones(written: Path) -> None:
     out = run(written, SCENE)
     for name in CELLS:

@@ -244,6 +244,7 @@ def rows(case: Case) -> list[Row]:
     return made
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("group", range(GROUPS))
 def test_stated_errors_hold_and_are_sharp(group: int) -> None:

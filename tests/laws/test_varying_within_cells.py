@@ -97,6 +97,8 @@ def cases() -> list[object]:
     return [pytest.param(i, marks=[] if i < QUICK else pytest.mark.slow) for i in range(CASES)]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", cases())
 def test_forces_and_weights_are_integrals(seed: int) -> None:
     """F = strain int E dA and int rho g dV. At all nodes y and z are held: it stretches evenly."""
@@ -157,6 +159,8 @@ def test_one_pressure_in_each_cell_has_the_harmonic_mean(formulation: str, seed:
     must_be_right_or_stated(report.models["m"], report, STRAIN * 1e4 * arithmetic * 1e-6, young)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("element", ["hex8", "hex20", "tet10"])
 def test_an_image_is_integrated_voxel_by_voxel(element: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Thin voxels with random numbers: linear between their centres, so that the integral is a trapezoidal sum."""
@@ -175,6 +179,8 @@ def test_an_image_is_integrated_voxel_by_voxel(element: str, tmp_path: Path, mon
     assert report.models["m"].metrics["pull"].value == pytest.approx(STRAIN * 1e4 * exact * 10.0 * 1e-6, rel=CLOSE)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [pytest.param(i, marks=[] if i < 1 else pytest.mark.slow) for i in range(30)])
 def test_images_of_random_numbers_are_integrated(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Numbers are linear between centres of voxels and even beyond: the integral is their sum times a voxel's area."""
@@ -196,6 +202,8 @@ def test_images_of_random_numbers_are_integrated(seed: int, tmp_path: Path, monk
     assert report.models["m"].metrics["pull"].value == pytest.approx(exact, rel=CLOSE), (element, numbers.shape)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [pytest.param(i, marks=[] if i < 1 else pytest.mark.slow) for i in range(30)])
 def test_muscle_pulls_with_the_integral_of_its_tension(seed: int) -> None:
     """F = int T dA: a bar that is held at both ends and along its sides does not move where T does not vary along x."""
@@ -292,6 +300,8 @@ def line_elements_frequency(rho: Callable[[float], float]) -> float:
     return math.sqrt(float(low)) / (2.0 * math.pi)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(3))
 def test_layers_behind_one_another_are_within_the_stated_error(seed: int) -> None:
     """F = u A / int dx / E: cells that hold whole layers have the arithmetic mean, and say by how much that may be off.
@@ -343,6 +353,8 @@ def shifted(rule: Any) -> Any:
     return w
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("change", [scaled, shifted])
 @pytest.mark.parametrize("feature", ["exp(-((z - 3.1 mm) / 0.3 mm)^2)", "1 / (1 + exp((z - 3.1 mm) / 0.01 mm))"])
 def test_wrong_weights_are_found(feature: str, change: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -88,7 +88,7 @@ def test_a_column_of_plain_numbers_has_no_unit_in_it(tmp_path: Path, plain: str)
         ("x,f\n0,0\n1,1e999\n", "line 3, column `f`: `1e999` is too large"),
         ("x,f\n0,0\n1,\n", "line 3, column `f`: the number is missing"),
         ("x,f\n0,0\n1\n", "line 3, column `f`: the number is missing"),
-        ("x,f\n0,0\n1,1,5\n", "line 3 has 3 fields, its header 2"),
+        ("x,f\n0,0\n1,1,5\n", "line 3 has 3 fields, but its header has 2"),
         ("x;f\n0;0\n1;1,5\n", "line 3, column `f`: `1,5` is not a number"),
         ("x,f,f\n0,0,0\n1,1,1\n", "several columns are called `f`: number 2, 3"),
         ("x,g\n0,0\n1,1\n", "it has no column `f`"),

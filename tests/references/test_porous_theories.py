@@ -282,6 +282,7 @@ def test_at_once_it_keeps_its_volume_and_in_the_end_it_is_drained(n: int, at_onc
     assert moved[0] == pytest.approx(-moved[2] / n)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("n", [1, 2])
 def test_a_course_moves_it_as_the_force_of_that_course_presses(n: int) -> None:

@@ -65,6 +65,7 @@ WOUND = TendonRoute(0.0, L, (0.0, 8e-3), (0.0, 8e-3), 2 * np.pi, 0.9)
 SLANT = TendonRoute(0.03, 0.11, (-8e-3, 0.0), (-4e-3, 2e-3), 0.0, 1.2)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_its_energy_is_stationary() -> None:
     """Strain energy and tension times length of the solution, the weights' too: moved by any smooth change of strains,
@@ -133,6 +134,8 @@ def test_a_frame_that_is_turned_turns_all_of_it() -> None:
     np.testing.assert_allclose(X + turned.displacement(X), [R.apply(plain) + np.array([1.0, 2.0, 3.0])], atol=1e-9)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_what_is_no_rod_is_refused() -> None:
     with pytest.raises(NotApplicable, match="along the beam"):
         rod(TendonRoute(0.1, 0.1, (0.0, 1.0), (0.0, 1.0), 0.0, 1.0))

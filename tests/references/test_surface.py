@@ -276,6 +276,7 @@ def test_the_beam_is_as_thick_as_it_should_be(measured_data: Path) -> None:
     assert every.mean(axis=1) == pytest.approx(points[1:36], abs=2e-6)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_two_reconstructions_of_one_scan_agree_to_half_a_millimetre(measured_data: Path) -> None:
     # The raw marching cubes, 4.94 mm a unit, registered as a rigid body onto the fitted surface: the centres of

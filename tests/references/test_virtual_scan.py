@@ -92,6 +92,8 @@ def test_rays_through_edges_and_corners_count_once() -> None:
     assert np.allclose(found * 16, np.round(found * 16))
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_lots_of_triangles_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
     ball = trimesh.creation.icosphere(2, 0.01)
     whole = scan(np.asarray(ball.vertices), np.asarray(ball.faces), Scanner(VOXEL)).values

@@ -1,9 +1,9 @@
 """Choice of slow tests: a seventh of the cases of each slow sweep is run a day, all in a week or by SOFTMARK_WHOLE=1.
 
-A sweep is one test with three slow cases or more, be they drawn or listed: they look for exceptions to one law, which
-its first cases hold up already. SOFTMARK_DAY=2026-11-23 walks again what was walked on a day. Reports of scenes are no
-sweep: each scene is judged every time, but for those that take longest, of which each has its day; and so have other
-tests that take over five seconds of CPU, which are marked `long`.
+A sweep is a test with three slow cases or more. Its cases look for exceptions to a law that the quick cases confirm
+already. A sweep of more than `LARGE` cases takes two weeks. SOFTMARK_DAY=2026-11-23 runs the cases of that day again.
+Each scene of the library is run every day, except those that take longest, each of which has a day of the week. Tests
+that take more than about half a second are marked `long` and also have one day of the week each.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ import pytest
 
 PARTS = 7  # days in which all cases are walked
 MANY = 3  # cases of a sweep
+LARGE = 60  # cases of a sweep that takes twice as many days
 WHOLE = bool(os.environ.get("SOFTMARK_WHOLE"))
 DAY = date.fromisoformat(os.environ.setdefault("SOFTMARK_DAY", date.today().isoformat()))  # workers get it, at midnight
-TODAY = DAY.toordinal() % PARTS
 LONGEST = (  # scenes that run for some ten seconds of CPU or more, by their day of the week: at most 180 s a day
     {"ironing", "balloon", "bar-on-a-wall"},
     {"silicone-beam-as-published", "carved-bodies", "confined-compression", "mandels-slab", "actuator"},
@@ -32,7 +32,8 @@ LONGEST = (  # scenes that run for some ten seconds of CPU or more, by their day
 
 
 def waiting(slow: list[pytest.Item], scene_of: Callable[[str], str]) -> set[pytest.Item]:
-    """Those of all slow tests that are not walked today."""
+    """Return those of all slow tests that are not run today."""
+    today = DAY.toordinal()
     sweeps: dict[str, list[pytest.Item]] = defaultdict(list)
     later = set()
     for item in slow:
@@ -40,9 +41,10 @@ def waiting(slow: list[pytest.Item], scene_of: Callable[[str], str]) -> set[pyte
             sweeps["long"].append(item)
         elif "report_of" not in getattr(item, "fixturenames", ()):
             sweeps[item.nodeid.partition("[")[0]].append(item)
-        elif any(scene_of(item.nodeid) in scenes for day, scenes in enumerate(LONGEST) if day != TODAY):
+        elif any(scene_of(item.nodeid) in scenes for day, scenes in enumerate(LONGEST) if day != today % PARTS):
             later.add(item)
-    for cases in sweeps.values():
+    for name, cases in sweeps.items():
+        days = 2 * PARTS if len(cases) > LARGE and name != "long" else PARTS
         if len(cases) >= MANY:
-            later.update(case for i, case in enumerate(cases) if i % PARTS != TODAY)
+            later.update(case for i, case in enumerate(cases) if i % days != today % days)
     return later

@@ -293,15 +293,33 @@ WAIT: dict[str, dict[str, tuple[str, ...]]] = {
             "W318", "W361", "W362", "W659", "W388", "W630", "E631", "E520", "W371", "W352", "W368", "W315",
             # each of them has a golden message as well, which is quick
             "W384", "W393", "E632", "E412", "W305", "W337", "W394", "W389", "W345", "W356", "W367", "W314",
+            "E410", "E630", "W401", "W419", "W639",
             "E383", "W387", "W357", "W319", "W341", "W324", "W336", "E324", "W391", "W613", "W353",
         ),
     },
     "tests/interpreter/test_diagnostics.py": {
         "test_golden": (
             "load-border-along-surface", "support-thin-skin", "contact-cut-in", "line-load-looked-at",
-            "fem-start-fails",
+            "fem-start-fails", "contact-coarse", "contact-wide-barrier", "dynamic-step-of-metric", "dynamic-unbalanced",
+            "graded-field-outside", "load-less-than-asked", "stress-under-narrow-patch", "stress-without-limit",
+            "symmetric-point-force-across", "tendon-pressed", "varying-behind-one-another", "varying-too-fine",
+            "viscous-w368",
         ),
     },
+    "tests/laws/test_varying_within_cells.py": {
+        "test_one_pressure_in_each_cell_has_the_harmonic_mean": ("1-", "2-", "3-"),
+        "test_plane_cells_are_integrated_too": ("1-",),
+    },
+    "tests/laws/test_macneal_harder.py": {
+        "test_the_patch_of_solids": ("hex20, strain = small", "hex27, strain = small"),
+    },
+    "tests/interpreter/test_surface_stress.py": {
+        "test_uniform_stress_contradicts_no_face": ("0-",),
+        "test_narrow_patches_are_said_with_the_right_number": ("1-",),
+        "test_lines_and_volumes_that_reach_the_patch_are_said": ("volume(",),
+    },
+    "tests/interpreter/test_deformable_contact_reports.py": {"test_what_a_mirror_image_does_a_plane_does": ("quad8",)},
+    "tests/solvers/test_vtk_files.py": {"test_broken_files_of_vtk_are_refused": ("legacy",)},
     "tests/interpreter/test_fuzz_corpus.py": {"test_what_broke_a_promise_keeps_it": ("comparison-long", "sweep-long")},
     "tests/interpreter/test_hostile_texts.py": {"test_no_text_steers_the_terminal": ("command3-",)},
     "tests/solvers/test_shapes.py": {"test_finer_spaces_lie_on_the_true_surface": ("tet10-bent rod", "tet10-sphere")},

@@ -135,6 +135,8 @@ def test_cells_are_finer_where_a_condition_holds() -> None:
     assert float(mesh.volumes.sum()) == pytest.approx(mesh.filling.surface.volume, rel=2e-3)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @needs_library
 def test_facets_suit_the_smallest_cells(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Those of the coarse cells were notches to graded ones: stress at a bore was 8 % above Lame's, and is 1 %.

@@ -115,6 +115,8 @@ def pressed(kind, parts, down=0.05):
 SLOWER = [pytest.param(kind, 4, marks=pytest.mark.slow) for kind in ("tet10", "hex20")]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "parts"), [("tet4", 3), ("hex8", 3), *SLOWER])
 def test_patch(kind, parts):
     """A uniform pressure is one through meshes that do not match, within 0.5 % anywhere at the usual parts of a facet.
@@ -129,6 +131,7 @@ def test_patch(kind, parts):
     assert 0.0 < e.least(found.x) < GAP
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_patch_converges():
     """The error of stress falls with the square of the parts, as that of facets split in flat triangles does."""

@@ -102,6 +102,8 @@ def test_a_block_slides_to_rest_on_a_slab(name: str, elastic: Energies) -> None:
     assert path.rubbed[-1][0].slip == pytest.approx(way, rel=0.01)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["trapezoidal", pytest.param("implicit_euler", marks=pytest.mark.slow)])
 def test_blocks_in_flight_that_rub_keep_their_momentum(name: str, elastic: Energies) -> None:
     """Linear to rounding, angular to what their arms change in a step: less with shorter ones, in proportion.

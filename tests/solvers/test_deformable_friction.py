@@ -93,6 +93,8 @@ def must_balance(path: Trajectory, name: str) -> None:
     assert path.balance.loss < 0.02
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", INTEGRATING)
 def test_a_block_slides_until_friction_has_its_energy(name: str, law: Maker, elastic: Energies) -> None:
     """It stops after v^2 / (2 mu g); implicit Euler's mean speed is that of the end of a step: v h / 2 before that.
@@ -111,6 +113,8 @@ def test_a_block_slides_until_friction_has_its_energy(name: str, law: Maker, ela
     must_balance(path, name)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", INTEGRATING)
 def test_a_belt_takes_a_block_along(name: str, law: Maker, elastic: Energies) -> None:
     """From rest to its speed V, V^2 / (2 mu g) behind it; half of its work is heat, half is motion: to 1 %."""
@@ -126,6 +130,8 @@ def test_a_belt_takes_a_block_along(name: str, law: Maker, elastic: Energies) ->
     must_balance(path, name)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", INTEGRATING)
 @pytest.mark.parametrize("share", [0.98, 1.02, 2.0])
 def test_a_block_on_a_slope(name: str, share: float, law: Maker, elastic: Energies) -> None:
@@ -162,6 +168,7 @@ def test_what_a_step_makes_of_friction(law: Maker, elastic: Energies) -> None:
     assert stiff.spring == 8.0 * contact.spring
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["generalized_alpha", "newmark"])
 def test_damping_does_not_drive_what_lies_still(name: str, law: Maker, elastic: Energies) -> None:

@@ -98,6 +98,8 @@ def test_explicit_steps_are_stable_up_to_their_limit(oscillators: Oscillators, s
 # ------------------------------------------------------------------ energy and momentum
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_energy_of_a_linear_vibration(oscillators: Oscillators) -> None:
     """Conserved by the trapezoidal rule and midpoint to the Newton tolerance; lost as amplitude^2 by Euler.
 
@@ -218,6 +220,8 @@ def test_rayleigh_damping_ratio(name: str, oscillators: Oscillators, states: Sta
     assert path.energies["damping"][-1] == pytest.approx(total[0] - total[-1], rel=1e-3)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_a_support_that_moves(
     name: str, states: States, quadratic: type[Any], sampled: Callable[..., Amplitude]
@@ -278,6 +282,7 @@ def test_damping_between_a_moving_support_and_the_body(
     assert path.energies["damping"][-1] > 0.01
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_each_load_has_its_own_course(states: States, sampled: Callable[..., Amplitude]) -> None:
     """x'' = 2 t + 3 cos t from rest: x = t^3/3 + 3 (1 - cos t). Error of the trapezoidal rule O(h^2)."""

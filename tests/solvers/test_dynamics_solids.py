@@ -157,6 +157,8 @@ def test_timoshenko_frequency_of_the_seed_cylinder() -> None:
     assert found == pytest.approx(1.2223, abs=5e-5)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_frequency_of_a_cantilever(law: Maker, elastic: Energies) -> None:
     """A swinging beam of 1 x 0.2 x 0.2 m, 0.9908 Hz by Timoshenko's theory.
 

@@ -196,6 +196,8 @@ def test_a_mirrored_cube_returns(size: float, poisson: float, law: Maker, elasti
     assert np.abs(equilibrium(start).x).max() < 1e-8  # round-off of a cube of edge 1, and then some
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seeds", [range(2), pytest.param(range(2, 50), marks=pytest.mark.slow)], ids=["few", "many"])
 def test_scrambled_cubes_return(seeds: range, law: Maker, elastic: Energies, problem: Problems) -> None:
     """50 cubes whose free points start anywhere in the cube, half of the cells inside out: all return."""
@@ -206,6 +208,7 @@ def test_scrambled_cubes_return(seeds: range, law: Maker, elastic: Energies, pro
         assert np.abs(found.x).max() < 1e-8, seed
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [3, pytest.param(10, marks=pytest.mark.slow)])
 def test_a_tangled_minimum_is_refused(count: int, law: Maker, elastic: Energies, problem: Problems) -> None:

@@ -69,6 +69,7 @@ def ask(folder: Path, **environment: str | None) -> list[str]:
     return run.stdout.split()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_an_edited_callee_is_never_answered_from_the_cache(package: Path) -> None:
     """numba itself looks at the file of the kernel that is called, not at those of the ones it calls."""
@@ -132,6 +133,7 @@ def test_a_kernel_that_was_spoilt_is_compiled_anew(package: Path, how: str) -> N
     assert all(spoilt(file.read_bytes(), how) != file.read_bytes() for file in files)  # kept again, whole
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_kernel_under_the_name_of_another_is_not_taken(package: Path) -> None:
     ask(package)
@@ -142,6 +144,7 @@ def test_a_kernel_under_the_name_of_another_is_not_taken(package: Path) -> None:
     assert ask(package) == ["6.0", "True", "True", "0"]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_folder_in_the_place_of_a_kernel_is_done_without(package: Path) -> None:
     ask(package)
@@ -152,6 +155,7 @@ def test_a_folder_in_the_place_of_a_kernel_is_done_without(package: Path) -> Non
     assert not list((package.parent / "cache").rglob(".part-*"))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_two_versions_share_a_cache(package: Path) -> None:
     """As two environments of one person; the second has one more line in a source that kernels call."""
@@ -164,6 +168,7 @@ def test_two_versions_share_a_cache(package: Path) -> None:
     assert [ask(p, XDG_CACHE_HOME=cache)[3] for p in (package, other)] == ["1", "1"]  # both from disk
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_types_that_are_compiled_at_once_do_not_take_each_others_place(package: Path) -> None:
     """Six processes, three types, an empty cache: numba's own index would give two of them one file."""
@@ -254,6 +259,7 @@ def f(x):
 """
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("named", [pytest.param(False, marks=SLOW), True])
 def test_a_kernel_elsewhere_whose_constant_is_edited(package: Path, named: bool) -> None:
@@ -350,6 +356,7 @@ def copied(tmp_path: Path) -> list[Path]:
     return sorted((tmp_path / "solvers").rglob("*.py"))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_any_edit_of_any_source_changes_the_folder(tmp_path: Path) -> None:
     """One byte more in each file in turn, none of which may go unnoticed."""

@@ -92,6 +92,8 @@ def test_numbers_that_are_not_finite_are_singular() -> None:
         factorisations.factor(sparse.csr_matrix((4, 4)))
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_small_systems_load_no_kernels() -> None:
     code = (
         "import sys, numpy as np; from scipy import sparse; from softmark.solvers.linear.factorisations import factor;"

@@ -221,6 +221,8 @@ def betas(kind: str, n: int) -> Floats:
     return inf_sup(mesh, all_of(on(mesh, 0, mesh.points[:, 0].min())))
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_taylor_hood_is_stable() -> None:
     """Chapelle and Bathe (1993): beta settles, measured 0.54, 0.49, 0.51, 0.49; 0.4 leaves room for little less."""
     found = [betas("tet10", n) for n in (2, 3, 4, 6)]

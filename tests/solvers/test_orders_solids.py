@@ -364,6 +364,7 @@ def test_order_on_curved_bodies(
     np.testing.assert_allclose(slopes(rows, edges), order, atol=TOLERANCE)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("problem", ["lame", pytest.param("kirsch", marks=pytest.mark.slow)])
 def test_straight_edges_limit_quadratic_tetrahedra(problem: str) -> None:

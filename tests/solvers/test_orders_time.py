@@ -33,6 +33,8 @@ WEIGHT = DeadForces(np.tile([0.0, 0.0, -9.81], 3))
 END = 0.8  # s
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_order_of_a_linear_vibration(name: str, oscillators: Oscillators, states: States) -> None:
     """Positions and velocities at t = 2, where neither phase nor amplitude is at an extremum."""
@@ -81,6 +83,8 @@ QUICK = ("bdf2", "central_differences", "trapezoidal")
 SOME = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in NAMES]
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", SOME)
 def test_order_of_a_nonlinear_problem(name: str, swinging: Oscillators, exact: np.ndarray, states: States) -> None:
     coarse = 1 / 1000 if THEORY[name] == 1.0 else 1 / 400
@@ -90,6 +94,7 @@ def test_order_of_a_nonlinear_problem(name: str, swinging: Oscillators, exact: n
     assert np.log2(errors[0] / errors[1]) == pytest.approx(THEORY[name], abs=TOLERANCE)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_damping_keeps_the_second_order(swinging: Oscillators, states: States) -> None:
     """In a body that turns too, by its stiffness and by its mass; with the stiffness of each start it was O(h)."""

@@ -25,7 +25,7 @@ def started(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
         found.append(start(code))
         return found[-1]
 
-    monkeypatch.setattr(parallel_compilation, "processors", lambda: 2)
+    monkeypatch.setattr(parallel_compilation, "count_processors", lambda: 2)
     monkeypatch.setattr(parallel_compilation, "_start", seen)
     monkeypatch.setattr(kernel_cache, "_made", 0)
     yield found
@@ -68,7 +68,7 @@ def test_none_is_started_where_it_would_not_help(started: list[Any], monkeypatch
     with parallel_compilation.helper_process("print(3)"):
         pass
     for place, name, value in (
-        (parallel_compilation, "processors", lambda: 1),
+        (parallel_compilation, "count_processors", lambda: 1),
         (sys, "executable", ""),
         (sys, "frozen", True),
         (kernel_cache, "CACHED", False),
@@ -103,7 +103,7 @@ def test_nothing_is_imported_from_where_it_starts(
 def test_a_cold_run_says_what_both_have_made(tmp_path: Path) -> None:
     """All kernels on disk are of the two, each made once; then all is there, and nothing is said or started."""
     said, answers, kernels = [], [], []
-    if parallel_compilation.processors() < 2:
+    if parallel_compilation.count_processors() < 2:
         pytest.skip("one processor")
     for _ in range(2):
         run = subprocess.run(

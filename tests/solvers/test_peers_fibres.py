@@ -160,6 +160,7 @@ def by_felupe(mesh: Mesh, energy: Callable[[Field], Field]) -> Any:
     return np.array(field[0].values)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CASES)
 def test_a_bent_bar_with_fibres_is_that_of_felupe(name: str) -> None:
     """All nodes to 1e-8 of the largest displacement, several mm: rounding, and what is left of two residuals."""

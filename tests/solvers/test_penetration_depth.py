@@ -14,12 +14,12 @@ from softmark.solvers.independent_forces.penetration_depth import find_deepest_p
 FLAT = np.array([[(-2.0, -1.5, 0.0), (2.5, -1.5, 0.0), (0.0, 3.0, 0.0)]])
 O, Z = np.zeros(3), np.array([0.0, 0.0, 1.0])
 BODIES = {
-    "ball": rigid_contact_forces.ball(np.array([0.3, 0.1, 0.9]), 1.0),
-    "box": rigid_contact_forces.box(np.array([-0.3, -0.3, -0.2]), np.array([0.3, 0.3, 1.0])),
+    "ball": rigid_contact_forces.ball_distance(np.array([0.3, 0.1, 0.9]), 1.0),
+    "box": rigid_contact_forces.box_distance(np.array([-0.3, -0.3, -0.2]), np.array([0.3, 0.3, 1.0])),
     "cone": rigid_contact_forces.revolved_distance(
-        rigid_contact_forces.polygon([(0.0, -0.25), (1.0, 1.0), (0.0, 1.0)], mirrored=True), O, Z
+        rigid_contact_forces.polygon_distance([(0.0, -0.25), (1.0, 1.0), (0.0, 1.0)], mirrored=True), O, Z
     ),
-    "half_space": rigid_contact_forces.half_space(-0.5 * Z, np.array([0.0, 0.6, -0.8])),
+    "half_space": rigid_contact_forces.half_space_distance(-0.5 * Z, np.array([0.0, 0.6, -0.8])),
     "hollow": rigid_contact_forces.hollow_ball_distance(np.array([0.3, 0.1, 0.9]), 1.0, 0.95),
 }
 
@@ -60,7 +60,7 @@ def test_nothing_is_deeper_on_a_dense_lattice(body: str, nodes: int) -> None:
 def test_what_lies_flat_on_a_surface_does_not_cut() -> None:
     """A billionth above it: nothing is halved, and nothing is found."""
     found, place = find_deepest_point(
-        rigid_contact_forces.half_space(O, Z),
+        rigid_contact_forces.half_space_distance(O, Z),
         FLAT + 1e-9,
         partial(solid_forces.shape_functions, 3),
         np.array(FACETS[3].rim)[np.array(FACETS[3].halves)],

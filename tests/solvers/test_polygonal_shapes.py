@@ -121,6 +121,8 @@ def half(axis: int, sense: str, at: float) -> Condition:
     return Condition.comparison(sense, Term.coordinate(axis).combine("-", Term.constant(at)), Term.constant(0.0), 1)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", [*TURNED, *FLAT_SIDED])
 def test_the_whole_surface_is_closed_and_of_its_area(name: str) -> None:
     """The integral of the normal over a closed surface is zero; a plane of symmetry halves the area."""

@@ -104,6 +104,8 @@ def away(x: np.ndarray, mesh: Mesh) -> float:
     return float(np.abs(x).max() / mesh.extent)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("amount", [1.0, 10.0])
 @pytest.mark.parametrize("law", ["neo_hookean", "corotational", "stable_neo_hookean"])
 @seeds(5, 20)
@@ -133,6 +135,8 @@ def test_other_elements(kind: str, disturbance: str, seeds: range) -> None:
             assert away(found(kind, law, disturbance, seed).x, block(kind)) < NEAR, (law, seed)
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_selective_hexahedra() -> None:
     mesh, elastic = block("hex8"), cells("hex8", "neo_hookean")
     problem = clamped(mesh, selective("neo_hookean"))

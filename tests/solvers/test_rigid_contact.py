@@ -28,7 +28,7 @@ def test_what_a_body_that_goes_on_does(touching: RigidContact) -> None:
     for own in (touching, touching.softened(0.05), touching.at(0.05).begun()):
         change, g, there = np.zeros((3, 27))
         to = own.at(own.share + h)
-        own.add_towed(x, to.body, change)
+        own.add_force_change_of_motion(x, to.body, change)
         own.add_gradient(x, g)
         to.add_gradient(x, there)
         assert np.abs(change).max() > 0.0

@@ -68,7 +68,7 @@ def test_a_closed_surface_is_seen_from_all_sides() -> None:
     points, triangles = shape.surface(5.0)
     x = around(shape)
     g, n = rigid_contact_forces.closed_surface_distance(points, triangles)(x)
-    mine, way = rigid_contact_forces.box((-0.5, -1.0, 0.0), (0.5, 1.0, 0.5))(x)
+    mine, way = rigid_contact_forces.box_distance((-0.5, -1.0, 0.0), (0.5, 1.0, 0.5))(x)
     assert g == pytest.approx(mine, abs=1e-13)
     assert n[mine > 0.0] == pytest.approx(way[mine > 0.0], abs=1e-10)
 
@@ -89,7 +89,7 @@ def test_a_motion_by_quaternions_is_that_of_rodrigues() -> None:
 def test_the_law_of_the_gap_is_written_again() -> None:
     """Both forms of k s^2 / (1 - s), beyond the bend too, and their slopes."""
     law, g = Barrier(1e-3, 5e3), np.linspace(-1e-3, 2e-3, 301)
-    p, slope = rigid_contact_forces.pressure(g, law.distance, law.stiffness, law.bend)
+    p, slope = rigid_contact_forces.barrier_pressure(g, law.distance, law.stiffness, law.bend)
     assert p == pytest.approx(law.pressure(g), rel=1e-12, abs=1e-9)
     assert slope == pytest.approx(law.slope(g), rel=1e-12, abs=1e-6)
 

@@ -33,6 +33,8 @@ def end(X: Any) -> Any:
     return X[:, 0] >= 0.02 - 1e-12
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_importing_the_solvers_costs_nothing_and_every_name_is_there() -> None:
     code = "import sys, softmark.solvers as s; print(sorted(sys.modules)); print([getattr(s, n) for n in s._PUBLIC])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

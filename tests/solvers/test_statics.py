@@ -314,6 +314,8 @@ def column(gravity: float, name: str, law: Maker, elastic: Energies, problem: Pr
     return with_twin(stand, law("corotational", 60e3, 0.3)) if name != "corotational" else stand
 
 
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("bold", [True, False])
 @pytest.mark.parametrize("name", ["corotational", "neo_hookean"])
 def test_a_column_stands_below_its_buckling_load_and_leans_above(

@@ -62,6 +62,8 @@ metric near = gap(fold)
 """
 
 
+@pytest.mark.slow
+@pytest.mark.long
 def test_a_fold_that_has_not_closed_yet(tmp_path: Path) -> None:
     """The slot is 6 mm wide, less the micrometre by which the lid comes down, of which it closes a part."""
     pytest.importorskip("manifold3d")

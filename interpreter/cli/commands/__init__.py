@@ -1,4 +1,5 @@
-"""Commands of `dsl`, one file each: `arguments(parser)` declares the options, `run(parsed)` returns the exit status.
+"""Commands of `dsl`, one file for each command.
 
-To add a command: one file here, and one line in COMMANDS of `main.py`.
+Each file has two functions: `arguments(parser)` declares the options, and `run(parsed)` returns the exit status. To add
+a command, write one file here and one line in COMMANDS of `main.py`.
 """

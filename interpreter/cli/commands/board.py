@@ -1,4 +1,7 @@
-"""Command `dsl board`: a leaderboard site of every model on every case of a suite, by the protocol of `dsl compare`."""
+"""Command `dsl board`: makes a leaderboard site of every model on every case of a suite.
+
+Errors and times are computed as by `dsl compare`.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import make_all_visible, make_visible
-from softmark.interpreter.cli.commands.common_options import folder as folder_name
-from softmark.interpreter.cli.commands.compare import comparison_request, work_options
+from softmark.interpreter.cli.commands.common_options import parse_folder as folder_name
+from softmark.interpreter.cli.commands.compare import add_work_options, comparison_request
 from softmark.interpreter.cli.commands.study_options import run_study, write_results
 
 if TYPE_CHECKING:
@@ -25,7 +28,10 @@ STANDARD = "2026"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """[SUITE|FILE...] [--out DIR] [--json FILE|-] [--against OLD] [--check] ..."""
+    """Add the arguments of `dsl board`.
+
+    `[SUITE|FILE...] [--out DIR] [--json FILE|-] [--against OLD] [--check]` and more.
+    """
     what = (
         "a suite, or scenes, each of which is one case measured by its first error metric (default: the suite "
         f"{STANDARD})"
@@ -38,7 +44,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     also = "also run another program, such as `calculix`, on the finite element models of each scene"
     parser.add_argument("--also", action="append", default=[], metavar="PROGRAM", help=also)
     parser.add_argument("--check", action="store_true", help="read the suite and its scenes; compute nothing")
-    work_options(parser)
+    add_work_options(parser)
 
 
 def run(parsed: argparse.Namespace) -> int:
@@ -74,7 +80,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _check_programs(programs: list[str]) -> str:
-    """Return an error message if a program of `--also` is unknown, else an empty text."""
+    """Return an error message if `--also` names an unknown program, else an empty text."""
     from softmark.grammar.name_suggestions import nearest
     from softmark.interpreter.models.external.adapters import PROGRAMS
 
@@ -87,10 +93,13 @@ def _check_programs(programs: list[str]) -> str:
 
 
 def _read_cases(names: list[str], also: list[str]) -> tuple[str, list[BoardCase]] | None:
-    """Return title and cases; show the errors and return None if the suite has errors or a scene is missing."""
+    """Return the title and the cases of a suite, or of scenes given by name.
+
+    If the suite has errors or a scene is missing, print the errors and return None.
+    """
     from softmark.interpreter.cli.commands.other_programs_option import load_with_programs
     from softmark.interpreter.cli.commands.scene_arguments import Unread, read_scene, show
-    from softmark.interpreter.study.leaderboard.suite_cases import cases_of_scene, cases_of_suite
+    from softmark.interpreter.study.leaderboard.suite_cases import case_of_scene, cases_of_suite
     from softmark.interpreter.study.leaderboard.suite_file import is_suite, read_suite, standard_suites
 
     def load(name: str) -> tuple[Scene | None, list[Diagnostic]]:
@@ -114,12 +123,12 @@ def _read_cases(names: list[str], also: list[str]) -> tuple[str, list[BoardCase]
         if scene is None:
             show(diagnostics)
             return None
-        scenes.append(cases_of_scene(scene, [c.case.name for c in scenes]))
+        scenes.append(case_of_scene(scene, [c.case.name for c in scenes]))
     return f"{len(scenes)} scenes" if len(scenes) > 1 else scenes[0].title, scenes
 
 
 def _case_list(title: str, cases: list[BoardCase]) -> str:
-    """Return the list of cases and their models."""
+    """Return the list of cases as text, each with its number of models and its question."""
     lines = [f"{c.case.name:<12}{c.kind or '-':<13}{len(c.entrants):>2}  {c.case.asks}" for c in cases]
     return str(make_all_visible("\n".join([title, *lines])))
 
@@ -159,7 +168,7 @@ def _write_site(
 
 
 def _case_summaries(board: Board, folder: Path) -> str:
-    """Return a line for each case: how many models have a result, and the best one."""
+    """Return one line of text for each case: its number of right results, and its best model."""
     lines = [board.title]
     for name, card in board.cases.items():
         cells = board.of(name)

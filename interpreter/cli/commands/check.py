@@ -1,26 +1,30 @@
-"""Command `dsl check`: reports errors and warnings of scenes without solving anything."""
+"""Command `dsl check`: reports errors and warnings of scenes without solving them."""
 
 from __future__ import annotations
 
 import argparse
 
-from softmark.interpreter.cli.commands.common_options import diagnostics_option, override_option, plugin_option
+from softmark.interpreter.cli.commands.common_options import (
+    add_diagnostics_option,
+    add_override_option,
+    add_plugin_option,
+)
 from softmark.interpreter.cli.commands.scene_arguments import has_errors, load, show
 from softmark.interpreter.help.diagnostic_formats import FORMATS, LocatedDiagnostic, format_diagnostics
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """FILE... [--diagnostics text|json|github|sarif] [-p NAME=VALUE]"""
+    """Add the arguments of `dsl check`: `FILE... [--diagnostics text|json|github|sarif] [-p NAME=VALUE]`."""
     parser.add_argument(
         "files", nargs="+", metavar="FILE", help="a scene file, a standard scene, or - for standard input"
     )
-    override_option(parser)
-    plugin_option(parser)
-    diagnostics_option(parser, *FORMATS)
+    add_override_option(parser)
+    add_plugin_option(parser)
+    add_diagnostics_option(parser, *FORMATS)
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Check scenes and return 0 if none has an error, else 2."""
+    """Check scenes, print their diagnostics, and return 0 if none has an error, else 2."""
     from softmark.grammar.diagnostic import make_visible
 
     status, told = 0, []
@@ -40,7 +44,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _contents(scene: object) -> str:
-    """Return `4 models, 3 references, 5 metrics, 9 expectations`."""
+    """Return the numbers of declarations in a scene as text: `4 models, 3 references, 5 metrics, 9 expectations`."""
     from softmark.interpreter.language.compiled_scene import Scene
 
     if not isinstance(scene, Scene):

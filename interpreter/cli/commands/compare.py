@@ -1,4 +1,4 @@
-"""Command `dsl compare`: errors and times of all models over the studies of scenes."""
+"""Command `dsl compare`: compares errors and times of all models in scenes and their studies."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import make_visible
-from softmark.interpreter.cli.commands.common_options import folder as folder_name
-from softmark.interpreter.cli.commands.common_options import override_option, plugin_option
+from softmark.interpreter.cli.commands.common_options import add_override_option, add_plugin_option
+from softmark.interpreter.cli.commands.common_options import parse_folder as folder_name
 from softmark.interpreter.cli.commands.study_options import (
-    count,
+    add_resume_options,
+    parse_count,
     parse_positive,
-    resume_options,
+    print_warnings,
     run_study,
-    warn,
     write_result,
     write_results,
 )
@@ -29,14 +29,17 @@ if TYPE_CHECKING:
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """FILE... [-p NAME=VALUE]... [--model NAME]... [--vary NAME=VALUE,...]... [--study NAME] [--out DIR] ..."""
+    """Add the arguments of `dsl compare`.
+
+    `FILE... [-p NAME=VALUE]... [--model NAME]... [--vary NAME=VALUE,...]... [--study NAME] [--out DIR]` and more.
+    """
     what = (
         "scenes (files, standard scenes, or -), or two JSON files of `dsl run` or `dsl compare` to show what has "
         "changed"
     )
     parser.add_argument("files", nargs="+", metavar="FILE", help=what)
-    override_option(parser)
-    plugin_option(parser)
+    add_override_option(parser)
+    add_plugin_option(parser)
     parser.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
     vary = "vary a parameter or a field (or `model=a,b`) instead of the scene's studies; several are combined"
     parser.add_argument("--vary", action="append", default=[], metavar="NAME=VALUE,...", help=vary)
@@ -49,32 +52,34 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "with two JSON files: write what has changed to FILE, as a comment of a pull request; - is standard output"
     )
     parser.add_argument("--markdown", metavar="FILE", help=comment)
-    work_options(parser)
+    add_work_options(parser)
 
 
-def work_options(parser: argparse.ArgumentParser) -> None:
+def add_work_options(parser: argparse.ArgumentParser) -> None:
     """Add options for workers, time limits and repeated timing."""
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--jobs", type=count, default=1, metavar="N", help="compute errors in N parallel processes")
+    where.add_argument(
+        "--jobs", type=parse_count, default=1, metavar="N", help="compute errors in N parallel processes"
+    )
     where.add_argument("--cluster", metavar="ADDRESS", help="compute errors on a dask cluster, such as tcp://host:8786")
     parser.add_argument("--timeout", type=parse_positive, metavar="S", help="give up a configuration after S seconds")
     repeats = "time each configuration in N processes, alone on the machine (default: 5; 0: no timing)"
     parser.add_argument("--repeats", type=_count_or_none, default=5, metavar="N", help=repeats)
-    resume_options(parser)
+    add_resume_options(parser)
     disturbed = "use timings even if other processes disturbed them"
     parser.add_argument("--allow-contaminated", action="store_true", help=disturbed)
 
 
 def _count_or_none(text: str) -> int:
-    return 0 if text == "0" else count(text)
+    return 0 if text == "0" else parse_count(text)
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Compare scenes, or two results, and return the exit status."""
+    """Compare scenes, or two result files, and return the exit status."""
     results = [name for name in parsed.files if name.endswith(".json")]
     if results:
         if len(results) == len(parsed.files) == 2:
-            return _changes(parsed)
+            return _print_changes(parsed)
         print("error: give two JSON files and nothing else to see what has changed", file=sys.stderr)
         return 2
     if parsed.markdown is not None:
@@ -90,8 +95,8 @@ def run(parsed: argparse.Namespace) -> int:
         progress.clear()
 
 
-def _changes(parsed: argparse.Namespace) -> int:
-    """Print the changes between two results."""
+def _print_changes(parsed: argparse.Namespace) -> int:
+    """Print the changes between two result files, and return the exit status."""
     import json
 
     from softmark.interpreter.cli.commands.output_collisions import find_collision
@@ -128,7 +133,7 @@ def _compare(parsed: argparse.Namespace, progress: Progress) -> int:
     subjects = _subjects(parsed, progress)
     if subjects is None:
         return 2
-    folder = Path(parsed.out if parsed.out is not None else _default(subjects))
+    folder = Path(parsed.out if parsed.out is not None else _default_folder(subjects))
     work, scenes = lambda: _run_comparison(subjects, folder, parsed, progress), [s.scene for s in subjects]
     found = run_study(work, folder, parsed, progress, "compare", scenes)
     return found if isinstance(found, int) else _write_result(found, folder, parsed)
@@ -140,7 +145,7 @@ def _run_comparison(
     from softmark.interpreter.study.comparison_study import compare
 
     def accurate(found: ComparisonRecord) -> None:
-        """Print the errors as soon as they are known, long before the times."""
+        """Print the errors of all configurations as soon as they are known, long before timing ends."""
         from softmark.interpreter.report.comparison.comparison_terminal import errors
 
         progress.clear()
@@ -154,7 +159,10 @@ def _run_comparison(
 
 
 def _subjects(parsed: argparse.Namespace, progress: Progress) -> list[SceneSubject] | None:
-    """Return the scenes with unique short names; show the errors and return None if one has errors."""
+    """Return the scenes with unique short names.
+
+    If a scene has errors, print them and return None.
+    """
     from softmark.interpreter.cli.commands.scene_arguments import load, show
     from softmark.interpreter.study.configurations.configuration_expansion import subject_of
     from softmark.interpreter.validation.requested_names import without_unrequested_warnings
@@ -168,19 +176,22 @@ def _subjects(parsed: argparse.Namespace, progress: Progress) -> list[SceneSubje
             show(diagnostics)
             sound = False
         else:
-            warn(without_unrequested_warnings(scene, tuple(parsed.model), diagnostics))
+            print_warnings(without_unrequested_warnings(scene, tuple(parsed.model), diagnostics))
             found.append(subject_of(scene, [s.name for s in found]))
     return found if sound else None
 
 
-def _default(subjects: list[SceneSubject]) -> str:
+def _default_folder(subjects: list[SceneSubject]) -> str:
     return f"{subjects[0].name}-comparison" if len(subjects) == 1 else "comparison"
 
 
 def comparison_request(
     parsed: argparse.Namespace, folder: Path, progress: Progress, resume: bool, **asked: Any
 ) -> ComparisonRequest:
-    """Return the request of a comparison from `work_options` and further arguments."""
+    """Return the settings of a comparison.
+
+    They come from the options of `add_work_options` in `parsed`, and from the keyword arguments `asked`.
+    """
     from softmark.interpreter.cli import exit_signals
     from softmark.interpreter.study.comparison_study import ComparisonRequest
 
@@ -193,7 +204,7 @@ def comparison_request(
 
 
 def _write_result(comparison: Comparison, folder: Path, parsed: argparse.Namespace) -> int:
-    """Write the result, print it and return the exit status."""
+    """Write the result files of a comparison, print its table, and return the exit status."""
     from softmark.interpreter.report.comparison.comparison_page import page
     from softmark.interpreter.report.comparison.comparison_terminal import table
 

@@ -1,4 +1,7 @@
-"""Command `dsl completion`: prints the completion script of a shell, and answers it while a line is typed."""
+"""Command `dsl completion`: prints the completion script of a shell.
+
+The script calls this command again to get the candidates for the word that is being typed.
+"""
 
 from __future__ import annotations
 
@@ -10,13 +13,16 @@ SHELLS = ("bash", "zsh", "fish")
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """SHELL"""
+    """Add the arguments of `dsl completion`: `SHELL`."""
     meaning = 'for example: eval "$(dsl completion bash)"; `answers` is used by the scripts'
     parser.add_argument("shell", choices=(*SHELLS, "answers"), help=meaning)
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Print the script of a shell, or candidates for a line, whose words are on standard input, separated by NULs."""
+    """Print the completion script of a shell, or the candidates for an incomplete command line.
+
+    The words of the command line are read from standard input, separated by NUL characters.
+    """
     from softmark.interpreter.cli import completion
 
     if parsed.shell in SHELLS:

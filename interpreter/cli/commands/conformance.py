@@ -1,4 +1,4 @@
-"""Command `dsl conformance`: tests the words of a plugin against their contracts."""
+"""Command `dsl conformance`: tests whether the words of a plugin keep the contracts of softmark."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from softmark.interpreter.cli.commands.scene_arguments import show
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """FILE|NAME"""
+    """Add the arguments of `dsl conformance`: `FILE|NAME`."""
     parser.add_argument("file", metavar="FILE", help="a plugin: its file, or the name of an installed plugin")
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Return 0 if a plugin keeps all contracts of its words, 1 if it breaks one, 2 if there is no such plugin."""
+    """Test a plugin and return 0 if its words keep all contracts, 1 if one is broken, 2 if there is no plugin."""
     from softmark.interpreter.cli.conformance.plugin_contracts import check_plugin
 
     found = check_plugin(parsed.file)

@@ -11,7 +11,7 @@ from softmark.grammar.diagnostic import make_visible
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """[PAGE] [--out DIR] [--no-open]"""
+    """Add the arguments of `dsl docs`: `[PAGE] [--out DIR] [--no-open]`."""
     parser.add_argument(
         "page", nargs="?", default="index", metavar="PAGE",
         help="a page, such as `tutorial` or `gallery`, a word, a message or a shipped scene",

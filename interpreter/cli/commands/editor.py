@@ -9,16 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from softmark.grammar.diagnostic import make_visible
-from softmark.interpreter.cli.commands.common_options import folder
+from softmark.interpreter.cli.commands.common_options import parse_folder
 from softmark.interpreter.language_server.syntax_highlighting import EDITORS
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """[EDITOR] [--out DIR]"""
+    """Add the arguments of `dsl editor`: `[EDITOR] [--out DIR]`."""
     parser.add_argument(
         "editor", nargs="?", choices=tuple(EDITORS), help="name of the editor; without it, a list of editors"
     )
-    parser.add_argument("--out", metavar="DIR", type=folder, help="folder to write to (default: softmark-EDITOR)")
+    parser.add_argument("--out", metavar="DIR", type=parse_folder, help="folder to write to (default: softmark-EDITOR)")
 
 
 def run(parsed: argparse.Namespace) -> int:

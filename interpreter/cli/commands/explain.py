@@ -1,4 +1,4 @@
-"""Command `dsl explain`: prints the page of a word, unit or diagnostic code."""
+"""Command `dsl explain`: prints the help page of a word of the language, a unit, or a diagnostic code."""
 
 from __future__ import annotations
 
@@ -6,22 +6,22 @@ import argparse
 import sys
 
 from softmark.grammar.diagnostic import make_visible
-from softmark.interpreter.cli.commands.common_options import plugin_option
+from softmark.interpreter.cli.commands.common_options import add_plugin_option
 from softmark.interpreter.help.unknown_words import hint
 from softmark.interpreter.help.word_pages import page, page_of_plugins
 from softmark.interpreter.validation.constructor_registry import vocabulary_with
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """NAME|CODE"""
-    plugin_option(parser)
+    """Add the arguments of `dsl explain`: `NAME|CODE`."""
+    add_plugin_option(parser)
     parser.add_argument(
         "name", metavar="NAME|CODE", help="a word of the language, such as `cylinder`, or a code, such as E204"
     )
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Print the page of a constructor, a kind, a word, a unit or a code."""
+    """Print the help page of a constructor, a kind of declaration, another word, a unit, or a diagnostic code."""
     from softmark.interpreter.cli.commands.scene_arguments import errors, show
 
     words, found = vocabulary_with(parsed.plugins)

@@ -7,21 +7,24 @@ import sys
 from pathlib import Path
 
 from softmark.grammar.diagnostic import make_visible
-from softmark.interpreter.cli.commands.common_options import folder, scene_options
+from softmark.interpreter.cli.commands.common_options import add_scene_options, parse_folder
 from softmark.interpreter.cli.commands.scene_arguments import errors, load, show
 from softmark.interpreter.models.external.exporters import FORMATS
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """FILE --to FORMAT [--out DIR] [-p NAME=VALUE]... [--model NAME]..."""
-    scene_options(parser)
+    """Add the arguments of `dsl export`: `FILE --to FORMAT [--out DIR] [-p NAME=VALUE]... [--model NAME]...`."""
+    add_scene_options(parser)
     parser.add_argument("--to", required=True, choices=tuple(FORMATS), help="; ".join(f"{n}: {own.what}" for n, own in
                         FORMATS.items()))  # fmt: skip
-    parser.add_argument("--out", metavar="DIR", type=folder, help="where to write (default: SCENE-FORMAT)")
+    parser.add_argument("--out", metavar="DIR", type=parse_folder, help="where to write (default: SCENE-FORMAT)")
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Write models as files for another program, with a sheet of expected results; only references are solved."""
+    """Write models as input files of another program, with a sheet of expected results.
+
+    Only the references are solved, not the models.
+    """
     scene, found = load(parsed.file, parsed.overrides, parsed.model, parsed.plugins)
     show(errors(found))
     if scene is None or errors(found):

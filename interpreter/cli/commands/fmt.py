@@ -13,7 +13,7 @@ from softmark.interpreter.cli.commands.scene_arguments import Unread, has_errors
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """FILE... [--check | --upgrade]"""
+    """Add the arguments of `dsl fmt`: `FILE... [--check | --upgrade]`."""
     parser.add_argument(
         "files", nargs="+", metavar="FILE", help="scene files; - formats standard input to standard output"
     )
@@ -25,7 +25,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Return 0 if done, 1 with --check if a file would change, 2 if a file cannot be formatted."""
+    """Format scenes and return the exit status.
+
+    0: all files are formatted; 1: `--check` found a file to change; 2: a file cannot be formatted.
+    """
     return max(_format_file(name, parsed.check, parsed.upgrade) for name in parsed.files)
 
 
@@ -58,11 +61,14 @@ def _format_file(name: str, check: bool, upgrade: bool) -> int:
     except CannotFormat as reason:
         print(f"error[E405]: {source.name} is not formatted: {reason}", file=sys.stderr)
         return 2
-    return _deliver(source, text, path, check)
+    return _write_or_check(source, text, path, check)
 
 
 def _upgrade(source: Source, path: Path | None) -> int:
-    """Replace the earlier words of a scene; declarations that cannot be parsed stay as they are."""
+    """Replace renamed words in a scene by their present names.
+
+    Declarations that cannot be parsed stay unchanged.
+    """
     from softmark.interpreter.language.renamed_words import upgrade
 
     text = source.text if "\0" in source.text else upgrade(source.text, parse(source)[0])
@@ -73,7 +79,7 @@ def _upgrade(source: Source, path: Path | None) -> int:
     return 0
 
 
-def _deliver(source: Source, text: str, path: Path | None, check: bool) -> int:
+def _write_or_check(source: Source, text: str, path: Path | None, check: bool) -> int:
     if check:
         if text != source.text:
             print(f"{source.name} is not in canonical form", file=sys.stderr)
@@ -86,7 +92,10 @@ def _deliver(source: Source, text: str, path: Path | None, check: bool) -> int:
 
 
 def _replace(path: Path, text: str, done: str = "formatted") -> int:
-    """Write a temporary file and rename it, so that an interruption never leaves a partial file."""
+    """Replace a file by a new text, and return the exit status.
+
+    The text is written to a temporary file that is then renamed, so that an interruption never leaves a partial file.
+    """
     from softmark.interpreter.results.atomic_files import replace_atomically
 
     try:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic, make_visible
-from softmark.interpreter.cli.commands.common_options import file_name
+from softmark.interpreter.cli.commands.common_options import parse_file_name
 from softmark.interpreter.cli.commands.scene_arguments import errors, load, show
 
 if TYPE_CHECKING:
@@ -18,11 +18,14 @@ if TYPE_CHECKING:
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """FILE [--out FILE.scene] [--units SYSTEM | --unit 1mm --stress 1MPa --time 1s] [--material M] [--density D]"""
+    """Add the arguments of `dsl import`.
+
+    `FILE [--out FILE.scene] [--units SYSTEM | --unit 1mm --stress 1MPa --time 1s] [--material M] [--density D]`.
+    """
     from softmark.interpreter.importers.deck_units import SYSTEMS
     from softmark.interpreter.importers.import_formats import TITLES
 
-    parser.add_argument("file", type=file_name, metavar="FILE", help=f"a mesh or a deck: {TITLES}")
+    parser.add_argument("file", type=parse_file_name, metavar="FILE", help=f"a mesh or a deck: {TITLES}")
     parser.add_argument(
         "--out", metavar="FILE.scene", help="the scene file; its mesh is written next to it (default: FILE's name)"
     )
@@ -42,7 +45,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Write a scene and report what could not be converted."""
+    """Convert an input file to a scene file, and report the parts that could not be converted."""
     from softmark.interpreter.results.atomic_files import replace
     from softmark.safe_files import read_regular
 
@@ -81,7 +84,7 @@ class _ImportRefused(Exception):
 
 
 def _convert(parsed: argparse.Namespace, path: Path, mesh: str) -> WrittenScene:
-    """Convert the file. Raises _Refused."""
+    """Return the scene converted from an input file. Raises _ImportRefused."""
     from softmark.interpreter.importers import deck_units, import_formats, scene_writer
     from softmark.interpreter.importers.imported_deck import NotImportable
     from softmark.references.measured_data import Unreadable

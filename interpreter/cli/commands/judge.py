@@ -1,4 +1,7 @@
-"""Command `dsl judge`: evaluates external result files as models of a scene that does not mention them."""
+"""Command `dsl judge`: evaluates result files of other programs by the metrics of a scene.
+
+Each file becomes a model of the scene, although the text of the scene does not mention it.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softmark.interpreter.cli.commands import run as running
-from softmark.interpreter.cli.commands.common_options import diagnostics_option, folder, override_option, plugin_option
+from softmark.interpreter.cli.commands.common_options import (
+    add_diagnostics_option,
+    add_override_option,
+    add_plugin_option,
+    parse_folder,
+)
 from softmark.interpreter.cli.commands.report_folder import symlink_error
 from softmark.interpreter.cli.commands.scene_arguments import Unread, read_scene
 
@@ -29,7 +37,10 @@ FIELDS = {  # fields of `results(...)` by option, and whether their value is quo
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """SCENE RESULT... [--as NAME]... [--unit U] [--at NAME] [--model NAME]... [--out DIR] [--json FILE|-]"""
+    """Add the arguments of `dsl judge`.
+
+    `SCENE RESULT... [--as NAME]... [--unit U] [--at NAME] [--model NAME]... [--out DIR] [--json FILE|-]`.
+    """
     parser.add_argument("file", metavar="SCENE", help="a scene file, a standard scene, or - for standard input")
     parser.add_argument(
         "results", metavar="RESULT", nargs="+", help="a file: .vtu, .pvd, .vtk, .xdmf, .frd, .xplt or .csv"
@@ -41,16 +52,16 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", action="append", default=[], metavar="NAME",
                         help="also compute this model of the scene; models that metrics compare with are always "
                              "computed")  # fmt: skip
-    override_option(parser)
-    plugin_option(parser)
-    parser.add_argument("--out", type=folder, metavar="DIR", help="folder of the report (default: NAME-judged)")
+    add_override_option(parser)
+    add_plugin_option(parser)
+    parser.add_argument("--out", type=parse_folder, metavar="DIR", help="folder of the report (default: NAME-judged)")
     parser.add_argument("--json", metavar="FILE", help="write the JSON report to FILE; - is standard output")
     parser.add_argument("--junit", metavar="FILE", help="write models and expectations as a JUnit file")
-    diagnostics_option(parser, "github")
+    add_diagnostics_option(parser, "github")
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Evaluate the results and return the exit status of the report."""
+    """Evaluate result files with the metrics of a scene, and return the exit status of the report."""
     names = list(parsed.names)
     if len(names) > len(parsed.results):
         print(f"dsl judge: error: `--as {names[-1]}` has no result: {len(parsed.results)} given", file=sys.stderr)
@@ -76,7 +87,10 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _read_once(file: str) -> tuple[Source, Path, Path | None] | Unread:
-    """Return the scene, or the error for later: standard input can be read only once."""
+    """Return the source, folder and file of a scene, or the error if it cannot be read.
+
+    Standard input can be read only once, so the error is kept and reported later.
+    """
     try:
         return read_scene(file)
     except Unread as unread:
@@ -84,7 +98,10 @@ def _read_once(file: str) -> tuple[Source, Path, Path | None] | Unread:
 
 
 def _declared_names(source: Source) -> list[str]:
-    """Return the names that a scene declares, as far as it can be parsed; its errors are reported later."""
+    """Return the names that a scene declares.
+
+    Parts that cannot be parsed are skipped; their errors are reported later.
+    """
     from softmark.grammar import tree
     from softmark.grammar.parser import parse
 
@@ -92,7 +109,7 @@ def _declared_names(source: Source) -> list[str]:
 
 
 def _compared_models(scene: tuple[Source, Path, Path | None], parsed: argparse.Namespace) -> list[str]:
-    """Return models that metrics are measured against, also by names of used scenes, and that are therefore needed."""
+    """Return the models that metrics are measured against, so that they can be computed as well."""
     from softmark.interpreter.validation.constructor_registry import compile_source
 
     compiled, _ = compile_source(*scene, parsed.overrides, parsed.plugins)
@@ -101,12 +118,12 @@ def _compared_models(scene: tuple[Source, Path, Path | None], parsed: argparse.N
 
 
 def _unused_name(name: str, taken: list[str]) -> str:
-    """Return `name_2`, or the next unused number."""
+    """Return `name_2`, or `name` with the next larger number that is not in `taken`."""
     return next(own for n in range(2, len(taken) + 3) if (own := f"{name}_{n}") not in taken)
 
 
 def _name_for_file(path: str, taken: list[str]) -> str:
-    """Return a valid, unused name for a file."""
+    """Return a valid model name for a result file, different from the names in `taken`."""
     found = re.sub(r"\W+", "_", Path(path).stem, flags=re.ASCII).strip("_").lower() or "theirs"
     found = found if found[0].isalpha() else f"result_{found}"
     return found if found not in taken else _unused_name(found, taken)
@@ -115,7 +132,7 @@ def _name_for_file(path: str, taken: list[str]) -> str:
 def _scene_with_results(
     scene: tuple[Source, Path, Path | None] | Unread, parsed: argparse.Namespace, names: list[str]
 ) -> SceneText:
-    """Return the scene with a model for each result appended. Raises Unread."""
+    """Return the scene with one more model for each result file, called by the `names`. Raises Unread."""
     from softmark.grammar.diagnostic import Source
     from softmark.interpreter.pipeline.run_options import SceneText
 
@@ -133,7 +150,7 @@ def _scene_with_results(
 
 
 def _resolve_file(field: str, value: str) -> str:
-    """Return a file of the command line as a path relative to the working folder."""
+    """Return the value of an option; a file name becomes an absolute path."""
     return str(Path(value).resolve()) if field == "rest" else value
 
 

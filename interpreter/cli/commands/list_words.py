@@ -1,4 +1,4 @@
-"""Command `dsl list`: lists words, scenes, units, codes and plugins."""
+"""Command `dsl list`: lists words of the language, scenes, units, diagnostic codes and plugins."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import make_visible
 from softmark.grammar.name_suggestions import nearest
-from softmark.interpreter.cli.commands.common_options import plugin_option
+from softmark.interpreter.cli.commands.common_options import add_plugin_option
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.field_schema import Constructor, Vocabulary
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """[WHAT]"""
+    """Add the arguments of `dsl list`: `[WHAT]`."""
     parser.add_argument(
         "what", nargs="?", help="models, materials, references, metrics, shapes, scenes, data, codes, units, ..."
     )
-    plugin_option(parser)
+    add_plugin_option(parser)
     parser.add_argument(
         "--library", action="store_true", help="with `materials`: those of the library, with their ranges"
     )
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Print names with one line each."""
+    """Print the names of a topic with one line of description each."""
     from softmark.interpreter.cli.commands.scene_arguments import errors, show
     from softmark.interpreter.validation.constructor_registry import vocabulary_with
 
@@ -40,7 +40,7 @@ def run(parsed: argparse.Namespace) -> int:
     if what is None:
         print("dsl list WHAT, with WHAT one of: " + ", ".join(topics))
         return 0
-    what = what if what in topics else _name(what)
+    what = what if what in topics else _plural(what)
     if what not in topics:
         close = nearest(parsed.what, topics)
         hint = f"did you mean `{close}`?" if close else "lists: " + ", ".join(topics)
@@ -61,7 +61,7 @@ Rows = list[tuple[str, str]]
 
 def _topics(words: Vocabulary) -> dict[str, Callable[[], Rows]]:
     found: dict[str, Callable[[], Rows]] = {
-        _name(kind): (lambda kind=kind: _constructors(words, kind))  # type: ignore[misc]
+        _plural(kind): (lambda kind=kind: _constructors(words, kind))  # type: ignore[misc]
         for kind in words
     }
     own: dict[str, Callable[[], Rows]] = {"elements": _elements, "scenes": _scenes, "codes": _codes, "data": _data}
@@ -69,8 +69,8 @@ def _topics(words: Vocabulary) -> dict[str, Callable[[], Rows]]:
     return found | own | {"units": _units, "functions": _functions}
 
 
-def _name(kind: str) -> str:
-    """Return the plural of a kind: `materials`, `bodies`, `published`."""
+def _plural(kind: str) -> str:
+    """Return the plural of a kind of declaration: `materials`, `bodies`, `published`."""
     from softmark.interpreter.language.field_schema import plural
 
     return plural(kind).split()[0]
@@ -78,17 +78,17 @@ def _name(kind: str) -> str:
 
 def _constructors(words: Vocabulary, kind: str) -> Rows:
     found = (words.constructor(kind, name) for name in words[kind])
-    return [(c.name, _kind(c) + c.summary + _plugin_of(words, c)) for c in found if c is not None]
+    return [(c.name, _reference_kind(c) + c.summary + _plugin_of(words, c)) for c in found if c is not None]
 
 
 def _plugin_of(words: Vocabulary, c: Constructor) -> str:
-    """Return the name of the plugin that a word comes from, empty for our own words."""
+    """Return ` [plugin NAME]` for a word that a plugin defines, else an empty text."""
     owner = words.owner(c.kind, c.name)
     return f" [plugin {owner.name}]" if owner else ""
 
 
 def _plugins(words: Vocabulary) -> Rows:
-    """Return the given plugins with their words, and the installed ones, which are not loaded."""
+    """Return a row for each plugin: its words if it was given by `--plugin`, or that it is installed but not loaded."""
     from softmark.interpreter.validation.plugin_loader import installed_plugins
 
     rows = []
@@ -104,8 +104,8 @@ def _plugins(words: Vocabulary) -> Rows:
     ]
 
 
-def _kind(c: Constructor) -> str:
-    """Return the kind of a reference: `theory: `; empty for other words."""
+def _reference_kind(c: Constructor) -> str:
+    """Return the kind of a reference, such as `theory: `; an empty text for other words."""
     return f"{c.cls.usually()}: " if c.kind == "reference" else ""
 
 

@@ -7,17 +7,20 @@ import os
 import sys
 from importlib.util import find_spec
 
-from softmark.interpreter.cli.commands.common_options import plugin_option
+from softmark.interpreter.cli.commands.common_options import add_plugin_option
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """[--stdio] [--plugin FILE|NAME]..."""
+    """Add the arguments of `dsl lsp`: `[--stdio] [--plugin FILE|NAME]...`."""
     parser.add_argument("--stdio", action="store_true", help="use standard input and output (the default)")
-    plugin_option(parser)
+    add_plugin_option(parser)
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Serve one editor; return the exit status of the protocol, or 2 if packages or the editor are missing."""
+    """Serve one editor until it disconnects, and return the exit status.
+
+    The exit status is that of the protocol, or 2 if packages or the editor are missing.
+    """
     if find_spec("pygls") is None or find_spec("lsprotocol") is None:
         print('error: `dsl lsp` needs pygls: pip install "softmark[lsp]"', file=sys.stderr)
         return 2

@@ -1,4 +1,4 @@
-"""Command `dsl new`: prints or writes commented template scenes."""
+"""Command `dsl new`: prints or writes template scenes with explanatory comments."""
 
 from __future__ import annotations
 
@@ -18,23 +18,26 @@ FOLDER = ROOT / "templates"
 
 @dataclass(frozen=True)
 class Template:
-    """A commented scene and the files that it reads, which are next to it under its name."""
+    """Template scene with explanatory comments, and the data files that it reads.
+
+    The data files are in the same folder and have the same base name.
+    """
 
     scene: Path
 
     @property
     def beside(self) -> list[Path]:
-        """Files that the template reads."""
+        """Data files that the template reads."""
         return sorted(f for f in FOLDER.glob(f"{self.scene.stem}.*") if f != self.scene)
 
     @property
     def title(self) -> str:
-        """Title after the word `scene`."""
+        """Title that the template scene declares."""
         return next(line.partition('"')[2].rstrip('"') for line in self._lines() if line.startswith("scene "))
 
     @property
     def about(self) -> list[str]:
-        """Comment below the title: what the scene shows, and what to replace."""
+        """Lines of the comment below the title: the content of the scene, and the values to replace."""
         below = dropwhile(lambda line: not line.startswith("#"), self._lines())
         return [line.removeprefix("# ") for line in takewhile(lambda line: line.startswith("#"), below)]
 
@@ -48,7 +51,7 @@ def templates() -> dict[str, Template]:
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """[TEMPLATE] [--list] [--out DIR]"""
+    """Add the arguments of `dsl new`: `[TEMPLATE] [--list] [--out DIR]`."""
     parser.add_argument(
         "template",
         nargs="?",
@@ -64,7 +67,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Print a commented scene, `dsl new > my.scene`, or write it with the files that it reads."""
+    """Print a template scene, or write it to a folder together with its data files; return the exit status."""
     known = templates()
     if parsed.template is not None and parsed.template not in known:
         close = nearest(parsed.template, known)
@@ -85,7 +88,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _description(name: str, template: Template) -> str:
-    """Return what a template shows, and which files it writes."""
+    """Return the description of a template, with the files that it writes."""
     files = ", ".join(f.name for f in (template.scene, *template.beside))
     return "\n".join([f"{name}: {template.title}", *(f"  {line}" for line in template.about), f"  writes {files}"])
 

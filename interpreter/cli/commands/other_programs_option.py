@@ -1,9 +1,9 @@
 """Option `--also PROGRAM`: adds models of other programs that match the finite element models of a scene.
 
-For every `fem(...)` of a scene with a plain displacement formulation an `external_solver(PROGRAM, ...)` of the same
-element, size, body and mesh is added; corotational strain, which other programs do not have, becomes finite strain. Of
-identical models only one is added. A model that the scene refuses is omitted; what a program cannot do is
-`unsupported`, with its reason.
+For every `fem(...)` with a plain displacement formulation, an `external_solver(PROGRAM, ...)` with the same element,
+size, body and mesh is added. Corotational strain, which other programs do not have, becomes finite strain. If several
+models are identical, only one is added. A model that causes an error in the scene is left out. A model that the program
+cannot solve gets the status `unsupported`, with the reason.
 """
 
 from __future__ import annotations
@@ -23,7 +23,10 @@ OF_OTHERS = ("mass", "linear", "max_iterations", "initial_guess", "factorisation
 
 
 def load_with_programs(name: str, programs: Sequence[str]) -> tuple[Scene | None, list[Diagnostic]]:
-    """Return a scene as `load` does, with models of other programs added. Names of programs are not checked here."""
+    """Return a scene with models of other programs added, and its diagnostics; the scene is None if it has errors.
+
+    The names in `programs` are not checked here.
+    """
     from softmark.interpreter.cli.commands.scene_arguments import Unread, load, read_scene
     from softmark.interpreter.validation.scene_loader import load_scene
 
@@ -50,7 +53,7 @@ def load_with_programs(name: str, programs: Sequence[str]) -> tuple[Scene | None
 
 
 def added_declarations(source: Source, scene: Scene, programs: Sequence[str]) -> list[str]:
-    """Return the declarations to add, one for each program and each mesh of finite elements."""
+    """Return the model declarations to add, one for each program and each distinct finite element mesh."""
     from softmark.grammar.parser import parse
 
     own = [n for n in parse(source)[0].declarations if isinstance(n, tree.Declare) and n.kind == "model"]
@@ -65,7 +68,10 @@ def added_declarations(source: Source, scene: Scene, programs: Sequence[str]) ->
 
 
 def _plain_arguments(source: Source, node: tree.Declare) -> str | None:
-    """Return the arguments of the same mesh and strain for other programs; None if our formulation is not plain."""
+    """Return the arguments of a model of another program that matches a `fem(...)` model: `hex8, strain = ...`.
+
+    Return None if the formulation of the model is not a plain displacement formulation.
+    """
     call = node.value
     if not isinstance(call, tree.Call) or call.function.text != "fem":
         return None

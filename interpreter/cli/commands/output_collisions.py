@@ -12,11 +12,11 @@ from softmark.grammar.diagnostic import make_visible
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Scene
 
-Place = tuple[str, Path]  # (in words: the option that leads there or what it is, where)
+Place = tuple[str, Path]  # (option that names the file, or its role in words; path of the file)
 
 
 def find_collision(outputs: Sequence[Place], inputs: Iterable[Place] = ()) -> str:
-    """Return an error message if two of the paths are the same file, else an empty text."""
+    """Return an error message if an output file is also an input file or another output file, else an empty text."""
     taken = {key: (what, path) for what, path in inputs if (key := _key(path)) is not None}
     for option, path in outputs:
         key = _key(path)
@@ -31,12 +31,15 @@ def find_collision(outputs: Sequence[Place], inputs: Iterable[Place] = ()) -> st
 
 def _message(option: str, path: Path, what: str, other: Path) -> str:
     same = "" if path == other else f", which is the same file as {other}"
-    return make_visible(f"error[E394]: {option} would overwrite {path}{same}: that is {what}; "
-                        f"choose another place with {option.split()[0].rstrip(',')}")  # fmt: skip
+    return make_visible(f"error[E394]: {option} would overwrite {path}{same}, which is {what}; "
+                        f"choose another path with {option.split()[0].rstrip(',')}")  # fmt: skip
 
 
 def _key(path: Path) -> object:
-    """Return the identity of a file under any name; None for devices and pipes, which store nothing."""
+    """Return an identity that is equal for all names of the same file.
+
+    Return None for devices and pipes, which store nothing.
+    """
     try:
         if path.exists() and not path.is_file():
             return None
@@ -49,7 +52,7 @@ def _key(path: Path) -> object:
 
 
 def input_files(scene: Scene) -> list[Place]:
-    """Return the files that a scene was read from, and those that it names."""
+    """Return the files that a scene was read from, and the data files that it names."""
     from softmark.interpreter.study.configurations.source_digests import files_of
 
     modules = scene.table.modules if scene.table is not None else []
@@ -60,5 +63,5 @@ def input_files(scene: Scene) -> list[Place]:
 
 
 def output_files(option: str, folder: Path | None, names: Sequence[str]) -> list[Place]:
-    """Return the files that are written into a folder."""
+    """Return the paths of the files `names` in an output folder; an empty list if `folder` is None."""
     return [] if folder is None else [(option, folder / name) for name in names]

@@ -5,17 +5,17 @@ from __future__ import annotations
 import argparse
 
 from softmark.grammar.diagnostic import make_visible
-from softmark.interpreter.cli.commands.common_options import scene_options
+from softmark.interpreter.cli.commands.common_options import add_scene_options
 from softmark.interpreter.cli.commands.scene_arguments import errors, load, show
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """FILE [-p NAME=VALUE]... [--model NAME]..."""
-    scene_options(parser)
+    """Add the arguments of `dsl plan`: `FILE [-p NAME=VALUE]... [--model NAME]...`."""
+    add_scene_options(parser)
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Print the task graph; nothing is solved."""
+    """Print the task graph of a scene without solving any model."""
     scene, found = load(parsed.file, parsed.overrides, parsed.model, parsed.plugins)
     show(errors(found))
     if scene is None:

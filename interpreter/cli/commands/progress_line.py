@@ -1,4 +1,4 @@
-"""Progress line on a terminal; elsewhere only long tasks are printed, once each."""
+"""Progress messages: one changing line on a terminal, else one printed line for each long task."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from typing import TextIO
 
 
 class Progress:
-    """Progress writer to `stream`; it redraws one line at most ten times a second."""
+    """Writer of progress messages to `stream`.
+
+    On a terminal it redraws one line, at most ten times a second.
+    """
 
     def __init__(self, stream: TextIO) -> None:
         self.stream = stream
@@ -18,7 +21,7 @@ class Progress:
         self._drawn = False
 
     def say(self, what: str, detail: str) -> None:
-        """Show the current task: `solve`, `rod: iteration 3`."""
+        """Show the current task `what`, such as `solve`, with its `detail`, such as `rod: iteration 3`."""
         detail = detail if detail.isprintable() else "".join(c if c.isprintable() else "?" for c in detail)
         if what == "journal" and not detail:
             return
@@ -38,7 +41,7 @@ class Progress:
         self._drawn = True
 
     def clear(self) -> None:
-        """Remove the line."""
+        """Remove the progress line from the terminal."""
         if self._drawn:
             self.stream.write("\r\x1b[K")
             self.stream.flush()

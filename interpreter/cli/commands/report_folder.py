@@ -1,7 +1,7 @@
-"""Writer of a run's report: checks the output folder before anything is computed, and saves while models run.
+"""Writer of a run's report: checks the output folder before the run, and saves results while models are solved.
 
-The page for people is written once, at the end or when a run is interrupted. Until then only the numbers are saved, and
-only as often as saving takes a small part of the time, so that many small models are not slowed down.
+The HTML page is written only once, at the end or when the run is interrupted. Until then only the numbers are saved.
+They are saved only so often that saving takes a small part of the time, so that many small models are not slowed down.
 """
 
 from __future__ import annotations
@@ -22,16 +22,17 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.run_report import Report
 
 
-SPARE = 10.0  # times as long as keeping took last time must have passed until it is done again
+SPARE = 10.0  # minimum time between two saves, as a multiple of the time that the last save took
 
 
 class Unusable(Exception):
-    """The report cannot be written to the requested place; the text says why."""
+    """Error: the report cannot be written to the requested place. The text gives the reason."""
 
 
 class ReportWriter:
-    """Writer for the folder of `--out` and the files of `--json` and `--junit`; finished results survive a later
-    failure.
+    """Writer of the report into the folder of `--out` and the files of `--json` and `--junit`.
+
+    Results of finished models stay on disk even if a later model fails.
     """
 
     def __init__(self, parsed: argparse.Namespace) -> None:
@@ -43,11 +44,14 @@ class ReportWriter:
         self.vtu = parsed.vtu
         self.failed = False
         self.count = 0
-        self.pending: Report | None = None  # finished since, or on disk without a page
+        self.pending: Report | None = None  # report that is not on disk yet, or only without its page
         self._again = 0.0
 
     def begin(self, scene: Scene) -> None:
-        """Find the output places of a scene's report; finished results are saved from now on. Raises Unusable."""
+        """Choose and check the places of the report of a scene. Raises Unusable.
+
+        From now on an interrupt saves the finished results.
+        """
         from softmark.interpreter.cli import exit_signals
 
         if not self.named:
@@ -58,7 +62,7 @@ class ReportWriter:
         self.begun = True
 
     def _unusable(self, scene: Scene) -> str:
-        """Return why the report cannot be written to the requested place, or an empty text."""
+        """Return the reason why the report cannot be written to the requested places, or an empty text."""
         written = output_files("--out", self.folder, ("report.json", "report.html"))
         read, outputs = input_files(scene), [*written, *((o, Path(f)) for o, f in self.files.items())]
         if self.vtu and self.folder is not None:
@@ -71,7 +75,7 @@ class ReportWriter:
 
     @property
     def kept(self) -> str:
-        """Return a sentence about what an interrupted run has saved."""
+        """Phrase that says which results an interrupted run has saved, and where."""
         places = (
             [str(self.folder / "report.json")] if self.folder else [f for o, f in self.files.items() if o == "--json"]
         )
@@ -80,7 +84,7 @@ class ReportWriter:
         return f"{self.count} finished model{'s' if self.count != 1 else ''} in {places[0]}"
 
     def keep(self, report: Report) -> None:
-        """Save an unfinished report, unless one was saved a moment ago."""
+        """Save the report of an unfinished run, unless one was saved a short time ago."""
         self.pending = report
         begin = time.perf_counter()
         if begin < self._again:
@@ -90,7 +94,7 @@ class ReportWriter:
         self._again = end + SPARE * (end - begin)
 
     def rescue(self) -> str:
-        """Write what is finished, with its page, when a run is interrupted; return a sentence about it."""
+        """Write the results of an interrupted run, with the HTML page, and return a phrase about the saved results."""
         report, self.pending = self.pending, None
         if report is not None:
             try:
@@ -100,7 +104,7 @@ class ReportWriter:
         return self.kept
 
     def finish(self, report: Report) -> str:
-        """Write the finished report and return its location."""
+        """Write the finished report and return the path of its HTML page, or an empty text."""
         self.pending = None
         self._write(report)
         if self.vtu and self.folder is not None:
@@ -146,7 +150,10 @@ def symlink_error(folder: Path | None) -> str:
 
 
 def unwritable_error(places: Iterable[tuple[str, str]], written: Iterable[Path] = ()) -> str:
-    """Return an error message if a place of an option, or a file `written` into `--out`, cannot be written."""
+    """Return an error message if one of several output paths cannot be written, else an empty text.
+
+    `places` are pairs of an option and its path; `written` are the files inside the folder of `--out`.
+    """
     for option, place in places:
         if "\0" in place:
             return write_error_message(place, OSError(None, "the name contains a NUL character"), option)
@@ -161,7 +168,7 @@ def unwritable_error(places: Iterable[tuple[str, str]], written: Iterable[Path] 
 
 
 def _parent(place: str) -> Path:
-    """Return the folder of a file that can be written. Raises OSError."""
+    """Return the folder in which a file can be written. Raises OSError."""
     if not place:
         raise OSError(None, "the name is empty")
     if Path(place).is_dir():
@@ -174,15 +181,15 @@ def _parent(place: str) -> Path:
 
 
 def _try_folder(folder: Path) -> None:
-    """Write to the folder, or to its nearest existing parent, as a test. Raises OSError."""
+    """Test whether a folder, or its nearest existing parent, can be written. Raises OSError."""
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
     tempfile.TemporaryFile(dir=folder).close()
 
 
 def write_error_message(place: str, error: OSError, option: str) -> str:
-    """Return the error message for a place that cannot be written."""
+    """Return the error message for a path that cannot be written; `option` is the option that sets the path."""
     reason = error.strerror or str(error)
     return make_visible(
-        f"error[E404]: cannot write {place or 'the report'}: {reason}; choose another place with {option}"
+        f"error[E404]: cannot write {place or 'the report'}: {reason}; choose another path with {option}"
     )

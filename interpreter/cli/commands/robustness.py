@@ -1,4 +1,4 @@
-"""Command `dsl robustness`, also called `dsl stress`: robustness studies of the models of a scene."""
+"""Command `dsl robustness` (alias `dsl stress`): runs robustness studies of the models of a scene."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import make_visible
-from softmark.interpreter.cli.commands.common_options import folder as folder_name
-from softmark.interpreter.cli.commands.common_options import scene_options
+from softmark.interpreter.cli.commands.common_options import add_scene_options
+from softmark.interpreter.cli.commands.common_options import parse_folder as folder_name
 from softmark.interpreter.cli.commands.study_options import (
-    count,
+    add_resume_options,
+    parse_count,
     parse_positive,
-    resume_options,
+    print_warnings,
     run_study,
-    warn,
     write_results,
 )
 
@@ -28,28 +28,33 @@ if TYPE_CHECKING:
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """FILE [-p NAME=VALUE]... [--model NAME]... [--study NAME] [--out DIR] [--json FILE] ..."""
+    """Add the arguments of `dsl robustness`.
+
+    `FILE [-p NAME=VALUE]... [--model NAME]... [--study NAME] [--out DIR] [--json FILE]` and more.
+    """
     parser.description = (
         "vary the parameters of each model of a scene up to the limits of its validity. A point is right, "
         "inaccurate with a warning, silent, or without an answer. Exit status 1 if a point is silent: converged and "
         "wrong, without a warning."
     )
-    scene_options(parser)
+    add_scene_options(parser)
     parser.add_argument("--study", metavar="NAME", help="only this robustness study of the scene")
     parser.add_argument("--out", type=folder_name, metavar="DIR",
                         help="folder for stress.html, stress.json and journal.jsonl"
                         " (default: NAME-stress)")  # fmt: skip
     parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
-    parser.add_argument("--jobs", type=count, default=1, metavar="N", help="compute points in N parallel processes")
+    parser.add_argument(
+        "--jobs", type=parse_count, default=1, metavar="N", help="compute points in N parallel processes"
+    )
     parser.add_argument("--timeout", type=parse_positive, default=60.0, metavar="S",
                         help="give up a point after S seconds of CPU time (default: 60)")  # fmt: skip
     parser.add_argument("--memory", type=parse_positive, default=4.0, metavar="GIB",
                         help="address space of each process in GiB (default: 4)")  # fmt: skip
-    resume_options(parser)
+    add_resume_options(parser)
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Run the robustness studies of a scene; return 1 if a point is silently wrong."""
+    """Run the robustness studies of a scene; return 1 if a result is wrong without a warning."""
     from softmark.interpreter.cli.commands.progress_line import Progress
 
     progress = Progress(sys.stderr)
@@ -70,7 +75,7 @@ def _stress(parsed: argparse.Namespace, progress: Progress) -> int:
     if scene is None:
         show(diagnostics)
         return 2
-    warn(without_unrequested_warnings(scene, tuple(parsed.model), diagnostics))
+    print_warnings(without_unrequested_warnings(scene, tuple(parsed.model), diagnostics))
     for name, model in scene.of_kind("model").items():
         if model.thing.unwalked and (not parsed.model or name in parsed.model):
             print(make_visible(f"left out: model `{name}`: {model.thing.unwalked}"), file=sys.stderr)
@@ -98,7 +103,7 @@ def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> Ro
 
 
 def _write_result(found: Robustness, folder: Path, parsed: argparse.Namespace) -> int:
-    """Write the result, print it and return the exit status."""
+    """Write the result files of a robustness study, print its table, and return the exit status."""
     from softmark.interpreter.cli.commands.scene_arguments import supports_colour
     from softmark.interpreter.report.robustness.robustness_page import page
     from softmark.interpreter.report.robustness.robustness_terminal import table

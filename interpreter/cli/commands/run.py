@@ -1,4 +1,4 @@
-"""Command `dsl run`: solves the models of a scene and writes the report."""
+"""Command `dsl run`: solves the models of a scene and writes a report."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from softmark.interpreter.cli.commands.common_options import diagnostics_option, folder, scene_options
+from softmark.interpreter.cli.commands.common_options import add_diagnostics_option, add_scene_options, parse_folder
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -20,15 +20,18 @@ if TYPE_CHECKING:
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """FILE [-p NAME=VALUE]... [--model NAME]... [--out DIR] [--json FILE|-] [--junit FILE] [--vtu] [--stated]
-    [--fresh] [--watch] ..."""
-    scene_options(parser)
+    """Add the arguments of `dsl run`.
+
+    `FILE [-p NAME=VALUE]... [--model NAME]... [--out DIR] [--json FILE|-] [--junit FILE] [--vtu] [--stated] [--fresh]
+    [--watch]` and more.
+    """
+    add_scene_options(parser)
     parser.add_argument(
-        "--out", type=folder, metavar="DIR", help="folder for report.html and report.json (default: NAME-report)"
+        "--out", type=parse_folder, metavar="DIR", help="folder for report.html and report.json (default: NAME-report)"
     )
     parser.add_argument("--json", metavar="FILE", help="write the JSON report to FILE; - is standard output")
     parser.add_argument("--junit", metavar="FILE", help="write models and expectations as a JUnit file")
-    diagnostics_option(parser, "github")
+    add_diagnostics_option(parser, "github")
     parser.add_argument("--vtu", action="store_true", help="write meshes and surfaces for ParaView as well")
     stated = "report the error that each model estimates itself, from a finer space over its cells and its own state"
     parser.add_argument("--stated", action="store_true", help=stated)
@@ -47,7 +50,10 @@ def _count(text: str) -> int:
 
 
 def run(parsed: argparse.Namespace, reading: Callable[[], SceneText] | None = None) -> int:
-    """Run the scene, or the one that `reading` returns, and return the exit status. `reading` may raise Unread."""
+    """Run a scene, write its report, and return the exit status.
+
+    By default the scene is `parsed.file`; if `reading` is given, it returns the scene and may raise Unread.
+    """
     from softmark.interpreter.cli.commands.progress_line import Progress
 
     if reading is None and parsed.watch:
@@ -113,7 +119,7 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], S
 
 
 def _run_with_cache(text: SceneText, options: RunOptions, keeper: RunCache) -> Report:
-    """Return the report, and store it in the run cache as well."""
+    """Run a scene with reuse of saved results, save the new results, and return the report."""
     from softmark.interpreter.pipeline.cached_results import OutdatedResults
     from softmark.interpreter.pipeline.run_pipeline import run_to_report
 
@@ -124,7 +130,10 @@ def _run_with_cache(text: SceneText, options: RunOptions, keeper: RunCache) -> R
 
 
 def _run_cache(parsed: argparse.Namespace, shelf: ReportWriter, progress: Progress) -> RunCache:
-    """Return the cache of earlier results; it does not hold the meshes that `--vtu` writes."""
+    """Return the run cache in the folder of the report.
+
+    With `--vtu` no saved results are reused, because they do not contain the meshes to be written.
+    """
     from softmark.grammar.diagnostic import make_visible
     from softmark.interpreter.study.run_cache.result_keeper import FolderRunCache
 
@@ -153,5 +162,5 @@ def _write_and_print(report: Report, parsed: argparse.Namespace, shelf: ReportWr
 
 
 def _annotate(commands: str, parsed: argparse.Namespace) -> None:
-    """Print GitHub workflow commands to the output stream that does not carry JSON."""
+    """Print GitHub workflow commands to standard output, or to standard error if `--json -` writes JSON there."""
     print(commands, end="", file=sys.stderr if parsed.json == "-" else sys.stdout)

@@ -1,4 +1,4 @@
-"""Reading of scenes named on the command line, and printing of diagnostics, shared by commands."""
+"""Functions shared by commands to read the scenes named on the command line and to print diagnostics."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Unread(Exception):
-    """A scene that cannot be read; `diagnostic` says why."""
+    """Error: a scene cannot be read. `diagnostic` has the reason."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(diagnostic.message)
@@ -24,7 +24,10 @@ class Unread(Exception):
 
 
 def read_scene(name: str) -> tuple[Source, Path, Path | None]:
-    """Return text, folder and file of a scene: a path, a standard scene, or `-` for standard input. Raises Unread."""
+    """Return the text, the folder and the file of a scene. Raises Unread.
+
+    `name` is a path, a standard scene, or `-` for standard input, which has no file (None).
+    """
     from softmark.interpreter.language.scene_sources import UnreadableScene, locate_scene, read_limited, read_scene_file
 
     try:
@@ -40,7 +43,10 @@ def read_scene(name: str) -> tuple[Source, Path, Path | None]:
 def load(
     name: str, overrides: Sequence[str] = (), only: Sequence[str] = (), plugins: Sequence[str] = ()
 ) -> tuple[Scene | None, list[Diagnostic]]:
-    """Return the checked scene, None if it has errors, and all diagnostics; `only` lists the requested models."""
+    """Return a checked scene (None if it has errors) and all its diagnostics.
+
+    `only` lists the requested models; `overrides` are texts such as `h=3mm`.
+    """
     from softmark.interpreter.validation.scene_loader import load_scene
 
     try:
@@ -56,19 +62,22 @@ def supports_colour() -> bool:
 
 
 def show(diagnostics: Sequence[Diagnostic]) -> None:
-    """Print diagnostics to standard error, with their count."""
+    """Print diagnostics and their number to standard error."""
     if diagnostics := _without_duplicates(diagnostics):
         print(render(_merge_equal_warnings(diagnostics), colour=supports_colour()), file=sys.stderr)
         print(f"\n{summary(diagnostics)}; more: dsl explain {diagnostics[0].code}", file=sys.stderr)
 
 
 def _without_duplicates(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """Return diagnostics without duplicates from several models about the same place."""
+    """Return the diagnostics without repetitions.
+
+    A diagnostic is repeated if several models report the same problem at the same place.
+    """
     return list({(d.code, d.message, d.source, d.span): d for d in reversed(diagnostics)}.values())[::-1]
 
 
 def _merge_equal_warnings(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """Merge equal warnings about several places into one, with the other lines in a note."""
+    """Merge warnings with equal text into the first of them, with a note that lists the lines of the others."""
     first: dict[tuple[object, ...], list[Diagnostic]] = {}
     for d in diagnostics:
         alone = d.span if d.severity == "error" else None

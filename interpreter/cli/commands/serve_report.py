@@ -1,7 +1,7 @@
-"""Command `dsl serve-report`: shows a report in a local browser and reloads it when it is written again.
+"""Command `dsl serve-report`: shows a report in a local browser and reloads the page when it changes.
 
-Only the page and its numbers are served, by fixed names, and only to requests addressed to this machine by its own
-name. No path leads to other files, and pages of other sites get no answer, whatever name they use for this machine.
+The server delivers only the page and its numbers, under fixed names. It answers only requests whose host name is that
+of this machine. No path leads to other files, and pages of other sites get no answer.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ RELOAD = """<script>
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """[DIR|FILE.scene] [--port N]"""
+    """Add the arguments of `dsl serve-report`: `[DIR|FILE.scene] [--port N]`."""
     parser.add_argument(
         "place", nargs="?", default=".", metavar="DIR|FILE", help="the folder of a report, or its scene"
     )
@@ -75,7 +75,10 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def folder_of(place: str) -> Path:
-    """Return the folder of a report: the given folder, that of a scene, or the only one here. Raises LookupError."""
+    """Return the folder of the report that `place` names. Raises LookupError.
+
+    `place` is that folder, a scene, or a folder that contains exactly one report.
+    """
     path = Path(place)
     if path.is_dir():
         if (path / PAGE).is_file() or path.name.endswith("-report"):
@@ -104,7 +107,7 @@ class Server(ThreadingHTTPServer):
         super().__init__((HOST, port), RequestHandler)
 
     def server_bind(self) -> None:
-        """Bind without a network query for the host name."""
+        """Bind the socket without asking the network for the host name."""
         TCPServer.server_bind(self)
         self.server_name, self.server_port = HOST, int(self.server_address[1])
 
@@ -115,13 +118,13 @@ class Server(ThreadingHTTPServer):
             print(make_visible(f"a request was not answered: {type(error).__name__}: {error}"), file=sys.stderr)
 
     def file(self, name: str) -> Path | None:
-        """Return a file of the folder, None if it does not exist or lies outside."""
+        """Return the path of a file in the report folder; None if it does not exist or lies outside."""
         path = self.folder / name
         return path if path.is_file() and path.resolve().parent == self.folder.resolve() else None
 
     @property
     def state(self) -> str:
-        """Return a text that changes when the page is written again; empty if there is no page."""
+        """Text that changes whenever the page is written again; empty if there is no page."""
         try:
             found = (self.folder / PAGE).stat()
         except OSError:
@@ -130,7 +133,7 @@ class Server(ThreadingHTTPServer):
 
 
 class RequestHandler(BaseHTTPRequestHandler):
-    """Handler of one request; it knows three names and never writes."""
+    """Handler of one HTTP request; it knows three paths and never writes a file."""
 
     server: Server
     server_version, sys_version = "softmark", ""
@@ -175,17 +178,23 @@ class RequestHandler(BaseHTTPRequestHandler):
         return HTTPStatus.OK, TYPES[name], data
 
     def _is_local_host(self) -> bool:
-        """Return whether the request names this machine itself; a host name of another site may also resolve to it."""
+        """Return whether the `Host` header of the request is a name of this machine.
+
+        A host name of another site may resolve to this machine too; such requests are refused.
+        """
         port = self.server.server_port
         known = {f"{name}{end}" for name in (HOST, "localhost") for end in (f":{port}", *([""] if port == 80 else []))}
         return self.headers.get_all("Host", []) in [[name] for name in known]
 
     def log_message(self, format: str, *args: object) -> None:
-        """Log nothing; the terminal is for messages about the report."""
+        """Do nothing, so that the terminal shows only messages about the report."""
 
 
 def with_reload_script(page: bytes, state: str) -> bytes:
-    """Return the page with a script that polls for a newer version, and may connect nowhere else."""
+    """Return the page with a script that reloads it when a newer version exists.
+
+    The script may connect only to this server.
+    """
     from softmark.interpreter.report.page.html_document import POLICY
     from softmark.interpreter.report.page.html_markup import text
 

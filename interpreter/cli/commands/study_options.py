@@ -1,4 +1,4 @@
-"""Options, error handling and output shared by the commands that solve many configurations."""
+"""Options, error handling and output shared by the commands `compare`, `board` and `robustness`."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 Found = TypeVar("Found")
 
 
-def count(text: str) -> int:
-    """Return a whole number from 1 to 1000 from the command line."""
+def parse_count(text: str) -> int:
+    """Return `text` as a whole number from 1 to 1000; another text is a command-line error."""
     if not text.isdigit() or not 1 <= int(text) <= 1000:
         raise argparse.ArgumentTypeError(f"`{text}` is not a number from 1 to 1000")
     return int(text)
 
 
 def parse_positive(text: str) -> float:
-    """Return a positive finite number from the command line."""
+    """Return `text` as a positive finite number; another text is a command-line error."""
     try:
         value = float(text)
     except ValueError:
@@ -34,15 +34,15 @@ def parse_positive(text: str) -> float:
     return value
 
 
-def resume_options(parser: argparse.ArgumentParser) -> None:
+def add_resume_options(parser: argparse.ArgumentParser) -> None:
     """Add the options `--resume` and `--fresh`."""
     again = parser.add_mutually_exclusive_group()
     again.add_argument("--resume", action="store_true", help="continue an earlier run in the same folder")
     again.add_argument("--fresh", action="store_true", help="discard the results of an earlier run in the same folder")
 
 
-def warn(warnings: Sequence[Diagnostic]) -> None:
-    """Print one line for each warning code; the page lists all warnings."""
+def print_warnings(warnings: Sequence[Diagnostic]) -> None:
+    """Print the first warning of each code on one line; the HTML page lists all warnings."""
     from softmark.grammar.diagnostic import make_visible
 
     first: dict[str, list[Diagnostic]] = {}
@@ -63,9 +63,9 @@ def run_study(
     scenes: Sequence[Scene],
     page: str | None = None,
 ) -> Found | int:
-    """Return the result of `work`, or the exit status after printing why it failed.
+    """Run a study and return the result of `work`; if the study fails, print the reason and return the exit status.
 
-    `name` is the base name of its files, `page` that of the page for people if it differs.
+    `name` is the base name of the result files. `page` is the name of the HTML page, by default `name` with `.html`.
     """
     from softmark.interpreter.cli.commands.output_collisions import find_collision, input_files, output_files
     from softmark.interpreter.cli.commands.report_folder import symlink_error, unwritable_error, write_error_message
@@ -106,7 +106,10 @@ def _print_refusal(progress: Progress, words: str, status: int = 2) -> int:
 
 
 def write_results(files: Mapping[str, Callable[[], str]], text: str, folder: Path, parsed: argparse.Namespace) -> bool:
-    """Write files into the folder, and the JSON result to the place of `--json`; return whether all succeeded."""
+    """Write the result files of a study into a folder, and return whether all could be written.
+
+    `text` is the JSON result, which is also written to the path of `--json`.
+    """
     from softmark.interpreter.cli.commands.report_folder import write_error_message
     from softmark.interpreter.results.atomic_files import replace
 
@@ -121,7 +124,7 @@ def write_results(files: Mapping[str, Callable[[], str]], text: str, folder: Pat
 
 
 def write_result(place: str, text: str, option: str = "--json") -> bool:
-    """Write a result to the place of an option; return whether that succeeded."""
+    """Write a text to the path `place` of an option, `-` for standard output; return whether that succeeded."""
     from softmark.interpreter.cli.commands.report_folder import write_error_message
     from softmark.interpreter.results.atomic_files import write_named
 

@@ -1,8 +1,8 @@
-"""Option `dsl run --watch`: runs the scene again whenever it, or a file that it names, is saved.
+"""Option `dsl run --watch`: runs the scene again whenever the scene or a file that it names is saved.
 
-Each run is a separate process, so it always uses the current files and plugins and keeps no state of earlier runs. A
-save during a run starts the next run when the current one has ended. The scene files and all files that they name in
-quotes are watched, even if the scenes have errors.
+Each run is a separate process, so it uses the current files and plugins and keeps no state of earlier runs. If a file
+is saved during a run, the next run starts when the current run has ended. All scene files and all files that they name
+in quotes are watched, even if the scenes have errors.
 """
 
 from __future__ import annotations
@@ -23,19 +23,22 @@ from typing import NoReturn
 from softmark.grammar.diagnostic import make_visible
 from softmark.interpreter.cli import exit_signals
 
-POLL = 0.3  # s between two looks
-CALM = 0.15  # s for which files have not changed: who saves by several writes, or by renaming, is done
-GONE = 1.0  # s that a file may be away while an editor puts another in its place
-ENDING = 5.0  # s that a run has to end when it is told to
-RECENT = 2_000_000_000  # ns: clocks of files are coarse, a file may be saved twice in one tick
-MOST = 2000  # files of a folder that are watched
+POLL = 0.3  # s between two checks for changed files
+CALM = 0.15  # s without changes after which a save is complete: editors save by several writes, or by renaming
+GONE = 1.0  # s that a file may be missing while an editor replaces it
+ENDING = 5.0  # s that a run may take to end after an interrupt, before it is killed
+RECENT = 2_000_000_000  # ns: time stamps of files are coarse, so two saves may have the same stamp
+MOST = 2000  # maximum number of watched files in a folder
 
-Stamp = tuple[int, int, int]  # when it was changed, ns, its size, and which file it is
+Stamp = tuple[int, int, int]  # modification time, ns, size, bytes, and inode number of a file
 State = Mapping[Path, str]
 
 
 def watch(parsed: argparse.Namespace) -> int:
-    """Watch and run until a signal ends it; returns only for command-line errors, with their exit status."""
+    """Run the scene after each change until a signal ends the program.
+
+    Returns only if the command line is wrong, with the exit status.
+    """
     from softmark.interpreter.language.scene_sources import UnreadableScene, locate_scene
 
     if parsed.file == "-":
@@ -63,12 +66,12 @@ def _watch_loop(watched: WatchedScene, command: list[str], child: list[subproces
         child.clear()
         count = sum(map(bool, before.values()))
         print(f"\nwatching {count} file{'s' if count != 1 else ''}; Ctrl-C ends", file=sys.stderr, flush=True)
-        before, saved = watched.changed(before)
+        before, saved = watched.wait_for_change(before)
         print(make_visible(f"\n{time.strftime('%H:%M:%S')}  saved: {saved}"), file=sys.stderr, flush=True)
 
 
 def run_arguments(parsed: argparse.Namespace) -> list[str]:
-    """Return the given arguments of `dsl run` without `--watch`."""
+    """Return the arguments of the `dsl run` command to repeat, without `--watch`."""
     found = [parsed.file]
     for option, several in (("-p", parsed.overrides), ("--plugin", parsed.plugins), ("--model", parsed.model)):
         found += [word for value in several for word in (option, value)]
@@ -80,7 +83,10 @@ def run_arguments(parsed: argparse.Namespace) -> list[str]:
 
 
 def _stop_run(child: list[subprocess.Popen[bytes]]) -> str:
-    """Stop the current run in order; returns an empty text, because the run prints its own message."""
+    """Stop the current run by SIGINT, or by SIGKILL after ENDING seconds.
+
+    Returns an empty text, because the run prints its own message about the interruption.
+    """
     for process in child:
         deadline = time.monotonic() + ENDING
         with suppress(OSError):  # it has ended. No method of `process`: this may be called while one of them waits
@@ -94,14 +100,14 @@ def _stop_run(child: list[subprocess.Popen[bytes]]) -> str:
 
 @dataclass
 class WatchedScene:
-    """A scene with all files that it names."""
+    """Scene file with its plugins and all files that the scene names."""
 
     scene: Path
     plugins: tuple[Path, ...] = ()
     _digests: dict[Path, tuple[Stamp, str]] = field(default_factory=dict)
 
     def state(self) -> State:
-        """Return a digest of every file, "" for a missing one."""
+        """Return a digest of every watched file; the digest of a missing file is an empty text."""
         found = dict.fromkeys((self.scene, *self.plugins), "")
         pending = [self.scene]
         while pending:
@@ -112,8 +118,11 @@ class WatchedScene:
                 found[path] = ""
         return {path: self._digest(path) for path in found}
 
-    def changed(self, before: State) -> tuple[State, str]:
-        """Wait until a file has changed and all are stable; return the new state and the name of the changed file."""
+    def wait_for_change(self, before: State) -> tuple[State, str]:
+        """Wait until a watched file has changed and no file changes any more.
+
+        Return the new state and the names of the changed files.
+        """
         while (now := self.state()) == before:
             time.sleep(POLL)
         begin = time.monotonic()
@@ -125,15 +134,22 @@ class WatchedScene:
                 break
             now = later
         if now == before:  # it is again as it was
-            return self.changed(before)
+            return self.wait_for_change(before)
         other = [p for p in {**before, **now} if before.get(p) != now.get(p)]
         return now, ", ".join(str(p) for p in other[:3]) + (f" and {len(other) - 3} more" if len(other) > 3 else "")
 
     def _digest(self, path: Path) -> str:
-        """Return the SHA-256 of a file, read again only if its time stamp has changed."""
+        """Return the SHA-256 of a file, or a listing of a folder.
+
+        A file is read again only if its time stamp has changed. The result is an empty text if it cannot be read.
+        """
         try:
             if path.is_dir():
-                return repr([(p.name, _stamp(p)) for p in sorted(path.iterdir())[:MOST]]) if self._apart(path) else ""
+                return (
+                    repr([(p.name, _stamp(p)) for p in sorted(path.iterdir())[:MOST]])
+                    if self._is_data_folder(path)
+                    else ""
+                )
             stamp, known = _stamp(path), self._digests.get(path)
             fresh = time.time_ns() - stamp[0] < RECENT
             if known is None or known[0] != stamp or fresh:
@@ -144,8 +160,8 @@ class WatchedScene:
         except OSError:
             return ""
 
-    def _apart(self, folder: Path) -> bool:
-        """Return whether a folder counts as data; output and working folders, which we change ourselves, do not."""
+    def _is_data_folder(self, folder: Path) -> bool:
+        """Return whether a folder contains data; output and working folders, which change with runs, do not."""
         here = (self.scene.resolve(), Path.cwd())
         return not any(p.is_relative_to(folder.resolve()) for p in here) and not (folder / "report.json").exists()
 
@@ -156,7 +172,7 @@ def _stamp(path: Path) -> Stamp:
 
 
 def _quoted_files(text: Path) -> Iterator[Path]:
-    """Yield the files that a text names in quotes, whether or not they exist."""
+    """Yield the files that a scene file names in quotes, even if they do not exist."""
     from softmark.interpreter.language.scene_sources import find_quoted_paths
 
     with suppress(OSError):

@@ -1,1 +1,4 @@
-"""Shell completion: `candidates.py` lists the possible next words; scripts in this folder query it from each shell."""
+"""Shell completion: `candidates.py` lists the possible next words of a command line.
+
+The scripts in this folder call it from each shell.
+"""

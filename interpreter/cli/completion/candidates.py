@@ -1,8 +1,8 @@
-"""Candidates for the last word of a `dsl` command line, from the argument parsers of the commands.
+"""Completion candidates for the last word of a `dsl` command line, from the argument parsers of the commands.
 
-To complete an option or operand of a new command: a line in WAYS, by its name in argparse (`model`) or by command and
-name (`import file`). argparse choices need none; `FILE` and `DIR` are completed as files and folders. Other arguments
-are not completed.
+To complete an option or operand of a new command, add a line in WAYS. Its key is the name in argparse (`model`), or the
+command and the name (`import file`). Options with argparse choices need no line. Arguments shown as `FILE` or `DIR` in
+the help are completed as files or folders. Other arguments are not completed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Answers = dict[str, str]  # candidates with their meanings
 
 @dataclass(frozen=True)
 class PartialCommandLine:
-    """A command line up to the word to complete."""
+    """Command line up to the word to complete: command, current word, operands and options before it."""
 
     command: str
     current: str  # the word that is completed, as far as it is there
@@ -55,8 +55,11 @@ WAYS: dict[str, Way] = {
     "rest": lambda asked: file_candidates.files(asked.current, *vocabulary_candidates.results()),
     "model": lambda asked: scene_candidates.declared_names(asked.operands, "model", asked.options.get("model", [])),
     "study": lambda asked: scene_candidates.declared_names(asked.operands, "study"),
-    "overrides": lambda asked: scene_candidates.numbers(asked.operands, asked.current),
-    "vary": lambda asked: {**scene_candidates.numbers(asked.operands, asked.current), "model=": "some of the models"},
+    "overrides": lambda asked: scene_candidates.overridable_names(asked.operands, asked.current),
+    "vary": lambda asked: {
+        **scene_candidates.overridable_names(asked.operands, asked.current),
+        "model=": "some of the models",
+    },
     "plugins": lambda asked: file_candidates.plugins(asked.current),
     "out": lambda asked: file_candidates.folders(asked.current),
     "json": _files(".json"),
@@ -74,7 +77,7 @@ WAYS: dict[str, Way] = {
 
 
 def find_candidates(words: Sequence[str]) -> Answers:
-    """Return candidates for the last word, given the words before it (without `dsl` itself)."""
+    """Return candidates with their descriptions for the last of `words`, the words of the line after `dsl`."""
     from softmark.interpreter.cli.main import COMMANDS
 
     *before, current = _split_equals_signs(words) or [""]
@@ -91,7 +94,10 @@ def find_candidates(words: Sequence[str]) -> Answers:
 
 
 def _split_equals_signs(words: Sequence[str]) -> list[str]:
-    """Return the words with `--model=rod` split as in bash, which treats `=` as a separate word."""
+    """Return the words with options such as `--model=rod` split into option and value.
+
+    Bash passes `=` as a separate word, which is removed.
+    """
     found: list[str] = []
     for word in words:
         option, sign, value = word.partition("=")
@@ -108,7 +114,7 @@ def _parser(module: str) -> argparse.ArgumentParser:
 
 
 def _candidates_of_command(parser: argparse.ArgumentParser, command: str, before: list[str], current: str) -> Answers:
-    """Return candidates for the arguments of one command."""
+    """Return candidates for the word `current` among the arguments of one command; `before` are the words before it."""
     known = {option: action for action in parser._actions for option in action.option_strings}
     operands, options, pending = _parse_words(before, known)
     if pending is None and current.startswith("-") and current != "-":
@@ -120,7 +126,7 @@ def _candidates_of_command(parser: argparse.ArgumentParser, command: str, before
 def _parse_words(
     before: list[str], known: dict[str, argparse.Action]
 ) -> tuple[list[str], dict[str, list[str]], argparse.Action | None]:
-    """Return operands, values of options, and the option that still needs a value."""
+    """Return operands, values by option, and the option whose value is still missing (None if none is)."""
     operands: list[str] = []
     options: dict[str, list[str]] = {}
     pending: argparse.Action | None = None
@@ -136,7 +142,10 @@ def _parse_words(
 
 
 def _operand(parser: argparse.ArgumentParser, place: int) -> argparse.Action | None:
-    """Return the operand at a position; the last one also covers all later positions if it takes several values."""
+    """Return the positional argument with the index `place`, or None.
+
+    If the last positional argument takes several values, it covers all later indices.
+    """
     own = [action for action in parser._actions if not action.option_strings]
     if place < len(own):
         return own[place]

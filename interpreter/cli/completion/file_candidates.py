@@ -6,7 +6,7 @@ import os
 
 
 def files(current: str, *endings: str) -> dict[str, str]:
-    """Return files with one of the endings that start with the word, and folders, which end with `/`."""
+    """Return paths that begin with `current`: files with one of the `endings`, and folders, which end with `/`."""
     folder, name = os.path.split(current)
     found = {}
     try:
@@ -25,12 +25,12 @@ def files(current: str, *endings: str) -> dict[str, str]:
 
 
 def folders(current: str) -> dict[str, str]:
-    """Return only folders."""
+    """Return folders whose path begins with `current`."""
     return {name: "" for name in files(current) if name.endswith("/")}
 
 
 def plugins(current: str) -> dict[str, str]:
-    """Return installed plugins by name, and files that may be plugins."""
+    """Return installed plugins with their modules, and Python files whose path begins with `current`."""
     from importlib.metadata import entry_points
 
     installed = {point.name: point.module for point in entry_points(group="softmark.plugins")}

@@ -1,4 +1,7 @@
-"""Completion candidates from scenes: shipped scenes, and names declared in a scene, which is parsed but not checked."""
+"""Completion candidates from scenes: names of shipped scenes, and names that a scene declares.
+
+The scene is parsed but not checked.
+"""
 
 from __future__ import annotations
 
@@ -13,14 +16,14 @@ SUFFIX = ".scene"
 
 
 def standard() -> dict[str, str]:
-    """Return the scenes of the standard library."""
+    """Return the names of the scenes in the standard library."""
     from softmark.interpreter.language.scene_sources import standard_scenes
 
     return dict.fromkeys(standard_scenes(), "")
 
 
 def suites() -> dict[str, str]:
-    """Return the shipped leaderboard suites."""
+    """Return the names of the shipped leaderboard suites."""
     from softmark.scenes import ROOT
 
     return {file.stem: "a suite" for file in sorted((ROOT / "suites").glob("*.suite"))}
@@ -34,7 +37,7 @@ def templates() -> dict[str, str]:
 
 
 def declared_names(files: Sequence[str], kind: str, taken: Sequence[str] = ()) -> dict[str, str]:
-    """Return names of a kind that scenes declare, with their constructors, except those in `taken`."""
+    """Return the names of one kind that scene files declare, with their constructors, except the names in `taken`."""
     from softmark.grammar.tree import Call, Declare
 
     found = {}
@@ -44,8 +47,11 @@ def declared_names(files: Sequence[str], kind: str, taken: Sequence[str] = ()) -
     return found
 
 
-def numbers(files: Sequence[str], current: str) -> dict[str, str]:
-    """Return what can be given a value: parameters, `L=`, and after a name and a dot its fields, `rod.segments=`."""
+def overridable_names(files: Sequence[str], current: str) -> dict[str, str]:
+    """Return the names that `-p` can set in scene files: parameters, such as `L=`.
+
+    If `current` contains a dot, fields of the declaration before the dot are included, such as `rod.segments=`.
+    """
     from softmark.grammar.source_layout import format_on_one_line
     from softmark.grammar.tree import Param
 
@@ -65,7 +71,7 @@ def _fields(files: Sequence[str], name: str) -> dict[str, str]:
 
 
 def _declarations(files: Sequence[str]) -> list[Declaration]:
-    """Return the declarations of all readable scenes among the words."""
+    """Return the declarations in all scene files that can be read."""
     from softmark.grammar.parser import parse
     from softmark.interpreter.language.scene_sources import UnreadableScene, locate_scene, read_scene_file
 

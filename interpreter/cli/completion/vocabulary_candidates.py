@@ -1,10 +1,10 @@
-"""Completion candidates from the vocabulary and other names built into softmark."""
+"""Completion candidates from the words of the language and other built-in names."""
 
 from __future__ import annotations
 
 
 def documented_words(current: str) -> dict[str, str]:
-    """Return names with a page in `dsl explain`: words with their descriptions, and codes once one is begun."""
+    """Return the names that `dsl explain` describes: words, and diagnostic codes if `current` begins like one."""
     from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
     if current[:1] in ("E", "W") and current[1:].isdigit():
@@ -27,7 +27,7 @@ def topics() -> dict[str, str]:
 
 
 def programs() -> dict[str, str]:
-    """Return the programs of `external_solver(...)`."""
+    """Return the names of external programs for `external_solver(...)`."""
     from softmark.interpreter.models.external.adapters import PROGRAMS
 
     return dict.fromkeys(PROGRAMS, "")
@@ -41,14 +41,14 @@ def systems() -> dict[str, str]:
 
 
 def decks() -> list[str]:
-    """Return the file endings that `dsl import` reads."""
+    """Return the endings of the input files that `dsl import` reads."""
     from softmark.interpreter.importers.import_formats import READERS
 
     return list(READERS)
 
 
 def results() -> list[str]:
-    """Return the file endings that `dsl judge` reads."""
+    """Return the endings of the result files that `dsl judge` reads."""
     from softmark.interpreter.models.imported_results.readers import READERS
 
     return list(READERS)

@@ -1,4 +1,4 @@
-"""Contracts of constitutive laws, tested at unit scale, where wrong digits show."""
+"""Contracts of constitutive laws, tested with moduli near 1 Pa, where wrong digits show."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ ROUNDS = 4  # random states, each near rest
 
 
 def law_breaches(law: Any, mu: float, lam: float) -> Iterator[Breach]:
-    """Yield breaches of a law with psi, P, dPdF at F (n, 3, 3) and constants near 1 Pa; mu, lam: its moduli at rest."""
+    """Yield breaches of a constitutive law with functions psi(F), P(F) and dPdF(F) of F (n, 3, 3).
+
+    The moduli of the law are near 1 Pa; `mu` and `lam` are its Lamé constants in the undeformed state, Pa.
+    """
     with np.errstate(all="ignore"):
         rest = np.eye(3)[None]
         turn = _rotation(0.7)
@@ -66,6 +69,6 @@ def _moduli(A: Any, mu: float, lam: float) -> Iterator[Breach]:
 
 
 def _rotation(angle: float) -> Any:
-    """Return a rotation about (1, 1, 1)."""
+    """Return the matrix (3, 3) of a rotation by `angle`, rad, about the axis (1, 1, 1)."""
     k = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]]) / 3.0**0.5
     return np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * (k @ k)

@@ -1,4 +1,4 @@
-"""Contracts of metrics."""
+"""Contracts of metrics: a finite number with a unit or a reason, and zero error only for equal results."""
 
 from __future__ import annotations
 
@@ -19,11 +19,14 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.results.reaction_results import EquilibriumForces, Reaction
 from softmark.references.published_values import KnownValue
 
-NOTHING, SOMETHING = 1e-12, 1e-6  # an error of what agrees is at most, of what does not at least
+NOTHING, SOMETHING = 1e-12, 1e-6  # largest error of equal results; smallest error of different results
 
 
 def make_static_state(share: float) -> EquilibriumForces:
-    """Return a static state with one support, under either name, and one load, all forces scaled by `share`."""
+    """Return a static equilibrium with one load and one support.
+
+    All forces are multiplied by `share`. The support is entered under the two names `hold` and `wall`.
+    """
     f, m = (1.0 * share, 2.0 * share, 3.0 * share), (0.1 * share, 0.2 * share, 0.3 * share)
     return EquilibriumForces(
         dict.fromkeys(("hold", "wall"), Reaction(f, m, (0.0, 0.0, 0.0), m)), {"push": share}, share
@@ -31,9 +34,11 @@ def make_static_state(share: float) -> EquilibriumForces:
 
 
 def metric_breaches(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]:
-    """Yield breaches of a metric: a finite number with unit or a reason; zero error only for equal results; JSON types.
+    """Yield breaches of a metric, tested on a bending line.
 
-    `metric` is an instance of the class, `case` any case of a body.
+    The value must be a finite number with a unit, or there must be a reason. The error must be zero only for equal
+    results.
+    Details must have JSON types. `metric` is an instance of the class `cls`, `case` any case of a body.
     """
     try:
         units.parse_unit(metric.unit)
@@ -41,7 +46,7 @@ def metric_breaches(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]
         yield Breach(f"its unit is {metric.unit!r}: {error}", 'write units as in scenes: "m", "1", "N*m"')
     names = {f.name for f in dataclasses.fields(cls)}
     told: list[float] = []
-    for seen in _test_solutions(case, getattr(metric, "against", None) is not None):
+    for seen in _make_test_solutions(case, getattr(metric, "against", None) is not None):
         found = _evaluate(metric, seen)
         yield from _measurement_breaches(found)
         again = _evaluate(metric, seen)
@@ -56,8 +61,13 @@ def metric_breaches(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]
                      "return zero if both agree, and more otherwise")  # fmt: skip
 
 
-def _test_solutions(case: Case, against: bool) -> Iterator[MetricInput]:
-    """Yield a bending line without reference, compared with itself, and with one that bends 1.5 times as much."""
+def _make_test_solutions(case: Case, against: bool) -> Iterator[MetricInput]:
+    """Yield bending lines to be measured.
+
+    If `against`, the line is compared with itself, and then with a line that bends 1.5 times as much; otherwise there
+    is
+    one line without a reference.
+    """
     X = np.array([[x, 0.0, 0.0] for x in np.linspace(0.0, 0.04, 6)])
     u = np.outer(np.linspace(0.0, 1e-3, 6), [0.0, 0.0, -1.0])
     truths = [_reference(X, u, share) for share in (1.0, 1.5)] if against else [None]
@@ -69,7 +79,7 @@ def _test_solutions(case: Case, against: bool) -> Iterator[MetricInput]:
 
 
 def _reference(X: Any, u: Any, share: float) -> ReferenceData:
-    """Return the reference of a line, scaled by `share`."""
+    """Return a reference with the displacements `u` (n, 3), m, of points `X` (n, 3), m, multiplied by `share`."""
     v = share * u
 
     def displacement(Y: Any) -> Any:
@@ -80,7 +90,7 @@ def _reference(X: Any, u: Any, share: float) -> ReferenceData:
 
 
 def _evaluate(metric: Any, seen: MetricInput) -> Any:
-    """Return the metric's value; an exception it raises is returned as a value too."""
+    """Return the value of a metric, or the exception that it raised."""
     try:
         return measure_metric(metric, seen)
     except Undefined as why:

@@ -1,4 +1,4 @@
-"""Conformance test of a whole plugin: every class of its tables, and the errors found when it was loaded."""
+"""Conformance test of a whole plugin: all its words, and the errors found when it was loaded."""
 
 from __future__ import annotations
 
@@ -20,19 +20,22 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Conformance:
-    """Result of a conformance test: `diagnostics` of broken contracts with their places, and the `words` tested."""
+    """Result of a conformance test: `diagnostics` for the broken contracts, and the tested `words`."""
 
     diagnostics: tuple[Diagnostic, ...]
     words: tuple[str, ...]
 
     @property
     def sound(self) -> bool:
-        """True if no contract is broken; untested contracts do not count."""
+        """True if no contract is broken; contracts that could not be tested do not count."""
         return not any(d.code != "W732" for d in self.diagnostics)
 
 
 def check_plugin(file: str) -> Conformance:
-    """Test a plugin, given by file or name, against the contracts of its words; its exceptions become breaches."""
+    """Test the words of a plugin, given by file or name, against their contracts.
+
+    Exceptions that the plugin raises are reported as breaches.
+    """
     vocabulary, found = vocabulary_with((file,))
     if not vocabulary.plugins:
         return Conformance(tuple(found), ())
@@ -46,7 +49,7 @@ def check_plugin(file: str) -> Conformance:
 
 
 def _breaches_by_word(plugin: Plugin, vocabulary: Vocabulary) -> Iterator[tuple[str, list[Breach]]]:
-    """Yield every word, such as `metric sway`, with its breaches."""
+    """Yield every word of a plugin, such as `metric sway`, with its breaches."""
     from softmark.interpreter.cli.conformance import trial_scenes
     from softmark.interpreter.models.external.adapters import PLUGGED
 
@@ -71,7 +74,10 @@ def _word_breaches(word: Constructor, plugin: Plugin, folder: Path) -> list[Brea
 
 
 def _collect_breaches(made: Any) -> list[Breach]:
-    """Return the breaches; an exception is a breach too, and printed text goes to standard error."""
+    """Return the breaches that the generator function `made` yields.
+
+    An exception becomes a breach too. Text that the plugin prints is sent to standard error.
+    """
     try:
         with redirect_stdout(stderr):
             return list(made())
@@ -84,7 +90,7 @@ def _source(plugin: Plugin) -> Source:
 
 
 def _diagnostic(source: Source, plugin: Plugin, one: str, breach: Breach) -> Diagnostic:
-    """Return the diagnostic of a breach at the class, or else at the top of the file."""
+    """Return the diagnostic of a breach, located at the class of the word, or at line 1 if there is no class."""
     from softmark.interpreter.validation.plugin_loader import PluginSource
 
     kind, _, name = one.partition(" ")

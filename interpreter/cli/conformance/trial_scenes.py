@@ -1,4 +1,4 @@
-"""Trial scenes for each word: a scene is refused or solved, and never gives an exception or no number."""
+"""Trial scenes for each word: a scene must be refused or solved, without an exception or a missing number."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CELLS = "fem(hex8, strain = corotational, size = 10 mm)"
 WEIGHT = "gravity(1 m/s^2)"
 CLAMP = "support wall = fixed(bar, where = x <= 0 mm)\n"
 LOOK = "probe tip = point(bar, at = (40, 0, 0) mm)\n"
-LOADED = {  # one of each, as a scene has it; a new word needs none of these to be checked by itself
+LOADED = {  # one example of each load; a new kind of load needs no entry to be tested
     "gravity": WEIGHT,
     "remote_stress": "remote_stress(bar, where = x >= 40 mm, magnitude = 1 Pa, direction = +x)",
     "traction": "traction(bar, where = x >= 40 mm, vector = (0, 0, -1) Pa)",
@@ -41,7 +41,7 @@ LOADED = {  # one of each, as a scene has it; a new word needs none of these to 
     "tendon": "tendon(bar, from = (0, 0, 5) mm, to = (40, 0, 5) mm, tension = 0.1 mN)",
 }
 MOTIONS = {"rest": "", "motion": "analysis a = dynamic(duration = 2 ms, step = 1 ms)\n"}
-NAMES = {  # names used here for those of the examples
+NAMES = {  # placeholders in examples, and the names of the trial scene that replace them
     "NAME_OF_BODY": "bar", "NAME_OF_PROBE": "tip", "NAME_OF_REFERENCE": "truth", "NAME_OF_MODEL": "cells",
     "NAME_OF_SUPPORT": "wall", "NAME_OF_LOAD": "push", "NAME_OF_MATERIAL": "gel", "NAME_OF_METRIC": "sag",
     "NAME_OF_ANOTHER_METRIC": "sag",
@@ -52,7 +52,7 @@ BEAMS = ((GEL, WEIGHT), (GEL.replace("0.3", "0"), "gravity(1 m/s^2, direction = 
 
 @dataclass(frozen=True)
 class Trial:
-    """A word with an example call and its plugin, from which trial scenes are made."""
+    """Word with an example `call` and its plugins, from which trial scenes are made."""
 
     word: Constructor
     call: str
@@ -60,7 +60,10 @@ class Trial:
     plugins: tuple[str, ...] = ()
 
     def scene(self, **other: str) -> tuple[Scene | None, list[Diagnostic]]:
-        """Return the contract's scene with some lines replaced, None if it has errors, and the errors."""
+        """Return the standard trial scene (None if it has errors) and its errors.
+
+        The trial scene is a clamped beam; `other` replaces some of its lines.
+        """
         lines = {"gel": GEL, "box": BOX, "push": WEIGHT, "model": CELLS, "more": "", "motion": ""} | other
         return self._checked(
             f"material gel = {lines['gel']}\nbody bar = solid({lines['box']}, gel)\n"
@@ -69,7 +72,7 @@ class Trial:
         )
 
     def body(self) -> tuple[Scene | None, list[Diagnostic]]:
-        """Return a scene with only a body of its shape, None if it has errors, and the errors."""
+        """Return a scene (None if it has errors) and its errors; the scene has only a body of the tested shape."""
         return self._checked(f"material gel = {GEL}\nbody bar = solid({self.call}, gel)\n")
 
     def _checked(self, lines: str) -> tuple[Scene | None, list[Diagnostic]]:
@@ -79,13 +82,16 @@ class Trial:
 
 
 def example_call(word: Constructor, given: Mapping[str, str]) -> str:
-    """Return a call of a word for the contract's scene: the plugin's example, or samples of its fields."""
+    """Return a call of a word that fits the trial scene.
+
+    It is the example that the plugin gives, or a call with a sample value for each field.
+    """
     call = given.get(word.name) or example(word)
     return re.sub("|".join(sorted(NAMES, key=len, reverse=True)), lambda m: NAMES[m[0]], call)
 
 
 def trial_breaches(trial: Trial) -> Iterator[Breach]:
-    """Yield breaches found in scenes with a word of its kind."""
+    """Yield the breaches found in trial scenes with a word; the test depends on the kind of the word."""
     found: list[Breach] = []
     try:
         found += _KINDS[trial.word.kind](trial)
@@ -101,7 +107,10 @@ def _refusal_breach(errors: Sequence[Diagnostic], trial: Trial) -> Breach:
 
 
 def _run_breaches(trial: Trial, scene: Scene) -> Iterator[Breach]:
-    """Run a scene twice and yield breaches: results must be a number or a reason, finite, and equal."""
+    """Run a scene twice and yield breaches.
+
+    The model must be solved, every metric must have a number or a reason, and both runs must give equal numbers.
+    """
     from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
 
     first, again = (run_scene(scene, (), RunOptions(draw=False, only=("cells",))) for _ in range(2))
@@ -153,26 +162,29 @@ def _material(trial: Trial) -> Iterator[Breach]:
 
 @dataclass(frozen=True)
 class _ScaledLaw:
-    """Constitutive law in units of its shear modulus."""
+    """Constitutive law divided by its shear modulus `mu`."""
 
     law: Any
     mu: float
 
     def psi(self, F: Any) -> Any:
-        """Energy density, dimensionless."""
+        """Return the energy density divided by the shear modulus, shape (n,)."""
         return self.law.psi(F) / self.mu
 
     def P(self, F: Any) -> Any:
-        """First Piola-Kirchhoff stress, dimensionless."""
+        """Return the first Piola-Kirchhoff stress divided by the shear modulus, shape (n, 3, 3)."""
         return self.law.P(F) / self.mu
 
     def dPdF(self, F: Any) -> Any:
-        """Elasticity dP/dF, dimensionless."""
+        """Return the elasticity tensor dP/dF divided by the shear modulus, shape (n, 3, 3, 3, 3)."""
         return self.law.dPdF(F) / self.mu
 
 
 def _load_scene(trial: Trial, name: str, **lines: str) -> Generator[Breach, None, Scene | None]:
-    """Yield breaches and return the scene with these lines, if it accepts the word; its text is tested as well."""
+    """Yield breaches and return the trial scene with the given `lines`, or None if the scene refuses the word.
+
+    The repr of the declared object `name` is tested too.
+    """
     scene, errors = trial.scene(**lines)
     if scene is None:
         yield _refusal_breach(errors, trial)
@@ -321,11 +333,14 @@ _KINDS: Mapping[str, Callable[[Trial], Iterator[Breach]]] = {
 
 
 def adapter_breaches(word: str, program: Any, module: Any, folder: Path, plugins: tuple[str, ...]) -> Iterator[Breach]:
-    """Yield breaches of an external program: it is installed or says how to, and its result is our equilibrium."""
+    """Yield breaches of the adapter of an external program.
+
+    The adapter must have an installation command. If the program is installed, a trial scene with it must be solved.
+    """
     from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
     if not isinstance(module.install, str) or len(module.install) < 4:
-        yield Breach("`install` does not tell how to install it", "give a command, such as `pip install ...`")
+        yield Breach("`install` does not explain how to install it", "give a command, such as `pip install ...`")
     if module.version() is None:
         yield Breach(f"it is not installed here: {module.install}", "install it to test it", untried=True)
         return

@@ -1,4 +1,4 @@
-"""Contracts of words of every kind."""
+"""Contracts of the classes of all words, whatever their kind."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LONGEST = 120  # characters of the first line of a docstring, which `dsl list` s
 
 
 def word_breaches(cls: type[Any], kind: str, name: str) -> Iterator[Breach]:
-    """Yield breaches of a word: it must be documented, frozen, annotated and explained."""
+    """Yield breaches of the class of a word: it must be documented, frozen, annotated and explained."""
     first = (cls.__doc__ or "").strip().split("\n")[0]
     if not 10 <= len(first) <= LONGEST or not first[0].isupper() or not first.endswith("."):
         yield Breach(f"the first line of its docstring is {first!r}", f"write a sentence of 10 to {LONGEST} "
@@ -55,7 +55,10 @@ def _field_breaches(field: Field) -> Iterator[Breach]:
 
 
 def repr_breaches(thing: Any) -> Iterator[Breach]:
-    """Yield breaches of a word's repr, which must depend only on its values, because results are cached by it."""
+    """Yield breaches of the repr of a declared object.
+
+    The repr must depend only on the field values, because it is part of the key of saved results.
+    """
     if " at 0x" in repr(thing):
         yield Breach(
             f"its text contains an address in memory: {repr(thing)[:80]}",

@@ -1,4 +1,6 @@
-"""Explanation pages of diagnostic codes, `E204.md`, each with a wrong and a right example that the tests execute.
+"""Explanation pages of diagnostic codes, such as `E204.md`, with a wrong and a right example.
+
+The tests execute the examples.
 
 To add a code: one page. Its first line is `# E204: title`. It has one ```wrong and one ```right block, each with a
 complete scene. An example that needs more than `dsl check` starts with its command: `# $ dsl run FILE -p L=120mm`.
@@ -17,20 +19,20 @@ FENCE = re.compile(r"^```(wrong|right)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOT
 
 @dataclass(frozen=True)
 class Page:
-    """Explanation of one diagnostic code."""
+    """Explanation page of one diagnostic code."""
 
     code: str
     title: str
     text: str
 
     def example(self, which: str) -> str:
-        """Return the scene text of the `wrong` or the `right` example."""
+        """Return the scene of one example of the page; `which` is `wrong` or `right`."""
         return next(str(body) for kind, body in FENCE.findall(self.text) if kind == which)
 
 
 @lru_cache(maxsize=1)
 def pages() -> dict[str, Page]:
-    """Return all pages by code."""
+    """Return all explanation pages, by code."""
     found = {}
     for file in sorted(Path(__file__).parent.glob("[EW]*.md")):
         text = file.read_text(encoding="utf-8")

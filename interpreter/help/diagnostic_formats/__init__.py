@@ -1,6 +1,7 @@
 """Output formats of diagnostics for other programs: `dsl check --diagnostics NAME`.
 
-To add a format: one module with `render(told)`, which returns the text of all diagnostics, and a line in FORMATS.
+To add a format: one module with a function `render(told)`, which returns the text of all diagnostics `told`, and a line
+in FORMATS.
 """
 
 from __future__ import annotations
@@ -23,13 +24,13 @@ FORMATS = {  # name: what it is for
 
 @dataclass(frozen=True)
 class LocatedDiagnostic:
-    """A diagnostic together with the command-line file for which it was found."""
+    """A diagnostic together with the file of the command line in whose check it was found."""
 
     file: str
     diagnostic: Diagnostic
 
 
 def format_diagnostics(name: str, told: Sequence[LocatedDiagnostic]) -> str:
-    """Return all diagnostics in the named format, with a line feed at the end of each line."""
+    """Return all diagnostics as text in the format `name`; every line ends with a line feed."""
     text: str = import_module(f"softmark.interpreter.help.diagnostic_formats.{name}").render(told)
     return text

@@ -1,7 +1,8 @@
 """Diagnostics as GitHub workflow commands, which GitHub shows next to the lines of a pull request.
 
-`::error file=F,line=L,endLine=M,col=C,endColumn=D,title=E204::message`. GitHub accepts columns only if the range is
-within one line. It shows ten errors and ten warnings of a step; the rest appear in the log, each with its location.
+The form is `::error file=F,line=L,endLine=M,col=C,endColumn=D,title=E204::message`. GitHub accepts columns only if the
+range is within one line. It shows ten errors and ten warnings of each step next to the lines; all others appear only in
+the log, each with its location.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def render(told: Sequence[LocatedDiagnostic]) -> str:
-    """Return one line for each diagnostic."""
+    """Return the diagnostics as text, one workflow command for each."""
     return "".join(_annotation(t) for t in without_duplicates(told))
 
 
@@ -43,7 +44,7 @@ def _annotation(told: LocatedDiagnostic) -> str:
 
 
 def annotate_report(report: Report) -> str:
-    """Return a line for each model or reference without a result and for each expectation that is not met."""
+    """Return workflow commands for models and references without a result and for expectations that are not met."""
     file = str(report.scene["file"])
     place: dict[str, str | int] = {"file": repository_path(file)} if os.path.isfile(file) else {}
     lines = [

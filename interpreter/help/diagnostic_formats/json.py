@@ -1,4 +1,4 @@
-"""Diagnostics as JSON lines: one object per line, in the order in which they were found."""
+"""Diagnostics as JSON lines: one object per line, in the order in which the diagnostics were found."""
 
 from __future__ import annotations
 
@@ -10,5 +10,5 @@ from softmark.interpreter.help.diagnostic_formats import LocatedDiagnostic
 
 
 def render(told: Sequence[LocatedDiagnostic]) -> str:
-    """Return one line for each diagnostic, with the fields of `to_json`."""
+    """Return the diagnostics as text, one JSON object per line, with the entries of `Diagnostic.to_json`."""
     return "".join(json.dumps(to_json(t.diagnostic), ensure_ascii=False) + "\n" for t in told)

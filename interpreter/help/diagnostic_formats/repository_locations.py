@@ -14,14 +14,20 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class RepositoryLocation:
-    """Path with slashes, relative to the source root if possible, and a span in the file (None: the whole file)."""
+    """Location in a repository: a path with slashes, relative to the source root if possible, and a span in the file.
+
+    The span is None for a diagnostic about the whole file.
+    """
 
     path: str
     span: Span | None
 
 
 def without_duplicates(told: Sequence[LocatedDiagnostic]) -> list[LocatedDiagnostic]:
-    """Return diagnostics without duplicates, which occur if scenes share a file or models report the same problem."""
+    """Return the diagnostics without duplicates.
+
+    Duplicates occur if scenes share a file or several models report the same problem.
+    """
     return list({_identity(t): t for t in reversed(told)}.values())[::-1]
 
 
@@ -32,7 +38,10 @@ def _identity(told: LocatedDiagnostic) -> tuple[object, ...]:
 
 
 def repository_location(told: LocatedDiagnostic) -> RepositoryLocation:
-    """Return file and span; a diagnostic outside any file (arguments, standard input) gets the requested file."""
+    """Return the file and span of a diagnostic.
+
+    A diagnostic that is not about a file (arguments, standard input) gets the file of the command line.
+    """
     source = told.diagnostic.source
     if source is not None and is_file(source):
         return RepositoryLocation(repository_path(source.name), told.diagnostic.span)
@@ -40,12 +49,15 @@ def repository_location(told: LocatedDiagnostic) -> RepositoryLocation:
 
 
 def is_file(source: Source) -> bool:
-    """Return whether a text comes from a file that can be opened."""
+    """Return whether a source text comes from a file that can be opened."""
     return "\0" not in source.name and os.path.isfile(source.name)
 
 
 def repository_path(name: str) -> str:
-    """Return a file name with slashes, relative to the source root: that of the workflow, or the working folder."""
+    """Return a file name with slashes, relative to the source root.
+
+    The source root is the workspace of the GitHub workflow, or else the working folder.
+    """
     root = os.path.abspath(os.environ.get("GITHUB_WORKSPACE") or ".")
     full = os.path.abspath(name)
     inside = full.startswith(os.path.join(root, ""))
@@ -53,7 +65,7 @@ def repository_path(name: str) -> str:
 
 
 def full_message(diagnostic: Diagnostic) -> str:
-    """Return message, label, help and notes on a line each, without control characters."""
+    """Return message, label, help and notes of a diagnostic, one line each, without control characters."""
     d = diagnostic
     said = f"{d.message} ({d.label})" if d.label and d.label not in d.message else d.message
     asked = f"in `{d.source.name}`" if d.source and not is_file(d.source) else ""

@@ -1,4 +1,4 @@
-"""Diagnostics as SARIF 2.1.0 (OASIS, errata 01) for code scanning, with a rule for each code that occurs.
+"""Diagnostics as SARIF 2.1.0 (OASIS, errata 01) for code scanning, with a SARIF rule for each code that occurs.
 
 Columns count code points, as in our diagnostics. Files are named relative to the source root, `%SRCROOT%`.
 """
@@ -30,7 +30,7 @@ ROOT = "%SRCROOT%"
 
 
 def render(told: Sequence[LocatedDiagnostic]) -> str:
-    """Return one document with one run."""
+    """Return the diagnostics as the text of one SARIF document with one run."""
     found = without_duplicates(told)
     codes = sorted({t.diagnostic.code for t in found})
     run = {
@@ -43,7 +43,7 @@ def render(told: Sequence[LocatedDiagnostic]) -> str:
 
 
 def _rule(code: str) -> dict[str, Any]:
-    """Return the SARIF rule of a code, from its explanation page."""
+    """Return the SARIF rule of a diagnostic code, from its explanation page."""
     page = pages()[code]
     level = "error" if code.startswith("E") else "warning"
     return {
@@ -98,7 +98,7 @@ def _related(i: int, second: Second) -> dict[str, Any]:
 
 
 def _fix(d: Diagnostic) -> dict[str, Any] | None:
-    """Return the suggested replacement of a diagnostic as a SARIF fix, None if it has none."""
+    """Return the suggested replacement of a diagnostic as a SARIF fix, None without a suggestion."""
     found = replacement(d)
     if found is None or d.source is None or not is_file(d.source):
         return None

@@ -12,7 +12,7 @@ COORDINATES = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class Words:
-    """Words by role, each list sorted."""
+    """Words of the language by role, each list sorted."""
 
     reserved: list[str]
     kinds: list[str]
@@ -37,5 +37,5 @@ def words() -> Words:
 
 
 def any_of(names: list[str]) -> str:
-    """Return a regular expression that matches one of several words, the longest first."""
+    """Return a regular expression that matches any of several words, trying the longest first."""
     return "|".join(sorted(names, key=lambda name: (-len(name), name)))

@@ -1,4 +1,7 @@
-"""Pygments lexers, by its entry point `pygments.lexers`: for Sphinx, IPython, LaTeX (minted) and others."""
+"""Pygments lexers for scenes and messages, used by Sphinx, IPython, LaTeX (minted) and others.
+
+Pygments finds them by the entry point `pygments.lexers`.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,7 @@ TOKENS = {
 
 
 class SceneLexer(Lexer):  # type: ignore[misc]
-    """Lexer of scenes."""
+    """Lexer of scenes, derived from the lexer of the language."""
 
     name = "softmark scene"
     aliases = ("scene", "softmark")

@@ -26,7 +26,7 @@ def install(folder: Path) -> str:
 
 
 def grammar() -> dict[str, Any]:
-    """Return the patterns in the order in which they are tried."""
+    """Return the grammar, with its patterns in the order in which they are tried."""
     own = words()
     factor = r"(?:%|°?[[:alpha:]µμ]\w*)(?:\^[+-]?\d+(?:\.\d+)?)?"
     more = r"[*/·](?:\([\w*/^·-]+\)|[[:alpha:]µμ]\w*(?:\^[+-]?\d+(?:\.\d+)?)?)(?![\w(])"

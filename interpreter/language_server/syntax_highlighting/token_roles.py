@@ -21,7 +21,7 @@ class Part(NamedTuple):
 
 
 def parts(text: str) -> list[Part]:
-    """Return all words and comments in order, without blanks; invalid characters have the role `error`."""
+    """Return all words and comments of a text in order, without blanks; invalid characters have the role `error`."""
     lexed = lex(text)
     comments = [Part(c.span.start, c.text, "comment") for c in lexed.comments]
     return sorted([*comments, *_words(lexed.tokens)])

@@ -61,7 +61,7 @@ def text(value: str) -> Node:
 
 
 def word(value: str) -> Node:
-    """Return the rule of a reserved word with the blanks around it, which separate it from a unit after a number."""
+    """Return the rule of a reserved word with the blanks around it, so that it is not read as a unit after a number."""
     first = {"type": "PREC", "value": 1, "content": pattern(rf"[ \t]+{value}[ \t]+")}
     spaced = {"type": "IMMEDIATE_TOKEN", "content": first}
     return choice(text(value), {"type": "ALIAS", "content": spaced, "named": False, "value": value})
@@ -83,7 +83,7 @@ def named(name: str, member: Node) -> Node:
 
 
 def left(level: int, *members: Node) -> Node:
-    """Return the rule of a left-associative sequence; of two that compete the higher level wins."""
+    """Return the rule of a left-associative sequence; among competing rules the one with the higher level wins."""
     return {"type": "PREC_LEFT", "value": level, "content": seq(*members)}
 
 
@@ -154,7 +154,7 @@ def grammar() -> Node:
 
 
 def queries() -> str:
-    """Return the highlighting queries; the last that matches counts."""
+    """Return the highlighting queries; if several match a word, the last one counts."""
     own = words()
 
     def one_of(names: list[str]) -> str:

@@ -1,5 +1,6 @@
-"""Extension for VS Code and compatible editors (VSCodium, Cursor, code-server, Theia): a `.vsix`, written without
-Node.
+"""Extension for VS Code and compatible editors (VSCodium, Cursor, code-server, Theia), as a `.vsix` file.
+
+It is written without Node.
 """
 
 from __future__ import annotations
@@ -36,8 +37,8 @@ def install(folder: Path) -> str:
     return (
         f"code --install-extension {folder / FILE}    (codium, cursor and code-server take it alike)\n"
         'The language server is that of `dsl`: pip install "softmark[lsp]"\n'
-        "The setting softmark.command says where `dsl` is, if it is not found.\n"
-        "The setting softmark.plugins names plugins whose words are known."
+        "The setting softmark.command gives the path of `dsl`, if it is not found.\n"
+        "The setting softmark.plugins names the plugins to load."
     )
 
 

@@ -1,4 +1,4 @@
-"""Construction and solution of beam models."""
+"""Construction and solution of beam models: mass, stiffness and loads of a rod, and its static equilibrium."""
 
 from __future__ import annotations
 
@@ -70,21 +70,21 @@ class PreparedBeam(Meshless):
 
     @property
     def along(self) -> Callable[[Floats], Floats] | None:
-        """Function that returns stations (k,) of points (k, 3), m, on a curved axis; None on a straight one."""
+        """Function from points (k, 3), m, to their stations (k,), m, on a curved axis; None on a straight axis."""
         shape = self.case.prism
         return None if isinstance(shape, Prism) else shape.stations
 
     def forces(self) -> list[tuple[Declared, Floats]]:
-        """Return forces and moments in space (n, 6), N and N m, of every load separately, on the undeformed beam."""
+        """Return each load with its forces and moments in space (n, 6), N and N m, on the undeformed beam."""
         return forces_in_space(self.applied, self.rest, rotation(self.rest.reshape(-1, 7)[:, 3:]))
 
     def warm(self) -> None:
-        """Solve one segment once, so that libraries are loaded before timing; beams use numpy and compile nothing."""
+        """Solve a beam of one segment, so that libraries are loaded before timing starts; nothing is compiled."""
         factorisations.warm_up(len(self.problem.assembly.tangent(self.rest, 1.0, projected=True).data))
         _solve_one_segment()
 
     def solve(self, watch: Watch) -> Solution:
-        """Find the static equilibrium from rest."""
+        """Return the static equilibrium, starting from rest."""
         problem, last = replace(self.problem, watch=watch), [self.problem.assembly]
         remedy = "use more segments or a smaller load"
         return static_result.solve_static(
@@ -92,7 +92,7 @@ class PreparedBeam(Meshless):
         )
 
     def _equilibrium(self, problem: Statics, solved: list[Assembly]) -> Equilibrium:
-        """Find the equilibrium; a second solution removes the remaining strain of modes that are switched off.
+        """Return the equilibrium; a second solution removes the remaining strain of modes that are switched off.
 
         The assembly of each solution is appended to `solved`.
         """
@@ -109,7 +109,7 @@ class PreparedBeam(Meshless):
         return replace(again, history=history, facts=known, critical=found.critical or again.critical)
 
     def _finish(self, found: Equilibrium, assembly: Assembly) -> Solution:
-        """Return the solution of an equilibrium."""
+        """Return the solution of an equilibrium, with functions for its results."""
         solution = static_result.solution_of(found, lambda X: displacement_at(found.x, self.rest, X, self.along))
         modes = frequencies_about(self.problem.assembly, found.x, self.mass, self.problem.linear)
         if self.along is not None:
@@ -121,7 +121,7 @@ class PreparedBeam(Meshless):
         return replace(seen, carried=carried, stress=cache(lambda: self._stress(solved, found.x)))
 
     def _stress(self, solved: Statics, x: Floats) -> Any:
-        """Return the stress of its sections in a state x (nodes * 7,)."""
+        """Return the stress field of the beam's sections in a state x (nodes * 7,)."""
         from softmark.interpreter.models.beam.beam_stress import Piece, SectionStresses, lines_on
 
         shape, stations = self.case.prism, self.stations
@@ -131,7 +131,7 @@ class PreparedBeam(Meshless):
         return SectionStresses([piece], self.case, lambda X: np.zeros(len(X), dtype=np.int64))
 
     def _pressed(self, x: Floats) -> tuple[Diagnostic, ...]:
-        """Return warnings where tendons pull their guides together."""
+        """Return warnings if a tendon pulls its guides together in a state x (nodes * 7,)."""
         if not any(isinstance(load.thing.action, TendonLoad) for load, _ in self.applied):
             return ()
         from softmark.interpreter.models.beam.beam_tendons import guide_warnings
@@ -139,7 +139,7 @@ class PreparedBeam(Meshless):
         return guide_warnings(self.declared, self.applied, x)
 
     def mass(self) -> Floats:
-        """Masses of nodes and inertia of their sections (6 n,), kg and kg m^2."""
+        """Masses of the nodes and rotary inertia of their sections (6 n,), kg and kg m^2."""
         return _inertia(self.case, self.rest, self.stations)[:, [0, 0, 0, 1, 2, 3]].ravel()
 
 
@@ -200,9 +200,10 @@ def build_static(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBea
 
 
 def _inertia(case: Case, rest: Floats, stations: Floats) -> Floats:
-    """Return masses and moments of inertia about e1, e2 and e3 of the nodes (n, 4), kg and kg m^2.
+    """Return the mass and the moments of inertia about e1, e2 and e3 of each node (n, 4), kg and kg m^2.
 
-    Half of each segment is added at both its ends; a tapered segment is distributed by its linear shape functions.
+    Half of a segment is added to each of its two nodes. A tapered segment is distributed by its linear shape
+    functions.
     """
     shape, rho = case.prism, case.material.density
     if shape.tapered:
@@ -215,7 +216,10 @@ def _inertia(case: Case, rest: Floats, stations: Floats) -> Floats:
 
 
 def _stiffness(model: Beam6Dof, case: Case, stations: Floats) -> RodStiffness | VaryingStiffness:
-    """Return the stiffnesses of the section, or of each element; e2 and e3 are the transverse axes of the shape."""
+    """Return the stiffnesses of the section or, for a tapered beam, of each element.
+
+    The axes e2 and e3 are the transverse axes of the shape.
+    """
     shape, flexible = case.prism, {"shear": model.shear, "axial": model.axial}
     if shape.tapered:
         return VaryingStiffness(stiffnesses(shape, stations, case.material)).without(shape.length, **flexible)
@@ -223,12 +227,12 @@ def _stiffness(model: Beam6Dof, case: Case, stations: Floats) -> RodStiffness | 
 
 
 def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, Energy], ...]:
-    """Return every load with its energy."""
+    """Return each load with its energy. Raises Fault."""
     return tuple((load, _load(case, load, rest, stations)) for load in case.loads)
 
 
 def _merge_loads(applied: Sequence[tuple[Declared, Energy]], rest: Floats) -> list[Energy]:
-    """Return the energies of all loads, with nodal forces merged into one and tendons into another."""
+    """Return the energies of all loads, with all nodal forces merged into one energy and all tendons into another."""
     found = [energy for _, energy in applied]
     forces = sum((e.forces for e in found if isinstance(e, RodForces)), np.zeros((rest.size // 7, 3)))
     others = [e for e in found if not isinstance(e, RodForces)]
@@ -242,7 +246,7 @@ def _merge_loads(applied: Sequence[tuple[Declared, Energy]], rest: Floats) -> li
 
 
 def _load(case: Case, load: Declared, rest: Floats, stations: Floats) -> Energy:
-    """Return the energy of one load: nodal forces, a moment on one section, or a tendon."""
+    """Return the energy of one load: nodal forces, a moment on one section, or the pull of a tendon."""
     match load.thing.action:
         case TendonLoad() as action:
             from softmark.interpreter.models.beam.beam_tendons import tendon

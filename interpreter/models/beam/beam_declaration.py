@@ -115,7 +115,7 @@ class Beam6Dof(Model):
         return found
 
     def _between(self, load: Declared, case: Case) -> str:
-        """Return why a load that rotates a section has no node there; empty if it is possible."""
+        """Return why a load that rotates a section can get no node at its station; empty if it can."""
         action = load.thing.action
         if isinstance(action, TendonLoad) and action.guides is None:
             return self._wound(case, action)
@@ -127,10 +127,10 @@ class Beam6Dof(Model):
             return ""
         nodes, slack = self.stations(case), 1e-6 * case.prism.length
         near = all(any(abs(s - place) <= slack for s in nodes) for place in places)
-        return "" if near else f"{what} where no node can be placed: use more segments"
+        return "" if near else f"{what}, too far from a node: use more segments"
 
     def _wound(self, case: Case, action: TendonLoad) -> str:
-        """Return a message if a tendon winds too much within a segment, which sees only its middle; else empty."""
+        """Return a message if a tendon winds by more than 90 degrees within a segment; else an empty text."""
         ends, nodes = guides(case, action), self.stations(case)
         longest = max(b - a for a, b in pairwise(nodes))
         turn = abs(action.winding) * min(longest / abs(ends[1] - ends[0]), 1.0)
@@ -175,7 +175,7 @@ class Beam6Dof(Model):
         return found
 
     def _held(self, case: Case) -> list[Diagnostic]:
-        """Return errors for supports that conflict or leave the beam free; separate clamps need no check."""
+        """Return errors if supports conflict or leave the beam free to move."""
         if not case.supports or self._apart(case):
             return []  # none is said of the body
         from softmark.interpreter.models.beam.beam_supports import constrained_dofs
@@ -187,7 +187,7 @@ class Beam6Dof(Model):
         return []
 
     def _apart(self, case: Case) -> bool:
-        """Return whether all supports are clamps of different sections and some section is free."""
+        """Return whether supports are clamps of different sections that leave a section free; one clamp counts."""
         if any(len(support.thing.components) < 3 for support in case.supports):
             return False
         if len(case.supports) == 1:
@@ -200,7 +200,8 @@ class Beam6Dof(Model):
     def _rings(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return an error for `shear = no` or `axial = no` in dynamics.
 
-        They are enforced by stiff springs, which statics makes exact but which would oscillate in dynamics.
+        Stiff springs enforce these constraints. In statics a second solution makes them exact; in dynamics they would
+        oscillate.
         """
         off = next((name for name in ("shear", "axial") if not getattr(self, name)), None)
         if off is None or not isinstance(case.analysis, Dynamic):
@@ -209,11 +210,9 @@ class Beam6Dof(Model):
             diagnostic(
                 "E533",
                 declared.at(off),
-                f"`{declared.name}` cannot move without {'shear' if off == 'shear' else 'stretch'} "
-                "deformation in a dynamic analysis",
+                f"`{declared.name}` needs {'shear' if off == 'shear' else 'stretch'} deformation in a dynamic analysis",
                 "only in static analyses",
-                f"remove `{off} = no`: it is a static constraint, and in motion it would be a stiff "
-                "spring that vibrates",
+                f"remove `{off} = no`: in a dynamic analysis this constraint would be a stiff spring that vibrates",
             )
         ]
 
@@ -235,9 +234,10 @@ class Beam6Dof(Model):
         ]
 
     def stations(self, case: Case) -> list[float]:
-        """Return the stations of nodes, m from the root.
+        """Return the stations of the nodes, m from the root.
 
-        They are equally spaced; the nearest are moved to the ends of supports and to eccentric loads.
+        Nodes are equally spaced, except that the nearest nodes are moved to the ends of supports and to eccentric
+        loads.
         """
         found = [case.prism.length * i / self.segments for i in range(self.segments + 1)]
         inner = set(range(1, self.segments))  # that may move
@@ -251,7 +251,7 @@ class Beam6Dof(Model):
 
     @property
     def stress_law(self) -> tuple[str, str] | str:
-        """Message that stress is that of sections, by the theory of Saint-Venant."""
+        """Message that stress is computed in cross-sections, by the theory of Saint-Venant."""
         return OF_SECTIONS
 
     def outline(self, case: Case) -> str:
@@ -265,16 +265,19 @@ class Beam6Dof(Model):
         return "beam segments, no mesh" + (f", without {' and '.join(off)}" if off else "")
 
     def kind(self, case: Case) -> ModelKind:
-        """Return the family of the model, that is all but its number of segments."""
+        """Return the family of the model: all its properties except the number of segments."""
         return ModelKind(self._words, str(self.segments), None)
 
     def orders(self) -> dict[str, int]:
-        """Return the order 2 of two-node elements with one point (Simo and Vu-Quoc 1986)."""
+        """Return the convergence order 2 of two-node elements with one integration point (Simo and Vu-Quoc 1986)."""
         return {"segments": 2}
 
 
 def _no_axis(declared: Declared, case: Case) -> Diagnostic:
-    """Return the error for a body without sections along an axis; a cone with a tip lacks only the last one."""
+    """Return the error for a body that has no cross-sections along an axis.
+
+    The message is different for a cone with a tip, which lacks only the last section.
+    """
     name, body, use = declared.name, case.body.name, "or use `fem(...)`"
     if isinstance(case.shape, Cone):
         code, problem, reason = (
@@ -303,7 +306,7 @@ def _turns_free(case: Case, support: Declared) -> bool:
 
 
 def _place(action: Any, case: Case) -> str:
-    """Return the field that gives the place of a load; for a tendon, the end that lies beyond the beam."""
+    """Return the name of the field that places a load; for a tendon, that of the end that lies beyond the beam."""
     if isinstance(action, TendonLoad):
         return (
             "to"
@@ -319,7 +322,7 @@ def _is_axis_aligned(axis: tuple[float, ...]) -> bool:
 
 
 def _unsupported_load(load: Declared, case: Case) -> str:
-    """Return why a beam cannot carry a load; empty if it can."""
+    """Return why a beam cannot represent a load; empty if it can."""
     match load.thing.action:
         case BodyForce():
             return ""
@@ -354,7 +357,7 @@ def _eccentric_stations(case: Case) -> set[float]:
 
 
 def guides(case: Case, action: TendonLoad) -> list[float]:
-    """Return the stations of a tendon's guides, m from the root, with its ends; empty if one end is beyond the beam."""
+    """Return the stations of a tendon's guides and ends, m from the root; empty if an end lies beyond the beam."""
     first, last = section_station(case, action.begin), section_station(case, action.end)
     if first is None or last is None:
         return []
@@ -363,7 +366,7 @@ def guides(case: Case, action: TendonLoad) -> list[float]:
 
 
 def section_station(case: Case, point: tuple[float, float, float]) -> float | None:
-    """Return the station of the section that a point lies in, m from the root; None beyond the ends."""
+    """Return the station, m from the root, of the section that contains a point; None beyond the ends."""
     shape = case.prism
     s, slack = shape.own(point)[0], 1e-9 * shape.length
     return min(max(s, 0.0), shape.length) if -slack <= s <= shape.length + slack else None

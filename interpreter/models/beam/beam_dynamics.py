@@ -1,4 +1,4 @@
-"""Beams in dynamic analyses, with rotations as unknowns (solvers/dynamics/rotational_inertia.py)."""
+"""Beams in dynamic analyses, with rotations among the unknowns (solvers/dynamics/rotational_inertia.py)."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class MovingBeam(PreparedMotion):
 
     @property
     def _turning(self) -> RotationalInertia:
-        """Rotational inertia of the problem."""
+        """Rotational inertia of the sections in the dynamic problem."""
         assert self.problem.turning is not None
         return self.problem.turning
 
@@ -67,17 +67,20 @@ class MovingBeam(PreparedMotion):
         return self._turning.chart.state(motion.x)
 
     def _resolution(self) -> Resolution | None:
-        """Return how the time step resolves the slowest vibration."""
+        """Return how well the time step resolves the slowest vibration."""
         self._turning.reset()  # frequencies are those about rest
         return super()._resolution()
 
     def _step_error(self) -> StepError | None:
-        """Return the time-step error of small motions as a sum of vibration modes; None if unknown."""
+        """Return the time-step error of small vibrations, as a sum over vibration modes; None if it is unknown."""
         self._turning.reset()
         return super()._step_error()
 
     def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
-        """Return the displacement field of a mode, by a finite difference, because points rotate with the axis."""
+        """Return the displacement field of a vibration mode `shape` (dofs,).
+
+        It is computed by a finite difference, because points of a section rotate with it.
+        """
         size = float(np.abs(shape).max(initial=0.0)) or 1.0
         self._turning.reset()
         small = NUDGE / size
@@ -85,12 +88,12 @@ class MovingBeam(PreparedMotion):
         return lambda X: np.asarray(shift(X)) / small
 
     def _shift(self, x: Floats) -> Callable[[Floats], Floats]:
-        """Return the displacement field of points (n, 3) around the axis in a state."""
+        """Return the displacement field, a function of points (n, 3), m, of a state x (nodes * 7,)."""
         rest = self.rest
         return lambda X: displacement_at(x, rest, X)
 
     def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
-        """Return displacements over time and at the end; beams have no mesh."""
+        """Return the solution fields `course` and `displacement` (at the end); beams have no mesh."""
         shifts = [self._shift(x) for x in states]
 
         def course(X: Floats) -> Floats:
@@ -100,7 +103,7 @@ class MovingBeam(PreparedMotion):
         return {"course": course, "displacement": shifts[-1]}
 
     def _mesh_facts(self) -> dict[str, Any]:
-        """Return no mesh facts."""
+        """Return an empty report of the mesh, because beams have none."""
         return {}
 
 
@@ -108,9 +111,9 @@ def build_beam_dynamics(
     static: Prepared, declared: Declared, case: Case, elastic: RodElastic, problem: Statics, mass: Floats,
     applied: Sequence[tuple[Declared, Energy]],
 ) -> MovingBeam:  # fmt: skip
-    """Return the dynamic analysis of a beam, with its nodal mass (6 n,), kg and kg m^2, and each load separately.
+    """Return the dynamic analysis of a beam from its static `problem`, its mass and its loads.
 
-    `problem` is the static problem.
+    `mass` (6 n,), kg and kg m^2, is that of the nodes; `applied` has each load separately.
     """
     chart = RodChart(elastic.rest)
     loads = [(load, _moving_load(load, energy, chart)) for load, energy in applied]
@@ -130,10 +133,10 @@ def dynamics(
     axes: Floats,
     mass: Floats,
 ) -> Dynamics:
-    """Return the dynamic problem of `rods` over a chart.
+    """Return the dynamic problem of `rods`, with rotations as unknowns (`chart`). Raises Fault.
 
-    Nodes at X (n, 3), m, rotate about their `axes` (n, 3, 3), as columns. `mass` (6 n,) is theirs, kg and kg m^2, and
-    `problem` the static problem. Raises Fault.
+    Nodes at X (n, 3), m, rotate about the columns of `axes` (n, 3, 3). `mass` (6 n,) are their masses and moments
+    of inertia, kg and kg m^2. `problem` is the static problem.
     """
     analysis: Any = case.analysis
     check_amplitudes(case, analysis)
@@ -162,7 +165,7 @@ def dynamics(
 
 
 def _moving_load(load: Declared, energy: Energy, chart: RodChart) -> Energy:
-    """Return a load of the static rod as a load over rotational unknowns."""
+    """Return a load of the static rod as a load in terms of rotational unknowns."""
     if isinstance(energy, RodForces):
         return MovingRodForces(energy.forces)
     if isinstance(load.thing.action, TendonLoad):

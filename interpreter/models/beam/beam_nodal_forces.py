@@ -16,7 +16,7 @@ from softmark.solvers.statics.static_problem import Statics
 
 
 def nodal_forces_of_beam(problem: Statics, x: Floats, loads: Sequence[tuple[Declared, Energy]]) -> NodalForces:
-    """Return the nodal forces in a state x (nodes * 7,); moments are about the material axes, as in the solver."""
+    """Return the nodal forces in a state x (nodes * 7,), with moments about the material axes."""
     nodes, start = x.reshape(-1, 7), problem.rest.reshape(-1, 7)
     energy = sum(_energy(e, x) for e in problem.assembly.internal if isinstance(e, RodElastic))
     return nodal_forces_of_rods(problem, x, loads, float(energy), start[:, :3], nodes[:, :3], rotation(nodes[:, 3:]))
@@ -26,9 +26,10 @@ def nodal_forces_of_rods(
     problem: Statics, x: Floats, loads: Sequence[tuple[Declared, Energy]], energy: float, X: Floats, now: Floats,
     frames: Floats,
 ) -> NodalForces:  # fmt: skip
-    """Return the nodal forces in a state x with a strain energy, J.
+    """Return the nodal forces of rods in a state x whose strain energy is `energy`, J.
 
-    Nodes or points (n,) are at X and `now`, m, and rotate about their `frames`.
+    X (n, 3), m, are the undeformed positions of nodes or points, `now` (n, 3), m, the deformed ones, and `frames`
+    (n, 3, 3) the axes, as columns, that moments refer to.
     """
     left = residual_without_rounding(problem, x).reshape(-1, 6)
     own = {load.name: _load_forces(e, x, len(X)) for load, e in loads}
@@ -40,7 +41,7 @@ def nodal_forces_of_rods(
 def forces_in_space(
     loads: Sequence[tuple[Declared, Energy]], x: Floats, frames: Floats
 ) -> list[tuple[Declared, Floats]]:
-    """Return forces and moments in space (n, 6), N and N m, of every load separately, at nodes with these `frames`."""
+    """Return each load with its forces and moments in space (n, 6), N and N m; `frames` are the nodes' axes."""
     found = ((load, _load_forces(energy, x, len(frames))) for load, energy in loads)
     return [(load, np.hstack([f[:, :3], np.einsum("nij,nj->ni", frames, f[:, 3:])])) for load, f in found]
 
@@ -53,7 +54,7 @@ def _load_forces(load: Energy, x: Floats, count: int) -> Floats:
 
 
 def _energy(elastic: RodElastic, x: Floats) -> float:
-    """Return the strain energy, J, without that of modes that are switched off, which are constraints."""
+    """Return the strain energy of a state x, J, without the modes that are switched off, which are constraints."""
     modes = elastic.mode_energies(x)
     modes[list(elastic.stiffness.rigid)] = 0.0
     return float(modes.sum())

@@ -1,7 +1,8 @@
-"""Viscoelastic beams: forces and moments of sections relax as their stress does.
+"""Viscoelastic beams: forces and moments of cross-sections relax like the stress of the material.
 
-Sections stay plane and strains are small. Stretch and bending therefore follow Young's modulus, and shear and torsion
-the shear modulus. If the bulk modulus does not relax, each has a series of its own.
+Cross-sections stay plane and strains are small. Stretch and bending therefore relax with Young's modulus, and
+shear and torsion with the shear modulus. If the bulk modulus does not relax, these two moduli have different
+series.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ NO_STRESS = "section stress of a viscoelastic beam is not available: use forces"
 
 @dataclass(frozen=True)
 class BeamHistory:
-    """Displacement field of a viscoelastic beam, and its history: `past` at `times` (t,), s."""
+    """Displacement field of a viscoelastic beam at the present time, with the fields `past` at `times` (t,), s."""
 
     now: Callable[[Floats], Floats]
     times: tuple[float, ...]
@@ -58,7 +59,10 @@ class BeamHistory:
 
 @dataclass(frozen=True)
 class ViscoelasticBeam(Meshless):
-    """Viscoelastic beam; `static` is the same beam with all loads at full size and the instantaneous stiffness."""
+    """Viscoelastic beam in a quasistatic analysis.
+
+    `static` is the same beam with all loads at full size and with the instantaneous stiffness.
+    """
 
     static: PreparedBeam
     case: Case
@@ -67,7 +71,7 @@ class ViscoelasticBeam(Meshless):
 
     @property
     def size(self) -> dict[str, int]:
-        """Numbers of nodes, elements and dofs."""
+        """Numbers of nodes, elements and degrees of freedom, by name."""
         return self.static.size
 
     @property
@@ -76,16 +80,16 @@ class ViscoelasticBeam(Meshless):
         return self.static.points
 
     def forces(self) -> list[tuple[Declared, Floats]]:
-        """Return forces and moments (n, 6), N and N m, of every load separately, at the present time."""
+        """Return each load at the present time with its forces and moments (n, 6), N and N m."""
         shares = self.timed.at(self.timed.analysis.now, False).shares
         return [(load, share * f) for (load, f), share in zip(self.static.forces(), shares, strict=True)]
 
     def warm(self) -> None:
-        """Load what the static beam needs."""
+        """Load the libraries that the static beam needs, before timing starts."""
         self.static.warm()
 
     def solve(self, watch: Watch) -> Solution:
-        """Solve step by step from the start to the present time."""
+        """Return the solution at the present time, by time steps from the start."""
         remedy = "use a shorter step, more segments or a smaller load"
         problem = replace(self.static.problem, watch=watch)
         came: list[StateInTime] = []
@@ -99,11 +103,11 @@ class ViscoelasticBeam(Meshless):
         return static_result.solve_static(find, remedy, lambda found: self._finish(found, came[0]))
 
     def _finish(self, found: Any, state: StateInTime) -> Solution:
-        """Return the solution, with its energies and history."""
+        """Return the solution of a state, with its energies and its history."""
         rest, along = self.static.rest, self.static.along
 
         def moved(x: Floats) -> Callable[[Floats], Floats]:
-            """Return the displacement field of a state."""
+            """Return the displacement field of a state x (nodes * 7,)."""
             return lambda X: displacement_at(x, rest, X, along)
 
         solution = static_result.solution_of(
@@ -160,7 +164,10 @@ def _build_dynamics(model: Beam6Dof, declared: Declared, case: Case) -> Prepared
 
 
 def series_of(material: Viscoelastic) -> tuple[Floats, Floats]:
-    """Return the shares of stretch, shears, twist and bendings (k, 6) that relax, and their times (k,), s."""
+    """Return the relaxing fractions (k, 6) of the section stiffnesses, and their relaxation times (k,), s.
+
+    The six stiffnesses are those of stretch, two shears, twist and two bendings.
+    """
     g, tau = (np.array(column) for column in zip(*material.branches, strict=True))
     if material.of == "whole" or material.poisson == 0.5:
         return np.tile(g[:, None], (1, 6)), tau

@@ -1,7 +1,8 @@
 """Static stress at any point of beams and frames, from section forces and moments by the theory of sections.
 
-Section forces of an element follow from its nodal forces: the force is that at its middle, and moments are those at its
-ends, exact if forces act at nodes. Gravity and line loads act between them.
+Section forces of an element follow from its nodal forces. The force is that at the middle of the element, and
+moments are interpolated between its ends; both are exact if forces act only at nodes. Gravity and line loads
+act between nodes.
 """
 
 from __future__ import annotations
@@ -32,10 +33,10 @@ AROUND = 1e-9  # of the length: a place beyond the end is at the end
 
 @dataclass(frozen=True)
 class Piece:
-    """One straight or curved axis with nodes at stations (k,), m, undeformed and deformed (k, 7).
+    """One straight or curved axis: `stations` of nodes (k,), m, and their undeformed and deformed states (k, 7).
 
-    `ends` (k - 1, 12) are the forces and moments that hold each element, N in space and N m about axes of nodes;
-    `lines` (k - 1, 3) are the line loads along it, N/m.
+    `ends` (k - 1, 12) are the forces and moments at both ends of each element, forces in space, N, and moments
+    about the axes of the nodes, N m. `lines` (k - 1, 3) are the line loads along each element, N/m.
     """
 
     shape: Swept
@@ -46,7 +47,10 @@ class Piece:
     lines: Floats
 
     def carried(self, s: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return N, V2, V3, T, M2, M3 (n, 6) at stations (n,), m, and axes at rest and now (n, 3, 3), as columns."""
+        """Return section forces and moments N, V2, V3, T, M2, M3 (n, 6) at stations s (n,), m, and the section axes.
+
+        The axes (n, 3, 3), as columns, are undeformed and deformed.
+        """
         e = np.clip(np.searchsorted(self.stations, s, side="right") - 1, 0, len(self.stations) - 2)
         a, b = self.stations[e], self.stations[e + 1]
         t = np.clip((s - a) / (b - a), 0.0, 1.0)
@@ -62,7 +66,10 @@ class Piece:
 
     @cached_property
     def _moments(self) -> tuple[Floats, Floats]:
-        """Moments at the first and the last node of each element (k - 1, 3), N m in space, on the part before."""
+        """Return the section moments at the first and the last node of each element, (k - 1, 3) each, N m in space.
+
+        They act on the part of the axis before the section.
+        """
         R = rotation(self.now[:, 3:])
         first = -np.einsum("nij,nj->ni", R[:-1], self.ends[:, 3:6])
         return first, np.einsum("nij,nj->ni", R[1:], self.ends[:, 9:])
@@ -70,14 +77,14 @@ class Piece:
 
 @dataclass(frozen=True)
 class SectionStresses(AnalyticField):
-    """Stress field of pieces made of one material; `nearest` returns the piece of points (n, 3)."""
+    """Stress field of beams made of one material; `nearest` returns the index of the piece nearest to points (n, 3)."""
 
     pieces: Sequence[Piece]
     case: Case
     nearest: Callable[[Floats], Any]
 
     def at(self, X: Floats) -> Tensors:
-        """Return stress and displacement gradient at points X (n, 3) of the undeformed body."""
+        """Return stress and displacement gradient at points X (n, 3), m, of the undeformed body."""
         six, H, own = np.zeros((len(X), 6)), np.zeros((len(X), 9)), self.nearest(X)
         for number in np.unique(own).tolist():
             here = own == number
@@ -85,7 +92,7 @@ class SectionStresses(AnalyticField):
         return Tensors(six, H, False)
 
     def _of(self, piece: Piece, X: Floats) -> tuple[Floats, Floats]:
-        """Return stress (n, 6), Pa, and du/dX (n, 9) at points of one piece."""
+        """Return the stress (n, 6), Pa, and the gradient du/dX (n, 9) at points X (n, 3), m, of one piece."""
         s, u, v = piece.shape.coordinates(X)
         carried, start, R = piece.carried(s)
         along = self._in_sections(piece.shape, s, carried, u, v)
@@ -100,7 +107,10 @@ class SectionStresses(AnalyticField):
         return np.stack([turned[:, i, j] for i, j in SYMMETRIC], axis=1), (F - np.eye(3)).reshape(-1, 9)
 
     def _in_sections(self, shape: Swept, s: Floats, carried: Floats, u: Floats, v: Floats) -> Floats:
-        """Return sigma_11, sigma_12, sigma_13 (n, 3), Pa."""
+        """Return the stresses sigma_11, sigma_12 and sigma_13 (n, 3), Pa, from section forces `carried` (n, 6).
+
+        u and v (n,), m, are coordinates in the section at stations s (n,), m.
+        """
         nu = self.case.material.poisson
         if not shape.tapered:
             return section_stress(shape.section, nu, carried, u, v)
@@ -113,7 +123,7 @@ class SectionStresses(AnalyticField):
 
     @cached_property
     def usual(self) -> tuple[float, float, float]:
-        """Root mean squares of stress, Pa, strain, and deviator, Pa, over samples of sections amid elements."""
+        """Root mean squares of stress, Pa, strain and deviatoric stress, Pa, over samples amid elements."""
         at = [self.at(_samples(piece.shape, piece.stations)) for piece in self.pieces]
         sigma = np.concatenate([tensors.cauchy for tensors in at])
         strain = np.concatenate([tensors.strain("green") for tensors in at])
@@ -123,14 +133,14 @@ class SectionStresses(AnalyticField):
 
 
 def _rates(shape: Swept, section: Section) -> tuple[float, float]:
-    """Return the relative growth of the sides of a section along a tapered body, 1/m."""
+    """Return the relative growth, 1/m, of both sides of a section along a tapered body."""
     ends = zip(shape.section_at(0.0).extents, shape.section_at(shape.length).extents, section.extents, strict=True)
     first, second = ((last - begin) / (shape.length * here) for begin, last, here in ends)
     return first, second
 
 
 def _samples(shape: Swept, stations: Floats) -> Floats:
-    """Return sample points (n, 3), m, of sections."""
+    """Return sample points (n, 3), m, in the sections at these stations, m."""
     found = []
     for s in (0.5 * (stations[1:] + stations[:-1])).tolist():
         _, first, second = np.array(shape.frame(s))
@@ -142,7 +152,10 @@ def _samples(shape: Swept, stations: Floats) -> Floats:
 def lines_on(
     case: Case, shape: Swept, stations: Floats, covers: Callable[[LineForce], tuple[float, float] | None]
 ) -> Floats:
-    """Return the line loads on each element (k - 1, 3), N/m: gravity, and line forces over spans from `covers`."""
+    """Return the line loads on each element (k - 1, 3), N/m: gravity and line forces.
+
+    `covers` returns the stations, m, between which a line force acts on this axis; None if it acts elsewhere.
+    """
     middle, found = 0.5 * (stations[1:] + stations[:-1]), np.zeros((len(stations) - 1, 3))
     for load in case.loads:
         match load.thing.action:

@@ -1,4 +1,4 @@
-"""Supports of a rod: held degrees of freedom, used in validation of a scene and in building."""
+"""Supports of a rod as held degrees of freedom, for validation of a scene and for building."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def points_of(case: Case, stations: Floats) -> Floats:
 
 
 def undeformed_rod(case: Case, stations: Floats) -> Floats:
-    """Return the stress-free rod through the stations (n * 7,); e2 and e3 are the two axes of the section."""
+    """Return the stress-free rod (n * 7,) with nodes at these stations, m; e2 and e3 are the section's axes."""
     shape, points = case.prism, points_of(case, stations)
     if isinstance(shape, Prism):
         return rod_at_rest(points, np.array(transverse(shape.axis)[1]))
@@ -41,7 +41,7 @@ def undeformed_rod(case: Case, stations: Floats) -> Floats:
 def constrained_dofs(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats, RotationPath | None]:
     """Return held degrees of freedom (c,), their values (c,), m or rad, and the path of rotating supports.
 
-    The rod has nodes at the stations. Raises Fault.
+    Raises Fault. The nodes of the rod are at the `stations`, m from the root.
     """
     held = _support_constraints(case, stations, 1.0)
     found, target = held.finished()
@@ -52,12 +52,15 @@ def constrained_dofs(case: Case, stations: Sequence[float]) -> tuple[Ints, Float
 
 
 def held_values(case: Case, stations: Sequence[float]) -> dict[int, tuple[float, Declared]]:
-    """Return the imposed value, m or rad, and the support of every held degree of freedom. Raises Fault."""
+    """Return, by held degree of freedom, its imposed value, m or rad, and the support that imposes it. Raises Fault."""
     return _support_constraints(case, stations, 1.0).values
 
 
 def _support_constraints(case: Case, stations: Sequence[float], share: float) -> Constraints:
-    """Return the constraints at a fraction of the support motions; rotations are about material axes. Raises Fault."""
+    """Return the constraints at a fraction `share` of the support motions. Raises Fault.
+
+    Rotations are about the material axes.
+    """
     points = points_of(case, np.array(stations))
     held = Constraints(case, case.prism.length, points.mean(axis=0), 6 * len(points))
     axes = np.array([case.prism.axis, *transverse(case.prism.axis)])
@@ -85,7 +88,7 @@ def rotates_free_sections(case: Case, support: Declared) -> bool:
 
 
 def held_by(case: Case, stations: Sequence[float]) -> dict[str, NDArray[np.bool_]]:
-    """Return the degrees of freedom that each support holds (nodes, 6), by name."""
+    """Return a mask of the degrees of freedom that each support holds (nodes, 6), by name of the support."""
     found = {}
     for support in case.supports:
         components = support.thing.components
@@ -96,10 +99,10 @@ def held_by(case: Case, stations: Sequence[float]) -> dict[str, NDArray[np.bool_
 
 
 def _held_turns(axis: tuple[float, float, float], components: tuple[int, ...]) -> list[int]:
-    """Return the rotations about x, y, z that a rigid section cannot make if `components` of all its points are held.
+    """Return the rotations about x, y, z that a rigid section cannot make if `components` of its points are held.
 
-    A rotation omega moves a point r of the section by omega x r, with the component c omega . (r x e_c). Holding c
-    therefore prevents the rotations along r x e_c for every r across the axis.
+    A rotation omega moves a point r of the section by omega x r, whose component c is omega . (r x e_c). Holding
+    the component c therefore prevents the rotations along r x e_c for every r normal to the axis.
     """
     if len(components) == 3:
         return [0, 1, 2]
@@ -108,7 +111,7 @@ def _held_turns(axis: tuple[float, float, float], components: tuple[int, ...]) -
 
 
 def _body_axes(axis: tuple[float, float, float], turns: list[int]) -> list[int]:
-    """Return these rotations as degrees of freedom about the rod's own axes e1, e2, e3."""
+    """Return rotations about x, y, z as degrees of freedom about the axes e1, e2, e3 of a rod along `axis`."""
     if len(turns) == 3:
         return [0, 1, 2]
     frame = np.array([axis, *transverse(axis)])

@@ -1,4 +1,4 @@
-"""Tendons of a beam: their paths, as arms from the axis at the middles of segments, or at guides."""
+"""Tendons of a beam: their paths, given as arms from the axis at the middle of segments or at guides."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NEAR = 0.2  # of their distance at rest: guides that come nearer would touch, an
 
 
 def guide_warnings(declared: Declared, applied: Sequence[tuple[Declared, Energy]], x: Floats) -> tuple[Diagnostic, ...]:
-    """Return warnings where tendons pull their guides together in a state x."""
+    """Return warnings if a tendon pulls its guides together in a state x (nodes * 7,)."""
     found = []
     for load, energy in applied:
         if isinstance(energy, RodTendons | GuidedTendon) and (least := float(energy.nearest(x).min())) < NEAR:
@@ -42,7 +42,7 @@ def guide_warnings(declared: Declared, applied: Sequence[tuple[Declared, Energy]
 
 
 def tendon(case: Case, action: TendonLoad, rest: Floats, stations: Floats) -> Energy:
-    """Return the energy of a tendon over a rod with nodes at stations (n,), m."""
+    """Return the energy of a tendon along a rod with nodes at stations (n,), m."""
     begin, end = sorted(case.prism.own(p) for p in (action.begin, action.end))
     first, last, span = np.array(begin[1:]), np.array(end[1:]), end[0] - begin[0]
     if action.guides is not None:
@@ -60,10 +60,11 @@ def tendon(case: Case, action: TendonLoad, rest: Floats, stations: Floats) -> En
 
 
 def _tendon_arms(first: Floats, last: Floats, winding: float, t: Floats) -> tuple[Floats, Floats]:
-    """Return arms (m, 3) in material axes at fractions t between two places (2,) in the section, and their slopes by t.
+    """Return the arms of a tendon from the axis (m, 3), m, in material axes, and their derivatives by t.
 
-    The first place and the unwound last place define a straight line; each point of it is rotated by its share of the
-    winding.
+    `first` and `last` (2,), m, are its places in the first and the last section without winding, and t (m,)
+    fractions of its length. The straight line between the places is rotated by the fraction t of the angle
+    `winding`.
     """
     c, s = np.cos(winding), np.sin(winding)
     unwound = np.array([c * last[0] + s * last[1], c * last[1] - s * last[0]])
@@ -77,7 +78,7 @@ def _tendon_arms(first: Floats, last: Floats, winding: float, t: Floats) -> tupl
 
 
 def moving_tendon(energy: Energy, chart: RodChart) -> Energy:
-    """Return the energy of a tendon over rotational unknowns."""
+    """Return the energy of a tendon in terms of rotational unknowns."""
     if isinstance(energy, RodTendons):
         from softmark.solvers.energies.incremental_rotation.moving_rod_tendons import MovingRodTendons
 

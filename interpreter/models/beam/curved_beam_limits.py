@@ -42,15 +42,17 @@ def refusals(declared: Declared, case: Case) -> list[Diagnostic]:
 
 
 def _refused(declared: Declared, at: Declared, what: str) -> Diagnostic:
-    problem = f"for a curved axis `{declared.name}` {what}"
+    """Return the error that a feature, described by `what`, needs a straight beam."""
+    problem = f"`{declared.name}` {what} for a curved axis"
     return diagnostic("E317", at.at(), problem, "only for straight beams", HELP)
 
 
 def slender_rod_error(shape: Swept) -> float:
-    """Return the relative error of a slender rod that is curved at rest: (width in the plane / radius)^2.
+    """Return the relative error of slender rod theory for a rod that is curved at rest: (width / radius)^2.
 
-    Fibres on the inner side are shorter than the axis, so that stress is not linear over the section and stretch
-    couples with bending, both to second order (Winkler 1858; Timoshenko and Goodier 1970, section 29). It is a
-    conservative estimate: tests/interpreter/test_arcs.py compares it with solids.
+    The width is that in the plane of the curve. Fibres on the inner side are shorter than the axis, so that stress
+    is not linear over the section and stretch is coupled with bending. Both effects are of second order (Winkler
+    1858; Timoshenko and Goodier 1970, section 29). The estimate is conservative: tests/interpreter/test_arcs.py
+    compares it with solids.
     """
     return (max(shape.section.extents) * shape.bend) ** 2

@@ -20,7 +20,7 @@ from softmark.solvers.mesh.shape import Swept, Vector3
 
 
 def nearby_disturbance(case: Case, thing: Any, X: Floats) -> str | None:
-    """Return the name of a disturbance within one width of any of the points X (n, 3), m; None if there is none."""
+    """Return the name of a support, load or joint within one width of a point of X (n, 3), m; else None."""
     if not len(X):
         return None
     axis, width = _feet(case, X)
@@ -31,7 +31,7 @@ def nearby_disturbance(case: Case, thing: Any, X: Floats) -> str | None:
 
 
 def _feet(case: Case, X: Floats) -> tuple[Floats, Floats]:
-    """Return the nearest places on the axis (n, 3), m, of points, and the widths of sections there (n,), m."""
+    """Return the nearest points on axes (n, 3), m, of points X (n, 3), m, and the section widths there (n,), m."""
     network = case.shape
     if not isinstance(network, Network):
         return _axis_points_and_widths(case.prism, X)
@@ -42,13 +42,13 @@ def _feet(case: Case, X: Floats) -> tuple[Floats, Floats]:
 
 
 def _axis_points_and_widths(shape: Swept, X: Floats) -> tuple[Floats, Floats]:
-    """Return the nearest places on the axis of one shape (n, 3), m, and the widths of sections there (n,), m."""
+    """Return the nearest points on the axis of one shape (n, 3), m, and the section widths there (n,), m."""
     s = np.clip(shape.stations(X), 0.0, shape.length).tolist()
     return np.array([shape.centre(at) for at in s]), np.array([max(shape.section_at(at).extents) for at in s])
 
 
 def _disturbed_places(case: Case, thing: Any) -> Iterator[tuple[str, Vector3]]:
-    """Yield the places of disturbances on axes, m, with their names."""
+    """Yield the name and the place on the axis, m, of each support, load and joint."""
     for load in case.loads:
         match load.thing.action:
             case PointLoad(at=at):
@@ -65,14 +65,14 @@ def _disturbed_places(case: Case, thing: Any) -> Iterator[tuple[str, Vector3]]:
 
 
 def _axis_of(case: Case, at: Vector3) -> Vector3:
-    """Return the nearest place on the axis, m."""
+    """Return the point of the axis, m, that is nearest to a point."""
     if isinstance(case.shape, Network):
         return at
     return case.prism.centre(min(max(case.prism.own(at)[0], 0.0), case.prism.length))
 
 
 def _selected_places(case: Case, thing: Any, where: Any) -> Iterator[Vector3]:
-    """Yield the places on axes, m, that a condition selects: ends or nodes."""
+    """Yield the points of axes, m, that a condition selects: ends or nodes."""
     if isinstance(network := case.shape, Network):
         from softmark.interpreter.models.beam_frame import frame_selection
 

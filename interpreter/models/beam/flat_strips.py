@@ -1,7 +1,9 @@
-"""Flat sections: strips that bend like a beam if they are free to curl across their width, and else like a plate.
+"""Flat sections: strips bend like a beam if they are free to curl across their width, otherwise like a plate.
 
-A strip bent lengthwise curls crosswise by Poisson's ratio times as much (anticlastic curvature), and is as stiff as a
-beam, E I. A clamp, or a sharp bend itself, prevents the curling: then it is as stiff as a plate, E I / (1 - nu^2).
+A strip that is bent lengthwise curls crosswise with Poisson's ratio times its curvature (anticlastic
+curvature), and then has the stiffness of a beam, E I. A clamp, or a sharp bend, prevents the curling; the strip
+then has the stiffness of a plate, E I / (1 - nu^2).
+
 Sources: Lamb (1891), "On the flexure of a flat elastic spring"; Searle (1908), "Experimental Elasticity"; Ashwell
 (1950), "The anticlastic curvature of rectangular beams and plates".
 """
@@ -33,10 +35,11 @@ SEEN = 0.02  # of the stiffness: what is worth a warning
 
 
 def remaining_anticlastic_curvature(theta: float) -> float:
-    """Return the remaining share of anticlastic curvature, 1 in a beam and 0 in a plate.
+    """Return the remaining fraction of the anticlastic curvature: 1 in a beam and 0 in a plate.
 
-    2/theta (cosh theta - cos theta) / (sinh theta + sin theta), theta = b (3 (1 - nu^2))^(1/4) sqrt(curvature / t): a
-    strip of width b and thickness t on the elastic foundation that its own curvature makes (Ashwell 1950).
+    It is 2/theta (cosh theta - cos theta) / (sinh theta + sin theta), with theta = b (3 (1 - nu^2))^(1/4)
+    sqrt(curvature / t), for a strip of width b and thickness t on the elastic foundation that its own curvature
+    provides (Ashwell 1950).
     """
     if theta < 0.1:
         return 1.0 - theta**4 / 180.0
@@ -46,18 +49,23 @@ def remaining_anticlastic_curvature(theta: float) -> float:
 
 
 def strip_stiffening(section: Section, poisson: float, curvature: float) -> float:
-    """Return how much stiffer a bent strip is than a beam, relative: nu^2 (1 - F) / (1 - nu^2), curvature in 1/m."""
+    """Return how much stiffer a bent strip is than a beam, as a fraction: nu^2 (1 - F) / (1 - nu^2).
+
+    F is the remaining anticlastic curvature at this curvature, 1/m.
+    """
     thin, wide = sorted(section.extents)
     theta = wide * (3.0 * (1.0 - poisson**2)) ** 0.25 * math.sqrt(curvature / thin)
     return plate_curl_stiffening(poisson) * (1.0 - remaining_anticlastic_curvature(theta))
 
 
 def ovalling_softening(section: Section, poisson: float, curvature: float) -> float:
-    """Return how much softer a bent thin-walled tube is than a beam, relative: 3/2 (1 - nu^2) (r^2 curvature / t)^2.
+    """Return how much softer a bent thin-walled tube is than a beam, as a fraction.
 
-    Its section flattens; r is the middle radius and t the wall thickness. Source: Brazier (1927), "On the flexure of
-    thin cylindrical shells", the work of bending to second order in curvature. It is zero for a section without a hole,
-    and conservative for a thick wall.
+    It is 3/2 (1 - nu^2) (r^2 curvature / t)^2. The section flattens; r is the middle radius and t the wall
+    thickness. The result is zero for a section without a hole, and conservative for a thick wall.
+
+    Source: Brazier (1927), "On the flexure of thin cylindrical shells", the work of bending to second order in
+    curvature.
     """
     if (hollow := section.hollow) is None:
         return 0.0
@@ -67,12 +75,12 @@ def ovalling_softening(section: Section, poisson: float, curvature: float) -> fl
 
 
 def plate_curl_stiffening(poisson: float) -> float:
-    """Return how much stiffer a plate is than a beam, relative: 1 / (1 - nu^2) - 1."""
+    """Return how much stiffer a plate is than a beam, as a fraction: 1 / (1 - nu^2) - 1."""
     return poisson**2 / (1.0 - poisson**2)
 
 
 def curling_warning(declared: Declared, case: Case) -> Diagnostic | None:
-    """Return a warning if a section is flat and its curling matters."""
+    """Return a warning if a section is flat and prevented curling would change its stiffness noticeably, else None."""
     thin, wide = sorted(case.prism.section.extents)
     most = plate_curl_stiffening(case.largest_poisson)  # of a material that varies, which is refused elsewhere, too
     if wide < FLAT * thin or most < SEEN:
@@ -87,11 +95,11 @@ def curling_warning(declared: Declared, case: Case) -> Diagnostic | None:
 
 
 def clamp_effect_on_bending(section: Section, length: float, poisson: float, spans: int, shear: bool) -> float:
-    """Return the relative effect of clamps and thickness that beam theory leaves out, a conservative estimate.
+    """Return a conservative estimate of the relative effect of clamps and thickness that beam theory neglects.
 
-    A clamp keeps its section from changing over CLAMPED / 4 of the width, where the body is as stiff as a plate; the
-    effect is larger for flat sections. The rest falls with the square of width over length, for each of the `spans`.
-    tests/benchmarks/beams.py compares both with solids.
+    A clamp keeps its section from changing shape over CLAMPED / 4 of the width, where the body is as stiff as a
+    plate; this effect is larger for flat sections. The other effects decrease with the square of width over length,
+    for each of the `spans`. tests/benchmarks/beams.py compares both with solids.
     """
     thin, wide = sorted(section.extents)
     reach = CLAMPED + (STRIP - CLAMPED) * min(1.0, (wide / thin - 1.0) / (FLAT - 1.0))
@@ -100,11 +108,13 @@ def clamp_effect_on_bending(section: Section, length: float, poisson: float, spa
 
 
 def clamp_effect_on_torsion(section: Section, length: float, poisson: float, spans: int) -> float:
-    """Return the relative effect of clamps and thickness on the twist of a rod, a conservative estimate.
+    """Return a conservative estimate of the relative effect of clamps and thickness on the twist of a rod.
 
-    A clamp keeps its section from warping, which takes the twist of a length sqrt(E C / (G J)): for a thin strip with
-    C = b^3 t^3 / 144 and J = b t^3 / 3 of its width times sqrt((1 + nu) / 24). Squares warp little, circles do not.
-    Source: Vlasov (1961), "Thin-walled elastic beams", chapter II. Solids of 10 to 1 and 4 to 1 lose that, to 5 %.
+    A clamp keeps its section from warping, which removes the twist of a length sqrt(E C / (G J)). For a thin strip,
+    with C = b^3 t^3 / 144 and J = b t^3 / 3, that length is the width times sqrt((1 + nu) / 24). Squares warp
+    little, circles do not warp. Solids of aspect ratio 10 to 1 and 4 to 1 show this loss, to 5 %.
+
+    Source: Vlasov (1961), "Thin-walled elastic beams", chapter II.
     """
     thin, wide = sorted(section.extents)
     warping = 0.0 if isinstance(section, CircularSection) else max(SQUARE, 1.0 - (thin / wide) ** 2)
@@ -113,18 +123,18 @@ def clamp_effect_on_torsion(section: Section, length: float, poisson: float, spa
 
 
 def clamp_effect_on_stretch(section: Section, length: float, poisson: float, spans: int) -> float:
-    """Return the relative effect of clamps on the stretch of a rod pulled along its axis, a conservative estimate.
+    """Return a conservative estimate of the relative effect of clamps on the stretch of a rod under tension.
 
-    A clamp keeps its section from contracting. For round rods of any length it reduces the end displacement by 0.27
-    plate(nu) width / length, and by twice that at half length, as axisymmetric solids show.
+    A clamp keeps its section from contracting. For round rods of any length this reduces the end displacement by
+    0.27 plate(nu) width / length, and the displacement at half length by twice that, as axisymmetric solids show.
     """
     return GRIPPED * spans * plate_curl_stiffening(poisson) * max(section.extents) / length
 
 
 def bending_share(section: Section, length: float, bent: float, stretched: float) -> float:
-    """Return the share of bending in the motion of a rod, 0 to 1, from its bending and stretch strains.
+    """Return the fraction of bending in the displacement of a rod, 0 to 1, from its bending and stretch strains.
 
-    Bending displaces it length over width times as far as stretch does.
+    For equal strains, bending displaces the rod by length over width times as much as stretch does.
     """
     far = 4.0 * bent * length / max(section.extents)
     return min(1.0, far / stretched) if stretched > 0.0 else 1.0

@@ -1,4 +1,4 @@
-"""Rigid motions that constrained degrees of freedom leave free, and their description."""
+"""Rigid motions that held degrees of freedom leave free, and their description in words."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ def point_rows(points: Floats, components: tuple[int, ...]) -> Floats:
 
 
 def free_motions(rows: Floats, centre: Floats, extent: float) -> list[str]:
-    """Describe the rigid motions that no row resists; empty if the body is held.
+    """Return descriptions of the rigid motions that no constraint row resists; empty if the body is held.
 
-    Rows (n, 6) are about `centre` (3,), with rotations in units of 1 / extent. A free motion is a translation, or a
-    rotation about an axis: that of the free motion v + w x r lies at w x v / w.w (Mozzi 1763), after all free
-    translations are removed from v.
+    Rows (n, 6) are about `centre` (3,), m, with rotations in units of 1 / extent. A free motion is a translation or
+    a rotation about an axis. The axis of a free motion v + w x r passes through w x v / w.w (Mozzi 1763), after all
+    free translations are removed from v.
     """
     null = _null(rows)
     if len(null) == 6:
@@ -47,7 +47,7 @@ def free_motions(rows: Floats, centre: Floats, extent: float) -> list[str]:
 
 
 def _null(rows: Floats) -> Floats:
-    """Return the motions (k, 6) that no row resists."""
+    """Return a basis of the rigid motions (k, 6) that no row resists."""
     if len(rows) == 0:
         return np.eye(6)
     _, s, vt = np.linalg.svd(rows, full_matrices=len(rows) < 6)  # of many rows the left side would be (n, n)
@@ -74,7 +74,7 @@ def _free_rotations(null: Floats, slides: Floats) -> Floats:
 
 
 def _basis(vectors: Floats) -> Floats:
-    """Return an orthonormal basis (r, 3) of the span of vectors (n, 3), with coordinate axes where they lie in it."""
+    """Return an orthonormal basis (r, 3) of the span of vectors (n, 3); coordinate axes are preferred."""
     vectors = vectors.reshape(-1, 3)
     _, s, vt = np.linalg.svd(vectors, full_matrices=False) if len(vectors) else (None, np.zeros(0), vectors)
     span = vt[s > 1e-7]
@@ -86,7 +86,7 @@ def _basis(vectors: Floats) -> Floats:
 
 
 def _direction(d: Floats) -> str:
-    """Describe a direction: an axis, or its components."""
+    """Return a description of a direction: the name of an axis, or its components."""
     for name, part in zip(AXES, d.tolist(), strict=True):
         if abs(part) > 1 - ALIGNED:
             return name

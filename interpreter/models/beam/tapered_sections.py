@@ -1,9 +1,10 @@
 """Section properties of rods, and their integrals over elements of tapered rods.
 
-An element of two nodes and one point carries constant forces and moments. Its stiffness to each is computed here as its
-length over the integral of 1 / C. The extension and twist of a tapered bar then equal the closed form for any number of
-elements. Masses go to nodes by hat functions. Integrals use Gauss's rule of 24 points in each element: if one end is a
-tenth of the other, 1 / C is exact to thirteen digits; with many elements 6 points are enough.
+An element of two nodes and one point carries constant forces and moments. For each of the six stiffnesses C of
+a section, the stiffness of an element is its length divided by the integral of 1 / C. The extension and twist
+of a tapered bar are then exact for any number of elements. Masses are distributed to nodes by hat functions.
+Integrals use Gauss's rule of 24 points in each element: if one end is a tenth of the other, 1 / C is exact to
+thirteen digits. With many elements 6 points are enough.
 """
 
 from __future__ import annotations
@@ -24,14 +25,14 @@ MANY = 32  # elements: of so many each tapers so little that fewer places do, to
 
 
 def section_properties(section: Section, material: Any) -> RodSection:
-    """Return the properties of a section made of a material; e2 and e3 are its first and second axis."""
+    """Return the properties of a cross-section of a material; e2 and e3 are its first and second axis."""
     I2, I3 = section.moments  # about its first and its second axis: about e2 the distance is X3
     kappa = section.shear_factor(material.poisson)
     return RodSection(section.area, I2, I3, section.torsion, kappa, kappa, material.young, material.shear_modulus)
 
 
 def inertia(section: Section) -> list[float]:
-    """Return mass and moments of inertia about e1, e2 and e3, divided by density and length."""
+    """Return mass and moments of inertia of a section about e1, e2 and e3, divided by density and length."""
     return [section.area, sum(section.moments), *section.moments]
 
 
@@ -45,7 +46,10 @@ def stiffnesses(shape: Swept, stations: Floats, material: Any) -> Floats:
 
 
 def integrate_at_nodes(shape: Swept, stations: Floats, of: Callable[[Section], Any]) -> Floats:
-    """Return integrals of section properties (c,) with the hat functions of the nodes (e + 1, c)."""
+    """Return the integrals of section properties, weighted by the hat function of each node (e + 1, c).
+
+    `of` returns the c properties of a section.
+    """
     l, (parts, shares) = np.diff(stations), _rule(len(stations) - 1)
     values = _properties_at_gauss_points(shape, stations, of) * l[:, None, None]
     before, behind = (np.einsum("g,egc->ec", shares * part, values) for part in (1.0 - parts, parts))
@@ -55,7 +59,7 @@ def integrate_at_nodes(shape: Swept, stations: Floats, of: Callable[[Section], A
 
 
 def _rule(count: int) -> tuple[Floats, Floats]:
-    """Return quadrature points and weights (g,), from 0 to 1, for this number of elements."""
+    """Return quadrature points and weights (g,) on the interval from 0 to 1, for a `count` of elements."""
     return _gauss(24 if count < MANY else 6)
 
 
@@ -67,7 +71,7 @@ def _gauss(places: int) -> tuple[Floats, Floats]:
 
 
 def _properties_at_gauss_points(shape: Swept, stations: Floats, of: Callable[[Section], Any]) -> Floats:
-    """Return section properties at Gauss points in each element (e, g, c)."""
+    """Return section properties at the Gauss points of each element (e, g, c); `of` returns those of a section."""
     s = stations[:-1, None] + np.diff(stations)[:, None] * _rule(len(stations) - 1)[0]
     if not shape.tapered:
         return np.tile(of(shape.section), (*s.shape, 1)).astype(np.float64)
@@ -75,5 +79,5 @@ def _properties_at_gauss_points(shape: Swept, stations: Floats, of: Callable[[Se
 
 
 def _diagonal(section: Section, material: Any) -> Floats:
-    """Return the six stiffnesses of a section; e2 and e3 are its first and second axis."""
+    """Return the six stiffnesses EA, GA2, GA3, GJ, EI2, EI3 of a section."""
     return section_properties(section, material).stiffness.diagonal

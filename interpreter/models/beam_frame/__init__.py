@@ -1,1 +1,1 @@
-"""Models of beams that meet in rigid joints: declaration, layout, selection, builder, dynamics and displacements."""
+"""Models of frames, that is beams that meet in rigid joints: declaration, layout, builder, dynamics, displacements."""

@@ -1,4 +1,4 @@
-"""Construction and solution of frame models."""
+"""Construction and solution of frame models: members, joints and loads, and the static equilibrium."""
 
 from __future__ import annotations
 
@@ -54,11 +54,11 @@ class PreparedNetwork(Meshless):
 
     @property
     def points(self) -> Floats:
-        """Undeformed points at which loads act (p, 3), m."""
+        """Undeformed points of the network (p, 3), m, at which loads act."""
         return self.layout.X
 
     def forces(self) -> list[tuple[Declared, Floats]]:
-        """Return forces and moments in space (p, 6), N and N m, of every load separately, on the undeformed frame."""
+        """Return each load with its forces and moments in space (p, 6), N and N m, on the undeformed frame."""
         return forces_in_space(self.applied, self.layout.rest, self.layout.axes)
 
     def warm(self) -> None:
@@ -66,14 +66,14 @@ class PreparedNetwork(Meshless):
         factorisations.warm_up(len(self.problem.assembly.tangent(self.layout.rest, 1.0, projected=True).data))
 
     def solve(self, watch: Watch) -> Solution:
-        """Find the static equilibrium from rest."""
+        """Return the static equilibrium, starting from rest."""
         problem = replace(self.problem, watch=watch)
         return static_result.solve_static(
             lambda: equilibrium(problem), "use more segments or a smaller load", self._finish
         )
 
     def _finish(self, found: Equilibrium) -> Solution:
-        """Return the solution of an equilibrium."""
+        """Return the solution of an equilibrium, with functions for its results."""
         solution = static_result.solution_of(found, Shifts(self.layout, found.x))
         modes = frequencies_about(self.problem.assembly, found.x, self.layout.mass, self.problem.linear)
         seen = replace(
@@ -85,7 +85,7 @@ class PreparedNetwork(Meshless):
         return replace(seen, carried=carried, stress=cache(lambda: self._stress(found.x)))
 
     def _stress(self, x: Floats) -> Any:
-        """Return the stress of the sections of its members in a state x (n * 7,)."""
+        """Return the stress field of the members' sections in a state x (n * 7,)."""
         from softmark.interpreter.models.beam.beam_stress import Piece, SectionStresses, lines_on
 
         layout, network, case = self.layout, self.layout.network, self.layout.case
@@ -98,14 +98,14 @@ class PreparedNetwork(Meshless):
         return SectionStresses(pieces, case, network.nearest)
 
     def _carried(self, x: Floats) -> NodalForces:
-        """Return forces and moments at the points in a state x (n * 7,); moments are about the axes of the points."""
+        """Return forces and moments at the points in a state x (n * 7,), with moments about the axes of the points."""
         layout, assembly = self.layout, self.problem.assembly
         energy, now = sum(e.value(x) for e in assembly.internal), x.reshape(-1, 7)[layout.first, :3]
         return nodal_forces_of_rods(self.problem, x, self.applied, float(energy), layout.X, now, layout.frames(x))
 
 
 def _stretch(network: Network, member: int, line: LineForce) -> tuple[float, float] | None:
-    """Return the stations, m, of the ends of a line load on a member (from 0); None if it is on another one."""
+    """Return the stations, m, between which a line load acts on a member (counted from 0), else None."""
     own, first, last = frame_selection.line(network, line.begin, line.end) or (-1, 0.0, 0.0)
     return (first, last) if own == member else None
 

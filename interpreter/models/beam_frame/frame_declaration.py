@@ -63,7 +63,7 @@ class Frame6Dof(Model):
         if not case.shape.wired:
             return [
                 diagnostic("E344", declared.at(), f"`{declared.name}` needs a body made by `network(...)`, "
-                                                  f"and `{case.body.name}` is none",
+                                                  f"but `{case.body.name}` is not a network",
                            "only for networks", "use `beam6dof(...)` or `fem(...)`, or declare the body as "
                            "`network(...)`")
             ]  # fmt: skip
@@ -75,7 +75,7 @@ class Frame6Dof(Model):
 
     @property
     def stress_law(self) -> tuple[str, str] | str:
-        """Message that stress is that of sections, as for beams."""
+        """Message that stress is computed in cross-sections, as for beams."""
         return OF_SECTIONS
 
     def outline(self, case: Case) -> str:
@@ -89,16 +89,16 @@ class Frame6Dof(Model):
         return "beam segments each, no mesh"
 
     def kind(self, case: Case) -> ModelKind:
-        """Return the family of the model, that is all but its number of segments."""
+        """Return the family of the model: all its properties except the number of segments."""
         return ModelKind(self._words, str(self.segments), None)
 
     def orders(self) -> dict[str, int]:
-        """Return the convergence order of its beams (Simo and Vu-Quoc 1986)."""
+        """Return the convergence order of the beam elements (Simo and Vu-Quoc 1986)."""
         return {"segments": 2}
 
 
 def _loads(declared: Declared, case: Case, network: Network) -> Iterator[Diagnostic]:
-    """Yield errors for loads that act on no point or axis of the network."""
+    """Yield errors for loads that do not act on a point or an axis of the network."""
     for load in case.loads:
         match load.thing.action:
             case PointLoad(at=at) if frame_selection.locate_on_member(network, at) is None:
@@ -147,9 +147,10 @@ def _supports(declared: Declared, case: Case, network: Network) -> Iterator[Diag
 
 
 def plainly_held(case: Case, network: Network) -> bool:
-    """Return whether supports obviously hold the whole network without conflicts; if False, arrays must decide.
+    """Return whether supports obviously hold the whole network without conflicts.
 
-    One clamp holds a network. A hinge about an axis also does, together with a second one that prevents its rotation.
+    If False, only a computation with arrays can decide. One clamp holds a network. A hinge about an axis also does,
+    together with another support that prevents rotation about that axis.
     """
     moving = [support for support in case.supports if any(support.thing.displacement)]
     clamps = [support for support in case.supports if not isinstance(support.thing, Pinned)]
@@ -167,7 +168,7 @@ def plainly_held(case: Case, network: Network) -> bool:
 
 
 def _stops(one: Pinned, two: Pinned, here: Vector3, there: Vector3) -> bool:
-    """Return whether a hinge about an axis is prevented from rotating by another support at a different point."""
+    """Return whether support `two`, at the point `there`, prevents hinge `one`, at the point `here`, from rotating."""
     if one.axis is None or len(one.components) < 3 or two.axis not in (None, one.axis):
         return False
     way = cross(one.axis, tuple(b - a for a, b in zip(here, there, strict=True)))
@@ -175,7 +176,7 @@ def _stops(one: Pinned, two: Pinned, here: Vector3, there: Vector3) -> bool:
 
 
 def _check_supports(model: Frame6Dof, case: Case) -> list[Diagnostic]:
-    """Return errors for supports that conflict, or leave the network free."""
+    """Return errors for supports that conflict or leave the network free to move."""
     from softmark.interpreter.models.beam_frame.frame_layout import Layout
 
     try:

@@ -1,4 +1,4 @@
-"""Frames in dynamic analyses: points rotate, with the nodes of members (solvers/dynamics/rotational_inertia.py)."""
+"""Frames in dynamic analyses; nodes of members rotate with the points (solvers/dynamics/rotational_inertia.py)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class MovingNetwork(MovingBeam):
     layout: Layout | None = None
 
     def _shift(self, x: Floats) -> Shifts:
-        """Return the displacement field of members in a state."""
+        """Return the displacement field of the frame in a state x (nodes * 7,)."""
         assert self.layout is not None
         return Shifts(self.layout, x)
 
@@ -40,9 +40,9 @@ def build_frame_dynamics(
     static: Prepared, declared: Declared, case: Case, layout: Layout, elastic: RodElastic, problem: Statics,
     applied: Sequence[tuple[Declared, Energy]],
 ) -> MovingNetwork:  # fmt: skip
-    """Return the dynamic analysis of a frame with its mass at the points.
+    """Return the dynamic analysis of a frame, with its mass lumped at the points.
 
-    `applied` are loads on its nodes, and `problem` is the static problem.
+    `applied` are loads on the nodes, and `problem` is the static problem.
     """
     chart = JointChart(layout.rest, layout.joints)
     rods = MovingJointedRods(MovingRod(chart.nodes, elastic), layout.joints)
@@ -53,7 +53,7 @@ def build_frame_dynamics(
 
 
 def _forces_at_points(layout: Layout, energy: Energy) -> Floats:
-    """Return dead nodal forces summed at the points (p, 3), N."""
+    """Return the dead nodal forces of a load, summed at the points of the network (p, 3), N."""
     assert isinstance(energy, RodForces)  # what turns sections in motion is refused
     found = np.zeros((layout.count, 3))
     np.add.at(found, layout.point, energy.forces)

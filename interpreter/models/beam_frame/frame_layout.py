@@ -1,4 +1,4 @@
-"""Frame as nodes of rods, the points that join them, and the supports of these points."""
+"""Layout of a frame: nodes of members, the points that join members, and the supports of these points."""
 
 from __future__ import annotations
 
@@ -27,7 +27,10 @@ ALIGNED = 1e-9  # of unit vectors: two axes of hinges that are one
 
 @dataclass(frozen=True)
 class Layout:
-    """Members with equal numbers of segments. Points of the network come first, then those within members."""
+    """Nodes and points of a frame whose members have equal numbers of segments.
+
+    Points of the network come first, followed by points within members.
+    """
 
     case: Case
     network: Network
@@ -35,7 +38,7 @@ class Layout:
 
     @staticmethod
     def of(case: Case, segments: int) -> Layout:
-        """Return the layout of a case of a network. Raises TypeError."""
+        """Return the layout of the network of a case. Raises TypeError if its body is no network."""
         if not isinstance(case.shape, Network):
             raise TypeError(f"`{case.body.name}` is not a network")
         return Layout(case, case.shape, segments)
@@ -43,18 +46,18 @@ class Layout:
     # ------------------------------------------------------------------ nodes and points
 
     def nodes(self, member: int) -> slice:
-        """Return the nodes of a member, counted from 0."""
+        """Return the slice of nodes of a member, counted from 0."""
         count = self.segments + 1
         return slice(member * count, (member + 1) * count)
 
     def stations(self, member: int) -> Floats:
-        """Return the stations of its nodes (segments + 1,), m from its first point."""
+        """Return the stations of the nodes of a member (segments + 1,), m from its first point."""
         found: Floats = np.linspace(0.0, self.network.members[member].length, self.segments + 1)
         return found
 
     @cached_property
     def rest(self) -> Floats:
-        """Positions and quaternions of all nodes (n * 7,)."""
+        """Undeformed positions and quaternions of all nodes (n * 7,)."""
         parts = []
         for member, pair in zip(self.network.members, self.network.pairs, strict=True):
             begin, end = (np.array(self.network.points[i - 1]) for i in pair)
@@ -65,13 +68,13 @@ class Layout:
 
     @cached_property
     def elements(self) -> Ints:
-        """Nodes of the elements, member by member (e, 2)."""
+        """Nodes of each element (e, 2), member by member."""
         own = chain_elements(self.segments + 1)
         return np.concatenate([own + m * (self.segments + 1) for m in range(len(self.network.members))])
 
     @cached_property
     def point(self) -> Ints:
-        """Index of the point of each node (n,)."""
+        """Index of the point that each node belongs to (n,)."""
         inner, first = self.segments - 1, len(self.network.points)
         found = []
         for m, (a, b) in enumerate(self.network.pairs):
@@ -85,7 +88,7 @@ class Layout:
 
     @cached_property
     def first(self) -> Ints:
-        """One node at each point (p,)."""
+        """Index of one node at each point (p,)."""
         found = np.zeros(self.count, dtype=np.int64)
         found[self.point[::-1]] = np.arange(len(self.point))[::-1]
         return found
@@ -102,7 +105,7 @@ class Layout:
         return Joints.of(self.rest, self.point, self.axes)
 
     def frames(self, x: Floats) -> Floats:
-        """Return the axes of the points in a state x (n * 7,) of the nodes: (p, 3, 3), as columns."""
+        """Return the axes of the points, as columns (p, 3, 3), in a state x (n * 7,) of the nodes."""
         q = x.reshape(-1, 7)[self.first, 3:]
         found: Floats = np.einsum("pik,pjk->pij", rotation(q), self.joints.turns[self.first])
         return found
@@ -111,7 +114,7 @@ class Layout:
 
     @cached_property
     def _shares(self) -> tuple[Floats, Floats]:
-        """Mass (n,), kg, and moments of inertia about its own axes (n, 3), kg m^2, of every node."""
+        """Mass of each node (n,), kg, and moments of inertia about the node's own axes (n, 3), kg m^2."""
         found = [
             integrate_at_nodes(member, self.stations(number), inertia)
             for number, member in enumerate(self.network.members)
@@ -121,7 +124,7 @@ class Layout:
 
     @cached_property
     def axes(self) -> Floats:
-        """Axes of the points (p, 3, 3), as columns: first the axis of a hinge, else the principal axes of inertia."""
+        """Axes of the points as columns (p, 3, 3): the principal axes of inertia, or first the axis of a hinge."""
         frames = rotation(self.rest.reshape(-1, 7)[:, 3:])
         found: Floats = frames[self.first].copy()
         own = np.zeros((self.count, 3, 3))
@@ -141,7 +144,7 @@ class Layout:
         return found.ravel()
 
     def _about(self, turning: Floats) -> Floats:
-        """Return moments of inertia about the axes of the points (n, 3) from those about the nodes' own axes (n, 3)."""
+        """Return moments of inertia about the points' axes (n, 3) from those about the nodes' axes (n, 3)."""
         Q = self.joints.turns
         found: Floats = np.einsum("nik,nk,nik->ni", Q, turning, Q)
         return found
@@ -150,7 +153,7 @@ class Layout:
 
     @cached_property
     def hinges(self) -> dict[int, tuple[float, float, float]]:
-        """Axis of a hinge for each point that it holds; of several hinges, the first one's."""
+        """Axis of the hinge at each hinged point, by point; the first hinge counts if there are several."""
         found: dict[int, tuple[float, float, float]] = {}
         for support in self.case.supports:
             if isinstance(support.thing, Pinned) and support.thing.axis is not None:
@@ -159,13 +162,13 @@ class Layout:
         return found
 
     def held_points(self, support: Declared) -> Ints:
-        """Return the points that a support holds (k,)."""
+        """Return the indices of the points that a support holds (k,)."""
         points, whole, _ = frame_selection.select_points_and_members(support.thing.where, self.network)
         inner = [self.point[self.nodes(m)] for m in whole]
         return np.unique(np.concatenate([np.array(points, dtype=np.int64), *inner]))
 
     def holds(self, support: Declared) -> NDArray[np.bool_]:
-        """Return the degrees of freedom of the points that a support holds (p, 6)."""
+        """Return a mask of the degrees of freedom of points that a support holds (p, 6)."""
         found = np.zeros((self.count, 6), dtype=np.bool_)
         for i in self.held_points(support).tolist():
             found[i, list(support.thing.components)] = True
@@ -173,7 +176,7 @@ class Layout:
         return found
 
     def _turns(self, support: Declared, point: int) -> tuple[int, ...]:
-        """Return about which of its axes a held point cannot rotate."""
+        """Return the axes of a held point, as indices, about which the support prevents rotation."""
         if not isinstance(support.thing, Pinned):
             return (0, 1, 2)
         if support.thing.axis is None:
@@ -182,7 +185,7 @@ class Layout:
         return (1, 2) if np.linalg.norm(same) <= ALIGNED else (0, 1, 2)
 
     def held(self) -> tuple[Ints, Floats]:
-        """Return held degrees of freedom of the points (c,), and their values (c,), m. Raises Fault."""
+        """Return held degrees of freedom of the points (c,), and their imposed values (c,), m. Raises Fault."""
         size = self.network.diagonal
         held = Constraints(self.case, size, self.X.mean(axis=0), 6 * self.count)
         for support in self.case.supports:

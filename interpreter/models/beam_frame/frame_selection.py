@@ -1,4 +1,4 @@
-"""Places on a network: points and members that a condition selects, and members whose axis a point is on."""
+"""Selections on a network: points and members that a condition selects, and the member on whose axis a point lies."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def select_points_and_members(
 ) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]:
     """Return the points, whole members and partly selected members of a condition, each counted from 0.
 
-    A member counts between its ends. Conditions are evaluated on axes: bounds over pieces of these decide, and where
-    they remain undecided, the middle of a piece.
+    The ends of a member do not count. Conditions are evaluated on axes, by bounds over pieces of them; where the
+    bounds remain undecided, the middle of the piece decides.
     """
     size = network.diagonal
     points = tuple(i for i, point in enumerate(network.points) if condition.holds(*point, size))
@@ -39,7 +39,7 @@ def _ends_in(network: Network, member: int, points: tuple[int, ...]) -> bool:
 
 
 def _condition_along_axis(condition: Condition, member: Member, size: float) -> set[bool]:
-    """Return the values of a condition along an axis, excluding its ends."""
+    """Return the set of values that a condition has along the axis of a member, excluding its ends."""
     found: set[bool] = set()
     pending = [(END * member.length, (1.0 - END) * member.length, 0)]
     while pending and len(found) < 2:
@@ -58,7 +58,7 @@ def _condition_along_axis(condition: Condition, member: Member, size: float) -> 
 
 
 def locate_on_member(network: Network, point: Vector3) -> tuple[int, float] | None:
-    """Return the first member whose axis a point is on, from 0, and its station there, m; None off all axes."""
+    """Return the first member whose axis contains a point (counted from 0), and the station, m; else None."""
     for i, member in enumerate(network.members):
         if (s := on_axis(member, point)) is not None:
             return i, s
@@ -66,7 +66,7 @@ def locate_on_member(network: Network, point: Vector3) -> tuple[int, float] | No
 
 
 def line(network: Network, begin: Vector3, end: Vector3) -> tuple[int, float, float] | None:
-    """Return the member along whose axis a line runs, from 0, and the stations of its ends, m; None for other lines."""
+    """Return the member along whose axis a line runs (counted from 0), and the stations of its ends, m; else None."""
     for i, member in enumerate(network.members):
         first, last = on_axis(member, begin), on_axis(member, end)
         if first is not None and last is not None:

@@ -1,1 +1,1 @@
-"""Models that other programs solve: transfer of the problem, execution of the program, and assessment of its answer."""
+"""Models that external programs solve: transfer of the problem, execution of the program, and checks of its results."""

@@ -1,4 +1,4 @@
-"""Solution by an external program: writing its problem, running it, and checking its answer."""
+"""Solution of a model by an external program: write the problem, run the program, and check its results."""
 
 from __future__ import annotations
 
@@ -62,7 +62,10 @@ NOT_KNOWN = "an external program solved it, and its tangent stiffness is not ava
 
 @dataclass(frozen=True)
 class PreparedOutside:
-    """Model that an external program solves; our model on the same mesh defines its problem and checks its answer."""
+    """Model that an external program solves, with `solid`, our model on the same mesh.
+
+    Our model defines the problem and checks the results.
+    """
 
     model: ExternalModel
     declared: Declared
@@ -73,12 +76,12 @@ class PreparedOutside:
 
     @property
     def size(self) -> Mapping[str, int]:
-        """Numbers of nodes, elements and dofs."""
+        """Numbers of nodes, elements and degrees of freedom, by name."""
         return self.solid.size
 
     @property
     def notes(self) -> tuple[Diagnostic, ...]:
-        """Warnings about the mesh."""
+        """Warnings about the mesh of our model."""
         return self.solid.notes
 
     @property
@@ -93,37 +96,41 @@ class PreparedOutside:
 
     @property
     def points(self) -> Floats:
-        """Nodes (n, 3), m."""
+        """Undeformed nodes (n, 3), m."""
         return self.solid.points
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """Return the nodal forces (n, 3), N, of every load separately."""
+        """Return each load with its nodal forces (n, 3), N."""
         return self.solid.forces()
 
     def outside(self, X: Floats) -> float:
-        """Return the largest distance of points X (n, 3), m, outside a mesh that was read from a file, m."""
+        """Return the largest distance, m, by which points X (n, 3), m, lie outside a mesh read from a file."""
         return self.solid.outside(X)
 
     def warm(self) -> None:
-        """Compile or load what checking its answer needs."""
+        """Compile or load the code that checks the results, before timing starts."""
         self.solid.warm()
 
     def after(self, before: DeformedMesh) -> PreparedOutside:
-        """Return the model itself, because it starts from rest."""
+        """Return the model itself, because it always starts from rest."""
         return self
 
     def asked(self) -> Problem:
-        """Return the problem for the program. Raises NotTransferable, Fault."""
+        """Return the problem that the program solves. Raises NotTransferable, Fault."""
         problem = problem_of(self.solid, self.case)
         return replace(problem, named=named_of(self.solid, self.case)) if self.model.told.by_name else problem
 
     def looked_at(self, answer: Answer, problem: Problem) -> Floats:
-        """Return displacements (n, 3) under full load, m. Raises NoAnswer if they are invalid."""
+        """Return the program's displacements (n, 3), m, at full load. Raises NoAnswer if they are invalid."""
         found: Floats = states(answer, problem, len(problem.shares))[-1]
         return found
 
     def solve(self, watch: Watch) -> Solution:
-        """Run the program, if it is installed and supports the problem, and check its answer with our equations."""
+        """Run the program and return its solution after checking it with our equations.
+
+        The solution has no displacements, only the reason, if the program is not installed or does not support the
+        problem.
+        """
         known: dict[str, Any] = {"program": self.model.told.title}
         program = adapter(self.model.program)
         if (version := program.version()) is None:
@@ -139,7 +146,7 @@ class PreparedOutside:
             return self._asked(program, problem, Path(folder), known)
 
     def _asked(self, program: Any, problem: Problem, folder: Path, known: dict[str, Any]) -> Solution:
-        """Run an installed program and return its solution."""
+        """Run an installed program on a problem in a folder, and return its solution."""
         program.write(problem, folder)
         model = self.model
         end = external_process.run(program.command(folder), folder, model.time, model.memory * GB, model.threads)
@@ -156,7 +163,10 @@ class PreparedOutside:
         return replace(self._judged(answer, u, problem, known), spent=spent)
 
     def _read(self, program: Any, problem: Problem, folder: Path, end: End) -> tuple[Answer, Floats]:
-        """Return its answer and displacements. Raises NoAnswer, ExternalNotConverged, also for one that failed."""
+        """Return the results of a program and their displacements.
+
+        Raises NoAnswer or ExternalNotConverged, also if the program ended with a failure.
+        """
         if end.how not in ("done", "died"):
             raise NoAnswer(end.message)
         try:
@@ -174,7 +184,7 @@ class PreparedOutside:
     # ------------------------------------------------------------------ judging
 
     def _judged(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
-        """Return the solution of its displacements u (n, 3), m, after checking their residual in our equations."""
+        """Return the solution with displacements u (n, 3), m, after checking their residual in our equations."""
         title, x = self.model.told.title, u.ravel()
         held, values = 3 * problem.held[:, 0] + problem.held[:, 1], problem.values
         moved = max(float(np.abs(u).max(initial=0.0)), float(np.abs(values).max(initial=0.0)))
@@ -205,6 +215,7 @@ class PreparedOutside:
         return self._finished(self.solid.finish(state), known)
 
     def _unbalanced(self, residual: float, allowed: float) -> str:
+        """Return the message for a residual, relative to loads, that exceeds the allowed one."""
         title = self.model.told.title
         if not np.isfinite(residual):
             return f"the displacements of {title} are not valid: cells are inverted"
@@ -214,8 +225,9 @@ class PreparedOutside:
         )
 
     def _of_rounding(self, answer: Answer, x: Floats, residual: float) -> float:
-        """Return the residual, relative to loads, that the limited digits of an answer cause; from a fixed random
-        sample.
+        """Return the residual, relative to loads, that the limited number of digits in the results causes.
+
+        It is estimated from a fixed random sample.
         """
         if not answer.rounding or not np.isfinite(residual):
             return 0.0
@@ -226,7 +238,7 @@ class PreparedOutside:
         return apart if np.isfinite(apart) else 0.0
 
     def _finished(self, found: Solution, known: dict[str, Any]) -> Solution:
-        """Return the solution with our description, without facts about how our solver would have solved it."""
+        """Return a solution with our description of the program, and without facts about our own solver."""
         ours = {n: v for n, v in found.facts.items() if n not in OURS}
         facts = {**ours, **known, "stable": None}
         facts |= {"criterion": "residual of the program's displacements in softmark's equations"}
@@ -235,7 +247,7 @@ class PreparedOutside:
 
 @dataclass(frozen=True)
 class PreparedExternalDynamics(PreparedOutside):
-    """Dynamic analysis by a program; `solid` is our static model with its mesh and loads."""
+    """Dynamic analysis by an external program; `solid` is our static model, which has the mesh and the loads."""
 
     motion: Motion
     lost: ClassVar[Status] = "diverged"
@@ -243,19 +255,22 @@ class PreparedExternalDynamics(PreparedOutside):
 
     @property
     def assembly(self) -> Any:
-        """Assembly: None, because it is defined only for static states."""
+        """Energies in terms of nodal displacements: None, because only static models provide them."""
         return None
 
     def asked(self) -> Problem:
-        """Return the problem for the program. Raises NotTransferable."""
+        """Return the problem that the program solves. Raises NotTransferable."""
         return problem_of(self.solid, self.case, motion=self.motion)
 
     def looked_at(self, answer: Answer, problem: Problem) -> Floats:
-        """Return displacements (t, n, 3) after the requested steps, m. Raises NoAnswer if they are invalid."""
+        """Return the displacements (t, n, 3), m, after the requested steps. Raises NoAnswer if they are invalid."""
         return states(answer, problem, len(self.motion.after))
 
     def _judged(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
-        """Return the solution, checking only that supports are satisfied, because the program's model is its own."""
+        """Return the solution after checking that the program's displacements satisfy the supports.
+
+        Equilibrium is not checked, because the mechanical model is the program's own.
+        """
         moved = problem.held[:, 1] < 3  # the others are turns of sections
         node, component = problem.held[moved].T
         slipped = float(np.abs(u[:, node, component] - problem.values[moved]).max(initial=0.0))
@@ -265,14 +280,12 @@ class PreparedExternalDynamics(PreparedOutside):
         return dynamic_solution(self.motion, answer, self.seen(answer, u), known)
 
     def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:
-        """Return displacements over time (`course`), at the end, and the mesh, from nodal displacements u (t, n, 3),
-        m.
-        """
+        """Return the solution fields `course`, `displacement` (at the end) and `mesh` from u (t, n, 3), m."""
         return fields_of_motion(self.mesh, times_of(self.motion), u)
 
 
 def states(answer: Answer, problem: Problem, count: int) -> Floats:
-    """Return displacements (count, n, 3), m. Raises NoAnswer if they are invalid."""
+    """Return the displacements (count, n, 3), m, of the requested states. Raises NoAnswer if they are invalid."""
     u = np.asarray(answer.u)
     wanted = (count, *problem.points.shape)
     if u.shape != wanted:
@@ -284,7 +297,7 @@ def states(answer: Answer, problem: Problem, count: int) -> Floats:
 
 
 def elapsed_time(answer: Answer, end: End, threads: int) -> ElapsedTime:
-    """Return its solution time by its own clock, or else the total or process time as an upper bound."""
+    """Return the solution time of a program by its own clock; otherwise its total or process time as an upper bound."""
     cpu = end.wall_s if end.cpu_s is None else end.cpu_s  # of all
     solve, whole = answer.clocks.get("solve_s"), answer.clocks.get("whole_s")
     if solve is not None and 0.0 <= solve <= end.wall_s:
@@ -295,12 +308,12 @@ def elapsed_time(answer: Answer, end: End, threads: int) -> ElapsedTime:
 
 
 def load(model: ExternalSolver) -> None:
-    """Import what building needs."""
+    """Import the modules that building needs."""
     fem.load(model.solid)
 
 
 def prepare(model: ExternalSolver, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
-    """Build our static model for transfer and checks, or none if the program does not support it. Raises Fault."""
+    """Build our static model for transfer and checks, or a placeholder if it is not supported. Raises Fault."""
     if reasons := model.reasons(case):
         return UnavailableModel(model.words_of(reasons), "unsupported")
     if isinstance(case.analysis, Dynamic):
@@ -312,7 +325,7 @@ def prepare(model: ExternalSolver, declared: Declared, case: Case, workshop: Bui
 def build_external_dynamics(
     model: ExternalSolver, declared: Declared, case: Case, workshop: BuildContext
 ) -> PreparedExternalDynamics:
-    """Build the dynamic analysis by a program. Raises Fault."""
+    """Build the dynamic analysis by an external program. Raises Fault."""
     solid, parts = fem.build_static(model.solid, replace(declared, thing=model.solid), case, workshop)
     masses = fem.mass_of(model.solid, case, solid.mesh, parts)[::3]
     return PreparedExternalDynamics(

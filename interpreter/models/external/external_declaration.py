@@ -1,4 +1,4 @@
-"""Declaration of models that other programs solve."""
+"""Declaration of finite element models that external programs solve."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class ExternalSolver(ExternalModel):
 
     @property
     def ours(self) -> Fem:
-        """Our finite element model on the same mesh."""
+        """Our finite element model that defines the problem."""
         return self.solid
 
     @property
@@ -112,12 +112,12 @@ class ExternalSolver(ExternalModel):
 
     @property
     def own_mesh(self) -> Shape | None:
-        """Mesh from a file, used in place of one generated from the body's shape; else None."""
+        """Mesh read from a file, which replaces a mesh generated from the body's shape; None if there is no file."""
         return self.mesh
 
     @property
     def stress_law(self) -> tuple[str, str] | str:
-        """Strain measure and formulation of our law, evaluated with its displacements."""
+        """Strain measure and formulation of our law, which is evaluated with the program's displacements."""
         return self.solid.stress_law
 
     def orders(self) -> dict[str, int]:
@@ -125,23 +125,24 @@ class ExternalSolver(ExternalModel):
         return self.solid.orders()
 
     def mesh_key(self) -> tuple[Any, ...]:
-        """Return the key in which two models of a body must agree to share a mesh."""
+        """Return a key that is equal for models of a body that can share a mesh."""
         return self.solid.mesh_key()
 
     def mesh_words(self, case: Case) -> str:
-        """Return a description of its mesh."""
+        """Return a description of the mesh of the model."""
         return self.solid.mesh_words(case)
 
     def cuts(self, case: Case, shape: Shape | None = None) -> Cuts:
-        """Return the planes and surfaces that its meshes must conform to."""
+        """Return the planes and surfaces inside the body that its meshes must conform to."""
         return self.solid.cuts(case, shape)
 
     def reasons(self, case: Case) -> list[Reason]:
-        """Return the features that the program cannot compute exactly as the scene means them, with reasons."""
+        """Return the features of the scene that the program cannot compute exactly, with reasons."""
         moves = bool(self.told.moves)
         return [*problem_transfer.reasons(self.solid, case, moves), *self._of_program(case), *self.of_steps(case)]
 
     def _of_program(self, case: Case) -> Iterator[Reason]:
+        """Yield the features of a case that the table entry of the program excludes, with reasons."""
         program = self.told
         if self.element not in program.elements:
             yield f"element = {self.element}", f"its adapter supports {', '.join(program.elements)}"
@@ -165,7 +166,7 @@ class ExternalSolver(ExternalModel):
         return f"{self.told.title}: {self.solid.outline(case)}{means}"
 
     def kind(self, case: Case) -> ModelKind | None:
-        """Return the family of the model, that is all but its size."""
+        """Return the family of the model: all its properties except its size; None without a family."""
         solid = self.solid.kind(case)
         if solid is None:
             return None

@@ -1,4 +1,4 @@
-"""Dynamic analyses by external programs: problem of a motion, and its solution."""
+"""Dynamic analyses by external programs: data of the motion for the program, and conversion to a solution."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def motion_of(model: ExternalModel, analysis: Dynamic, masses: Floats) -> Motion:
-    """Return time steps, damping and nodal masses (n,), kg, for a program."""
+    """Return the time steps, damping and nodal masses (n,), kg, of a motion that a program integrates."""
     step = model.step or analysis.step
     count = round(analysis.duration / step)
     after = np.unique([*range(0, count + 1, -(-count // KEPT)), count])
@@ -34,7 +34,10 @@ def times_of(motion: Motion) -> Floats:
 
 
 def dynamic_solution(motion: Motion, answer: Answer, found: dict[str, Any], known: dict[str, Any]) -> Solution:
-    """Return the solution of a motion; `found` has its displacements over time. Unsolved steps make it `capped`."""
+    """Return the solution of a motion; it is `capped` if the program left steps unsolved.
+
+    `found` has the fields of the displacements over time, and `known` the report.
+    """
     steps = () if answer.steps_s is None else tuple(np.asarray(answer.steps_s, dtype=np.float64).tolist())
     solved = tuple(n >= answer.unsolved for n in range(motion.count))  # how many, in no order
     status: Status = "capped" if answer.unsolved else "converged"

@@ -1,4 +1,4 @@
-"""Problem for an external program, and its answer: only arrays, in SI units, with softmark's conventions."""
+"""Problem for an external program, and its results: only arrays, in SI units, with softmark's conventions."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ Ints = NDArray[np.int64]
 
 
 class NoAnswer(Exception):
-    """Program without a readable answer, with a message for users."""
+    """Error that a program has left no readable results, with a message for users."""
 
 
 class ExternalNotConverged(NoAnswer):
-    """Program that reports that it has not converged, or whose motion is invalid, with a message for users."""
+    """Error that a program reports no convergence, or that its motion is invalid, with a message for users."""
 
 
 @dataclass(frozen=True)
 class ExternalMaterial:
-    """Material: its word in the language, its constants in SI by name, and its cells (k,)."""
+    """Material: the name of its law in the language, its constants in SI by name, and its cells (k,)."""
 
     law: str  # linear_elastic, neo_hookean, st_venant_kirchhoff, ...
     constants: Mapping[str, float]
@@ -38,16 +38,17 @@ class ExternalMaterial:
 
     @property
     def lame(self) -> tuple[float, float]:
-        """Lame's constants lam and mu, Pa, of a material given by its moduli."""
+        """Lame's constants lam and mu, Pa, of a material that is given by moduli."""
         E, nu = self.constants["young"], self.constants["poisson"]
         return E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), 0.5 * E / (1.0 + nu)
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Motion from rest under loads that act in full from the start: `count` steps of `step`, s, each.
+    """Motion from rest, under loads at full size from the start, in `count` steps of `step`, s, each.
 
-    States are requested after these numbers of steps (t,), the first of which is 0. Damping is Rayleigh's, a M + b K.
+    States are requested after the numbers of steps in `after` (t,), the first of which is 0. Damping is Rayleigh's,
+    a M + b K.
     """
 
     step: float
@@ -62,7 +63,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Section:
-    """Constant section of a rod; `axes` (3, 3) are e1, e2, e3 as columns, undeformed, with e1 along the rod."""
+    """Constant cross-section of a rod; `axes` (3, 3) are e1, e2, e3 as columns, undeformed, with e1 along the rod."""
 
     area: float  # m^2
     stiffness: Floats  # (6,) to stretch, shears along e2 and e3, N; to twist, bendings about e2 and e3, N m^2
@@ -72,14 +73,15 @@ class Section:
 
 @dataclass(frozen=True)
 class Problem:
-    """Body in static equilibrium, or in `motion`, under dead loads, on a mesh.
+    """Body on a mesh under dead loads, in static equilibrium or in `motion`.
 
-    Nodes and cells count from 0, in the order of solvers/elements. `held` (h, 2) are nodes and components (0, 1, 2),
-    which are displaced by `values` (h,), m, at full load. `forces` (n, 3), N, are the nodal forces at full load, of
-    tractions and weight as softmark integrates them. Solutions are requested at load fractions `shares` (s,) in order;
-    the last is 1.
+    Nodes and cells count from 0, in the order of solvers/elements. `held` (h, 2) are pairs of node and component
+    (0, 1, 2) on which displacements `values` (h,), m, are imposed at full load. `forces` (n, 3), N, are the nodal
+    forces of tractions and weight at full load, as softmark integrates them. Solutions are requested at load
+    fractions `shares` (s,) in order; the last is 1.
 
-    For a rod, which has a `section`, cells are its segments (m, 2), and held components 3, 4, 5 are rotations.
+    A problem of a rod has a `section`. Its cells are the segments (m, 2), and held components 3, 4, 5 are
+    rotations.
     """
 
     points: Floats  # (n, 3) m
@@ -99,7 +101,7 @@ class Problem:
 
     @property
     def is_held(self) -> NDArray[np.bool_]:
-        """Return which components of nodes are held (n, 3)."""
+        """Return which displacement components of nodes are held (n, 3)."""
         found = np.zeros(self.points.shape, dtype=np.bool_)
         found[self.held[:, 0], self.held[:, 1]] = True
         return found
@@ -107,11 +109,12 @@ class Problem:
 
 @dataclass(frozen=True)
 class Answer:
-    """Answer of a program: displacements `u` (s, n, 3), m, in the requested states.
+    """Results of a program: displacements `u` (s, n, 3), m, in the requested states.
 
-    For a motion these are the states after the requested steps; for a rod, `turned` are the axes of its sections, as
-    columns. `settled` is whether its own log reports convergence, None if unknown. Its own times are in s, absent if
-    unknown: `setup_s`, `solve_s`, `io_s`, and `whole_s` if only the total is reported.
+    For a motion the states are those after the requested steps; for a rod, `turned` are the section axes, as
+    columns. `settled` is whether the program's log reports convergence, None if unknown. `clocks` are the times
+    that the program measured, s, absent if unknown: `setup_s`, `solve_s`, `io_s`, and `whole_s` if only the total
+    is reported.
     """
 
     u: Floats

@@ -1,9 +1,10 @@
-"""Execution of another program in its own folder and process group, with limits, and with a known end in every case.
+"""Execution of an external program in its own folder and process group, with limits and a classified ending.
 
-Address space, CPU time, file size and core dumps are limited by the kernel (`limited_launcher.py`); wall-clock time and
-output are limited here. Processes that a program leaves behind are killed: those of its group, and, on Linux, those
-that left the group, by a mark in their environment. If we are killed ourselves, the program is killed as well. Its
-output is untrusted text: it is stored up to a size, and shown in few lines without control characters.
+The kernel limits address space, CPU time, file size and core dumps (`limited_launcher.py`); this module limits
+wall-clock time and output. Processes that a program leaves behind are killed: those of its group and, on Linux,
+those that left the group, found by a mark in their environment. If our own process is killed, the program is
+killed as well. The program's output is untrusted text: it is stored up to a size limit, and shown in few lines
+without control characters.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ _MEMORY = re.compile(
 
 @dataclass(frozen=True)
 class End:
-    """End of a program: its wall time and CPU time (s), and its last words."""
+    """Ending of a program: how it ended, its wall time and CPU time, s, and the last lines of its output."""
 
     how: How
     code: int | None  # its exit status, or less than 0: the signal that ended it
@@ -60,12 +61,12 @@ class End:
 
     @property
     def message(self) -> str:
-        """Return the reason, with its last words."""
+        """Return the reason why the program ended, with the last lines of its output."""
         return f"{self.why}; {self.words}" if self.last else f"{self.why}; it printed nothing"
 
     @property
     def words(self) -> str:
-        """Last words on one line."""
+        """Last lines of the output, joined to one line."""
         return f"last output: {' | '.join(self.last)}" if self.last else ""
 
 
@@ -78,10 +79,11 @@ def run(
     most: int = MOST,
     environment: Mapping[str, str] | None = None,
 ) -> End:
-    """Run a command in a folder, within limits of seconds and bytes of address space, and return how it ended.
+    """Run a command in a folder within limits, and return how it ended.
 
-    Standard input is empty. Both outputs go to LOG, up to `most` bytes. CPU time is limited to that of `threads` in
-    twice the wall time, in case nothing watches the clock any more.
+    `seconds` limits wall time and `memory` the bytes of address space. Standard input is empty. Standard output and
+    error go to LOG, up to `most` bytes. CPU time is limited to that of `threads` in twice the wall time, as a
+    safeguard in case our own process is no longer watching the clock.
     """
     mark = uuid.uuid4().hex
     limits = (FILE * memory, memory, 2 * seconds * threads + 1)
@@ -103,7 +105,7 @@ def run(
 
 
 def _environment(folder: Path, threads: int, more: Mapping[str, str] | None, mark: str) -> dict[str, str]:
-    """Return our environment, with one thread unless more are requested, and a folder for its own files."""
+    """Return the environment of a program: ours, with a limited number of threads and a folder for temporary files."""
     counts = {name: str(threads) for name in ALONE}
     return {**os.environ, **counts, "TMPDIR": str(folder), **(more or {}), MARK: mark}
 
@@ -111,7 +113,10 @@ def _environment(folder: Path, threads: int, more: Mapping[str, str] | None, mar
 def _wait_for_end(
     child: subprocess.Popen[bytes], log: Path, until: float, most: int
 ) -> tuple[How, int | None, resource.struct_rusage | None]:
-    """Return how a child ended, its wait status and resource usage; both None if it did not end by itself."""
+    """Return how a child process ended, its wait status and its resource usage.
+
+    Status and usage are None if the child did not end by itself.
+    """
     assert child.stdout is not None
     pipe, said, open_ = child.stdout.fileno(), 0, True
     os.set_blocking(pipe, False)
@@ -136,7 +141,7 @@ def _wait_for_end(
 
 
 def _read_available(pipe: int) -> bytes | None:
-    """Return the content of a pipe; None if there is nothing yet, and empty at its end."""
+    """Return the available content of a pipe; None if there is nothing yet, and empty at its end."""
     try:
         return os.read(pipe, 65536)
     except BlockingIOError:
@@ -144,7 +149,7 @@ def _read_available(pipe: int) -> bytes | None:
 
 
 def _read_rest(pipe: int, most: int) -> bytes:
-    """Return what is left in a pipe whose program has ended; its children may still hold it open."""
+    """Return the remaining content of a pipe whose program has ended; its children may still hold the pipe open."""
     found = b""
     while len(found) < most and (data := _read_available(pipe)):
         found += data
@@ -152,7 +157,7 @@ def _read_rest(pipe: int, most: int) -> bytes:
 
 
 def _kill_all(child: subprocess.Popen[bytes], mark: str) -> None:
-    """Kill all processes of a child, of its group, and those that left the group."""
+    """Kill a child process, its group, and descendants that left the group."""
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(child.pid, signal.SIGKILL)
     if child.returncode is None:
@@ -161,15 +166,15 @@ def _kill_all(child: subprocess.Popen[bytes], mark: str) -> None:
     assert child.stdout is not None
     child.stdout.close()
     for _ in range(ROUNDS):
-        for pid in (left := strays(mark)):
+        for pid in (left := find_stray_processes(mark)):
             with suppress(ProcessLookupError, PermissionError):
                 os.kill(pid, signal.SIGKILL)
         if not left:
             break
 
 
-def strays(mark: str) -> list[int]:
-    """Return processes with a mark in their environment; empty if there is no /proc."""
+def find_stray_processes(mark: str) -> list[int]:
+    """Return the ids of processes with a mark in their environment; empty on systems without /proc."""
     found, sign = [], f"{MARK}={mark}".encode()
     for entry in Path("/proc").glob("[0-9]*"):
         with suppress(OSError):
@@ -182,7 +187,7 @@ def _end(
     how: How, code: int | None, wall: float, cpu: float | None, last: tuple[str, ...],
     limits: tuple[float, float, int],
 ) -> End:  # fmt: skip
-    """Return the end with its description; it distinguishes lack of memory or CPU time from other failures."""
+    """Return the ending of a program with its description; lack of memory or CPU time differs from other failures."""
     seconds, memory, most = limits
     if how == "done" and code != 0:
         how = "out_of_memory" if any(map(_MEMORY.search, last)) else "died"
@@ -192,12 +197,13 @@ def _end(
         "timed_out": lambda: f"it did not finish within {seconds:g} s and was stopped",
         "flooded": lambda: f"it printed more than {most / 2**20:.3g} MiB and was stopped",
         "out_of_memory": lambda: f"it ran out of memory (limit {memory / 1e9:.3g} GB)",
-        "died": lambda: _died(code or 0),
+        "died": lambda: describe_exit_status(code or 0),
     }
     return End(how, code, wall, cpu, last, why[how]())
 
 
-def _died(code: int) -> str:
+def describe_exit_status(code: int) -> str:
+    """Return a description of an exit status or, if negative, of the signal that ended the program."""
     if code > 0:
         return f"it ended with exit status {code}"
     try:
@@ -216,5 +222,5 @@ def last_words(log: Path) -> tuple[str, ...]:
 
 
 def strip_control_characters(text: str) -> str:
-    """Return text without control characters except line ends; a carriage return counts as one."""
+    """Return text without control characters except line ends; a carriage return counts as a line end."""
     return _CONTROL.sub("", _ESCAPES.sub("", text).replace("\r", "\n").replace("\t", " "))

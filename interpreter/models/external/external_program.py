@@ -1,4 +1,4 @@
-"""Base class of models that an external program solves, with the checks of what the program supports."""
+"""Base class of models that an external program solves, with checks of the features that the program supports."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GB = 1e9  # bytes
 
 
 class ExternalModel(Model):
-    """Model that an external program solves; its fields are `program`, process limits and time steps."""
+    """Model that an external program solves, with fields for the program, its process limits and its time steps."""
 
     unwalked = "an external program solves it and reports no error estimate to compare with"
     instead = "use `fem(...)`, which supports all of this"
@@ -35,27 +35,27 @@ class ExternalModel(Model):
 
     @property
     def told(self) -> Program:
-        """Table entry of the program."""
+        """Entry of the program in the table of supported features."""
         return program(self.program)
 
     @property
     def ours(self) -> Model:
-        """Our model that defines its problem."""
+        """Our model that defines the problem."""
         raise NotImplementedError(f"{type(self).__name__} is told of none of ours")
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Return errors and warnings about our model in a case, and about unsupported features of the program."""
+        """Return errors and warnings about our model in a case, and about features that the program lacks."""
         found = self.ours.doubts(replace(declared, thing=self.ours), _steps_of_others(case))
         if any(d.severity == "error" for d in found):
             return found
         return [*found, *self.unsupported(declared, case)]
 
     def reasons(self, case: Case) -> list[Reason]:
-        """Return the features that the program cannot compute exactly as the scene means them, with reasons."""
+        """Return the features of the scene that the program cannot compute exactly, with reasons."""
         raise NotImplementedError(f"{type(self).__name__} has no reasons")
 
     def unsupported(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """Yield a warning about unsupported features of the program."""
+        """Yield a warning if the program does not support a feature of the scene."""
         if reasons := self.reasons(case):
             yield diagnostic(
                 "W710",
@@ -66,12 +66,12 @@ class ExternalModel(Model):
             )
 
     def words_of(self, reasons: list[Reason]) -> str:
-        """Describe why a program does not compute it."""
+        """Return a description of why the program does not support the scene."""
         each = dict.fromkeys(f"{what} ({why})" for what, why in reasons)
         return f"{self.told.title} cannot represent {', '.join(each)}"
 
     def of_steps(self, case: Case) -> Iterator[Reason]:
-        """Yield errors for time steps that it does not have, or that do not end with the motion."""
+        """Yield invalid time step options, with reasons: a static program, or steps that do not end with the motion."""
         if not self.told.moves:
             for name in ("step", "iterations"):
                 if getattr(self, name) is not None:

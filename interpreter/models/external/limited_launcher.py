@@ -1,8 +1,9 @@
-"""Launcher that sets limits and then becomes the program: a script run by its path, with no imports of softmark.
+"""Launcher that sets resource limits and then replaces itself by the program: a script that imports no softmark.
 
     python -I -S limited_launcher.py PARENT FILE MEMORY CPU COMMAND...
-The limits are bytes of a file and of address space, and s of CPU time, by setrlimit(2); no core dumps. On Linux the
-program is killed when PARENT ends for any reason: prctl(2) preserves that over execve(2).
+FILE and MEMORY are limits in bytes of file size and address space, CPU one in seconds of CPU time, set by setrlimit(2);
+there are no core dumps. On Linux the program is killed when the process PARENT ends for any reason: prctl(2) preserves
+that setting over execve(2).
 """
 
 from __future__ import annotations
@@ -32,13 +33,14 @@ def main() -> None:
 
 
 def limit(which: int, asked: int) -> None:
-    """Set a limit, or our own limit if that is lower, because only root may raise it."""
+    """Set a resource limit to `asked`, or to our own limit if that is lower, because only root may raise limits."""
     _, own = resource.getrlimit(which)
     least = asked if own == resource.RLIM_INFINITY else min(asked, own)
     resource.setrlimit(which, (least, least))
 
 
 def _die_with(parent: int) -> None:
+    """Arrange that the kernel kills this process when the parent process ends, on Linux."""
     if not sys.platform.startswith("linux"):
         return
     import ctypes

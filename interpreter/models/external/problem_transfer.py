@@ -1,7 +1,7 @@
 """Transfer of a model to an external program: its mesh, supports, loads and materials.
 
-`reasons` returns the features of a model and its case that cannot be transferred, from the scene only; `problem_of`
-needs arrays.
+`reasons` returns the features of a model and its case that cannot be transferred, found without building
+arrays; `problem_of` returns the arrays.
 """
 
 from __future__ import annotations
@@ -31,24 +31,25 @@ _DEAD = "loads are exchanged as dead forces on nodes of the undeformed body, and
 
 
 class NotTransferable(Exception):
-    """Model that cannot be transferred to other programs; `reasons` has the features, with reasons."""
+    """Error that a model cannot be transferred to other programs; `reasons` has its features, with reasons."""
 
     def __init__(self, reasons: list[Reason]) -> None:
+        """Store the features that cannot be transferred, with reasons."""
         super().__init__("; ".join(f"{what}: {why}" for what, why in reasons))
         self.reasons = reasons
 
 
 def reasons(model: Any, case: Case, moves: bool = False) -> list[Reason]:
-    """Return the features of a model declaration and its case that the neutral problem cannot express.
+    """Return the features of a model and its case that a `Problem` cannot express, with reasons.
 
-    `moves` is true for a program with time steps.
+    `moves` is true for a program that integrates in time.
     """
     found = reasons_of_mesh(model, case, moves)
     return [*_of_model(model), *found, *reasons_of_loads(model, case)] if isinstance(model, Fem) else found
 
 
 def reasons_of_mesh(model: Any, case: Case, moves: bool = False) -> list[Reason]:
-    """Return such features of the mesh, supports and loads only, independent of the solver."""
+    """Return features of the mesh, supports and loads that a `Problem` cannot express, whatever the solver."""
     if not isinstance(model, Fem):
         return [("the model", "only `fem(...)` has cells, nodes and a law that other programs know")]
     analysis = unsupported_motion(case) if moves else _of_analysis(case)
@@ -56,6 +57,7 @@ def reasons_of_mesh(model: Any, case: Case, moves: bool = False) -> list[Reason]
 
 
 def _of_model(model: Fem) -> Iterator[Reason]:
+    """Yield features of a finite element model that cannot be transferred, with reasons."""
     if model.strain == "corotational":
         yield (
             "strain = corotational",
@@ -76,6 +78,7 @@ def _of_model(model: Fem) -> Iterator[Reason]:
 
 
 def _of_analysis(case: Case) -> Iterator[Reason]:
+    """Yield features of the analysis that cannot be transferred, with reasons."""
     if isinstance(case.analysis, Dynamic):
         yield "the dynamic analysis", _NO_TIME
     elif not isinstance(case.analysis, Static):
@@ -90,7 +93,7 @@ def _of_analysis(case: Case) -> Iterator[Reason]:
 
 
 def unsupported_motion(case: Case) -> Iterator[Reason]:
-    """Yield unsupported features of a motion: a start not at rest, or loads and supports that vary."""
+    """Yield features of a motion that cannot be transferred: a start not at rest, or varying loads and supports."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
         rest = "static" if isinstance(analysis, Static) else "quasistatic"  # of one of its states too
@@ -108,7 +111,7 @@ def unsupported_motion(case: Case) -> Iterator[Reason]:
 
 
 def unsupported_body(case: Case) -> Iterator[Reason]:
-    """Yield unsupported features of a body and its material."""
+    """Yield features of a body and its material that cannot be transferred, with reasons."""
     if case.planar in ("plane_stress", "axisymmetric"):
         yield case.planar, "a plate or a body of revolution is not exchanged as a solid"
     for material in case.materials:
@@ -126,6 +129,7 @@ def unsupported_body(case: Case) -> Iterator[Reason]:
 
 
 def _unsupported_supports(case: Case) -> Iterator[Reason]:
+    """Yield features of supports that cannot be transferred, with reasons."""
     for support in case.supports:
         if support.thing.turns:
             yield (
@@ -140,7 +144,7 @@ def _unsupported_supports(case: Case) -> Iterator[Reason]:
 
 
 def reasons_of_loads(model: Fem, case: Case) -> Iterator[Reason]:
-    """Yield follower loads, which cannot be transferred."""
+    """Yield follower loads, which cannot be transferred, with reasons."""
     for load in case.loads:
         action = load.thing.action
         if not action.dead and (model.strain != "small" or action.balanced):
@@ -148,11 +152,11 @@ def reasons_of_loads(model: Fem, case: Case) -> Iterator[Reason]:
 
 
 def problem_of(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: Motion | None = None) -> Problem:
-    """Return the neutral problem of a prepared `fem(...)` model in a case, or in one state of it.
+    """Return the problem of a prepared `fem(...)` model in a case, or in one state of it. Raises NotTransferable.
 
-    Small strain uses the initial moduli of any material, so that its law is `linear_elastic`. With a motion, the
-    constants are also these moduli, with the word of the law. With `mesh`, only the mesh is needed, and forces are
-    those on the undeformed body. Raises NotTransferable.
+    Problems at small strain have the initial moduli of any material, so that their law is `linear_elastic`.
+    Problems with a motion also have initial moduli, but keep the name of the law. With `mesh`, only the mesh is
+    needed, and forces are those on the undeformed body.
     """
     import numpy as np
 
@@ -178,12 +182,12 @@ def problem_of(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: 
 
 
 def _moduli(own: MaterialRegion, strain: str, count: int) -> ExternalMaterial:
-    """Return a material with its initial moduli and the word of its law."""
+    """Return a material with its initial moduli and the name of its law."""
     return replace(_transfer_material(own, "small", count), law=_law(own.case.material))
 
 
 def _transfer_material(own: MaterialRegion, strain: str, count: int) -> ExternalMaterial:
-    """Return a material, and its cells."""
+    """Return the material of a region with its constants, and the cells that have it."""
     import numpy as np
 
     from softmark.interpreter.models.external.external_problem import ExternalMaterial
@@ -208,5 +212,5 @@ def _transfer_material(own: MaterialRegion, strain: str, count: int) -> External
 
 
 def _law(material: Any) -> str:
-    """Return the word of the law."""
+    """Return the name of the law of a material in the language."""
     return next(word for word, kind in WORDS.items() if type(material) is kind)

@@ -40,7 +40,7 @@ Clash = tuple[str, str, str, str, str]  # code, field, problem, label, help
 
 
 def check_formulation(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
-    """Return errors for a formulation that does not fit the element, law or analysis, or an incompressible solid."""
+    """Return errors if the formulation does not fit the element, law or analysis, or the body is incompressible."""
     found = []
     for code, field, problem, label, help in (*_fits(model, case), *_incompressible(model, declared, case)):
         found.append(diagnostic(code, declared.at(field), problem, for_plane(model, label), for_plane(model, help)))
@@ -55,7 +55,7 @@ def for_plane(model: Fem, text: str) -> str:
 
 
 def _fits(model: Fem, case: Case) -> Iterator[Clash]:
-    """Yield errors for a formulation that does not fit the element, another option or the law."""
+    """Yield errors if the formulation does not fit the element, another option or the material law."""
     if model.formulation == "displacement":
         return
     word = f"`formulation = {model.formulation}`"
@@ -89,7 +89,7 @@ def _no_split(case: Case) -> bool:
 
 
 def _element_words(model: Fem) -> tuple[str, str]:
-    """Return label and help of an error about an element without the formulation."""
+    """Return label and help of the error about an element that lacks the formulation."""
     if model.formulation == "mixed":
         return (
             "no stable pressure interpolation",
@@ -99,7 +99,7 @@ def _element_words(model: Fem) -> tuple[str, str]:
 
 
 def _check_mixed(model: Fem, case: Case) -> Iterator[Clash]:
-    """Yield errors for options that pressure unknowns exclude."""
+    """Yield errors for options that are incompatible with pressure unknowns."""
     if isinstance(case.analysis, Dynamic):
         help = "use `hex8` with `formulation = mean_dilatation` and a Poisson's ratio below 0.5, or a static analysis"
         problem = "mixed elements work only in static analyses, since pressure unknowns have no mass"
@@ -137,7 +137,10 @@ def _incompressible(model: Fem, declared: Declared, case: Case) -> Iterator[Clas
 
 
 class EnergyFactory(Protocol):
-    """Function that creates the energy of the cells of one material, and its corotational twin for finite strain."""
+    """Function that creates the energy of the cells of one material and, for finite strain, a corotational energy.
+
+    The corotational energy helps the solver to start.
+    """
 
     def __call__(self, model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]: ...
 
@@ -145,10 +148,10 @@ class EnergyFactory(Protocol):
 def energies_of_regions(
     model: Fem, pieces: Sequence[MaterialRegion], make: EnergyFactory
 ) -> tuple[list[Energy], list[Energy] | None]:
-    """Return one energy for the cells of each material, and their corotational twins, if any.
+    """Return one energy for the cells of each material, and the corresponding corotational energies, if any.
 
-    Mixed energies have separate pressures, numbered one after another, so that pressure is discontinuous between
-    materials.
+    Mixed energies have separate pressure unknowns, numbered one after another, so that pressure is discontinuous
+    between materials.
     """
     found = [make(model, own.case, own.mesh, own.parts) for own in pieces]
     twins = [twin for _, twin in found if twin is not None]
@@ -171,7 +174,7 @@ def _number_pressures(energies: list[Energy]) -> list[Energy]:
 
 
 def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
-    """Return the energy of a formulation other than displacement, and its corotational twin for finite strain."""
+    """Return the energy of a mixed or mean dilatation formulation, and a corotational energy for finite strain."""
     if case.porous:
         return _axisymmetric(_porous(model, case, mesh, parts), case, mesh, parts), None
     energy = _energy(model, case, mesh, parts, model.strain)
@@ -198,7 +201,7 @@ def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str)
 
 
 def _axisymmetric(made: Any, case: Case, mesh: Mesh, parts: Integration) -> Energy:
-    """Return the energy of a plane section as that of a body of revolution, if the case is axisymmetric."""
+    """Return the energy of a plane section, converted to a body of revolution if the case is axisymmetric."""
     if not case.depth:
         return made  # type: ignore[no-any-return]
     from softmark.solvers.energies.axisymmetric import revolve_quadrature
@@ -208,7 +211,7 @@ def _axisymmetric(made: Any, case: Case, mesh: Mesh, parts: Integration) -> Ener
 
 
 def _porous(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Energy:
-    """Return the energy of a poroelastic solid before any fluid has flowed."""
+    """Return the energy of a poroelastic solid before any fluid has moved."""
     from softmark.solvers.assembly.taylor_hood import poroelastic_energy
     from softmark.solvers.materials import law_for
     from softmark.solvers.materials.volumetric_constraints import Dilatation, VolumeRatio
@@ -219,24 +222,24 @@ def _porous(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Energy:
 
 
 def _volumes(case: Case, mesh: Mesh, parts: Integration) -> Floats:
-    """Return volumes of integration points (m, q), m^3; for a body of revolution, in proportion to whole rings."""
+    """Return the volumes of integration points (m, q), m^3; for a body of revolution, in proportion to whole rings."""
     return parts.w * parts.at_points(mesh.points[mesh.cells, 0]) if case.depth else parts.w
 
 
 def _mean(modulus: Any, w: Floats) -> float:
-    """Return a modulus, or its mean if it varies from point to point, Pa."""
+    """Return a modulus, Pa, or its volume mean if it varies between integration points."""
     return modulus if isinstance(modulus, float | int) else float((modulus * w).sum() / w.sum())
 
 
 def _mean_bulk_modulus(modulus: Any, w: Floats) -> Any:
-    """Return the bulk modulus of cells with one pressure, Pa: the harmonic mean V / int 1/M dV if M varies."""
+    """Return the bulk modulus of cells with one pressure, Pa; if M varies, its harmonic mean V / int 1/M dV."""
     if isinstance(modulus, float | int):
         return modulus
     return w.sum(axis=1) / (w / modulus).sum(axis=1)
 
 
 def must_be_compressible(declared: Declared, pieces: Sequence[MaterialRegion]) -> None:
-    """Raise Fault if Poisson's ratio varies and reaches 0.5 at points of a model without pressure unknowns."""
+    """Raise Fault if a varying Poisson's ratio reaches 0.5 at a point of a model that has no pressure unknowns."""
     if declared.thing.formulation == "mixed" or all(own.graded is None for own in pieces):
         return
     from softmark.interpreter.models.shared import heterogeneous_material
@@ -247,7 +250,7 @@ def must_be_compressible(declared: Declared, pieces: Sequence[MaterialRegion]) -
 
 @dataclass(frozen=True)
 class Unknowns:
-    """Unknowns of a solid: nodal displacements, followed by pressures if an energy has them.
+    """Unknowns of a solid: nodal displacements, followed by pressures if the formulation has them.
 
     The first `displacements` unknowns are displacements; `all` is the total number.
     """
@@ -269,7 +272,7 @@ class Unknowns:
         return self.all - self.displacements
 
     def loads(self, loads: list[Energy]) -> list[Energy]:
-        """Return loads on displacements as energies of all unknowns."""
+        """Return loads on displacements as energies in terms of all unknowns."""
         if not self.pressures:
             return loads
         from softmark.solvers.energies.mixed_displacement_pressure import DisplacementEnergy
@@ -281,13 +284,13 @@ class Unknowns:
         return lambda x: of(self.moved(x))
 
     def moved(self, x: Floats) -> Floats:
-        """Return the displacements of a state."""
+        """Return the displacements of a state x (dofs,)."""
         return x[: self.displacements]
 
     def pressed(self, energies: Sequence[Energy], pieces: Sequence[MaterialRegion], x: Floats) -> Floats | None:
-        """Return the pressures of a state in each cell (m, b), Pa; None if pressures are no unknowns.
+        """Return the pressures of each cell (m, b), Pa, in a state x (dofs,); None if pressures are not unknowns.
 
-        Each energy is defined over one of the pieces.
+        Each of the energies belongs to the cells of the corresponding piece.
         """
         import numpy as np
 
@@ -302,7 +305,10 @@ class Unknowns:
         return found
 
     def begun(self, u: Floats | None) -> Floats | None:
-        """Return a state with these displacements and zero pressures, which the first Newton step finds."""
+        """Return a state with displacements u and zero pressures; None without u.
+
+        The first Newton step finds the pressures.
+        """
         import numpy as np
 
         return u if u is None or not self.pressures else np.concatenate([u, np.zeros(self.pressures)])
@@ -313,8 +319,8 @@ def must_determine_pressure(
 ) -> None:
     """Raise Fault if supports leave a uniform pressure in an incompressible body undetermined.
 
-    This happens if supports hold the whole surface: a prescribed volume change is impossible, and without one the
-    pressure is arbitrary.
+    This happens if supports hold the whole surface: a prescribed change of volume is impossible, and without such a
+    change the pressure is arbitrary.
     """
     import numpy as np
 
@@ -337,7 +343,7 @@ def must_determine_pressure(
 
 
 def saddle_point_solver(choice: Linear, assembly: Assembly) -> Linear:
-    """Return a choice of linear solvers that can solve saddle point systems, if the assembly has pressures."""
+    """Return a linear solver that can solve saddle point systems if the assembly has pressures; else the given one."""
     import numpy as np
 
     if not assembly.saddle:

@@ -71,7 +71,10 @@ GIVES_WAY = 3.0**-0.5  # of a length: where stress in uniaxial compression of a 
 
 @dataclass(frozen=True)
 class PreparedSolid(MeshBasedModel):
-    """Solid model on a mesh: elastic energy and static problem; `elastic` is the law at all quadrature points."""
+    """Finite element model on a mesh, with its elastic energies and its static problem.
+
+    `elastic` is the material law at all quadrature points.
+    """
 
     model: Fem
     declared: Declared
@@ -95,11 +98,11 @@ class PreparedSolid(MeshBasedModel):
 
     @property
     def driven(self) -> tuple[tuple[Declared, Energy], ...]:
-        """Loads and muscles, each separately: all that amplitudes scale."""
+        """Loads and muscles, each separately, that is everything that amplitudes scale."""
         return (*self.applied, *self.muscles)
 
     def warm(self) -> None:
-        """Compile or load every kernel: those of energies on one cell, and the factorisation if the system is large."""
+        """Compile or load all kernels before timing: energies on one cell, and factorization if it is large."""
         entries = len(self.problem.assembly.pattern.indices)
         with factorisations.warm_up_in_parallel(entries):
             self._warm_cells()
@@ -124,16 +127,16 @@ class PreparedSolid(MeshBasedModel):
 
     @property
     def assembly(self) -> Assembly:
-        """Assembly in double precision."""
+        """Energies and loads in double precision."""
         return self.problem.exact or self.problem.assembly
 
     def after(self, before: DeformedMesh) -> PreparedSolid:
-        """Return the model with the state before as its start, unless a perturbed start is declared."""
+        """Return the model with the previous state as its start; the model itself if it has a perturbed start."""
         begun = self if self.disturbance else replace(self, first=None, before=np.ravel(before.displacement))
         return interaction_setup.resume_interactions(begun, before)
 
     def solve(self, watch: Watch) -> Solution:
-        """Find the static equilibrium from rest, from the state before, or from another model's solution."""
+        """Return the static equilibrium, from rest, from the previous state, or from another model's solution."""
         remedy = "use a smaller load, a finer mesh or another strain measure"
         remedy = remedy if self.loose is None else f"add a support or a contact that holds the body, or {remedy}"
         problem = replace(self.problem, watch=watch)
@@ -149,21 +152,21 @@ class PreparedSolid(MeshBasedModel):
 
     @property
     def unknowns(self) -> Unknowns:
-        """Unknowns of a state: displacements and pressures."""
+        """Unknowns of a state: displacements and, in mixed formulations, pressures."""
         return Unknowns.of(self.solid, self.mesh)
 
     @property
     def solid(self) -> Sequence[Energy]:
-        """Energies of its cells, one for each material; internal energies of interactions follow them."""
+        """Energies of the cells, one for each material; internal energies of interactions follow them."""
         return self.problem.assembly.internal[: len(self.problem.assembly.internal) - self._beyond]
 
     @property
     def _beyond(self) -> int:
-        """Number of internal energies other than those of its cells."""
+        """Number of internal energies other than those of the cells."""
         return len(self.beds) + (self.loose is not None)
 
     def _found(self, problem: Statics) -> Equilibrium:
-        """Find the equilibrium from rest, or from a perturbed state. Raises NotConverged."""
+        """Return the equilibrium from rest, or from a perturbed start. Raises NotConverged."""
         if self.contacts or self.loose is not None:
             return interaction_setup.find_equilibrium(self, problem)
         if self.disturbance is None:
@@ -171,7 +174,7 @@ class PreparedSolid(MeshBasedModel):
         return recover_solid(self.disturbance, problem, self.mesh.points, self.elastic)
 
     def _loose(self, d: Floats) -> str:
-        """Describe a motion (dofs,) that nothing resists."""
+        """Return a description of a motion d (dofs,) that no stiffness resists."""
         return static_result.describe_free_motion(self.mesh.points, self.unknowns.moved(d).reshape(-1, 3))
 
     def finish(self, found: Equilibrium) -> Solution:
@@ -212,17 +215,17 @@ class PreparedSolid(MeshBasedModel):
         return replace(seen, carried=cache(lambda: self._carried(found.x, x, beside, met["rubbed"])))
 
     def carried_in(self, state: Floats) -> nodal_forces.NodalForces:
-        """Return the forces at nodes in a state (dofs,), m, with the initial contacts and friction without history."""
+        """Return the nodal forces in a state (dofs,), with the initial contacts and without friction history."""
         return self._carried(state, self.unknowns.moved(state), self.contacts, {})
 
     def mass(self) -> Any:
-        """Mass matrix of displacements, or its diagonal, kg."""
+        """Mass matrix of the displacements, or its diagonal, kg."""
         return _mass(self.model, self.pieces)
 
     def _carried(
         self, state: Floats, u: Floats, beside: Mapping[str, RigidContact], rubbed: Past
     ) -> nodal_forces.NodalForces:
-        """Return the nodal forces in a state, with its contacts and friction history."""
+        """Return the nodal forces in a state with these contacts (`beside`) and this friction history (`rubbed`)."""
         small, whole = self.model.strain == "small", self.model.rotation != "element"
         pulling = [energy for _, energy in self.muscles]
         assembly = interaction_setup.assembly_without_stabilization(self, beside)
@@ -231,7 +234,7 @@ class PreparedSolid(MeshBasedModel):
         return interaction_setup.add_contact_forces(found, beside, self, rubbed)
 
     def _other_linear(self, found: Equilibrium) -> str:
-        """Return a message if Pardiso was requested but another solver was used."""
+        """Return a message if Pardiso was requested but another linear solver was used, else an empty text."""
         if self.model.linear != "pardiso":
             return ""
         from softmark.solvers.sparse import pardiso
@@ -242,7 +245,7 @@ class PreparedSolid(MeshBasedModel):
         )
 
     def _beyond_its_law(self, x: Floats) -> tuple[Diagnostic, ...]:
-        """Return a warning if a St Venant-Kirchhoff solid is compressed beyond its limit of stability."""
+        """Return a warning if a St Venant-Kirchhoff solid is compressed beyond the law's limit of stability."""
         least = min((least_stretch(energy.F(x)) for energy in self._kirchhoff()), default=1.0)
         if least > GIVES_WAY:
             return ()
@@ -252,19 +255,19 @@ class PreparedSolid(MeshBasedModel):
                 self.declared.at("strain"),
                 f"`{self.declared.name}` compresses a St Venant-Kirchhoff solid to {max(0.0, least):.2g} of its size",
                 f"the law is unstable below {GIVES_WAY:.3g}",
-                "use `neo_hookean`: further compressed this law softens, and stretched by sqrt(1 + 1 / "
+                "use `neo_hookean`: this law softens under further compression, and at a stretch of sqrt(1 + 1 / "
                 "nu) it has no stiffness",
             ),
         )
 
     def _kirchhoff(self) -> Iterator[Elastic]:
-        """Yield the energies of St Venant-Kirchhoff solids in finite strain."""
+        """Yield the energies of St Venant-Kirchhoff solids at finite strain."""
         for own in self.pieces:
             if self.model.strain == "finite" and isinstance(own.case.material.finite_law(), StVenantKirchhoff):
                 yield elastic_of(own.case, own.mesh, own.parts, self.model.strain)
 
     def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
-        """Return a warning if small strain is used with large rotations."""
+        """Return a warning if rotations are large but the strain measure is small strain."""
         if self.model.strain != "small":
             return ()
         H = self.elastic.F(x) - np.eye(3)
@@ -288,7 +291,7 @@ AnyEnergy = TypeVar("AnyEnergy")
 
 
 def _one_cell(energy: AnyEnergy) -> AnyEnergy:
-    """Return the first cell of an energy over a mesh, which compiles the same kernels at negligible cost."""
+    """Return an energy reduced to its first cell, which compiles the same kernels at negligible cost."""
     if isinstance(energy, EnergySum):
         return replace(energy, parts=tuple(_one_cell(part) for part in energy.parts))
     known: Any = energy  # one of the dataclasses of solvers/energies over cells
@@ -297,7 +300,7 @@ def _one_cell(energy: AnyEnergy) -> AnyEnergy:
 
 
 def load(model: Fem) -> None:
-    """Import what building needs."""
+    """Import the modules that building needs."""
     import softmark.solvers.mesh.structured_meshes  # noqa: F401
 
 
@@ -318,7 +321,10 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
 def build_static(
     model: Fem, declared: Declared, case: Case, workshop: BuildContext, mesh: Mesh | None = None
 ) -> tuple[PreparedSolid, Integration]:
-    """Build the static problem; return it with the integration over its mesh, or over the given mesh. Raises Fault."""
+    """Return the static model of a case and the integration over its mesh. Raises Fault.
+
+    The mesh is generated unless it is given.
+    """
     mesh = mesh_of(model, declared, case, workshop) if mesh is None else mesh
     parts = integrate_cells(mesh)
     elastic = elastic_of(case.plain, mesh, parts, model.strain)
@@ -372,7 +378,7 @@ def build_static(
 
 
 def muscles(each: Sequence[MaterialRegion]) -> tuple[Sequence[MaterialRegion], list[tuple[Declared, Energy]]]:
-    """Return the pieces with passive materials, and the active energy of each muscle over the whole body."""
+    """Return the regions with passive materials, and the active energy of each muscle, defined over the whole body."""
     if not any(getattr(own.case.material, "pulls", False) for own in each):
         return each, []
     passive, tensions = [], list[tuple[Declared, Energy]]()
@@ -390,7 +396,10 @@ def muscles(each: Sequence[MaterialRegion]) -> tuple[Sequence[MaterialRegion], l
 def apply_options(
     static: PreparedSolid, workshop: BuildContext, disturbance: Disturbance | None = None
 ) -> PreparedSolid:
-    """Apply the options that trade accuracy for speed: precision, caps, linear solver, start. Raises Fault."""
+    """Return the model with the options that trade accuracy for speed or set the start. Raises Fault.
+
+    These are precision, caps on iterations, the linear solver, and an initial guess or a perturbed start.
+    """
     model, problem = static.model, static.problem
     reuse, modes = model.factorisation == "reused", problem.assembly.modes
     choice = Linear(model.linear, model.precision, model.max_linear_iterations, reuse, modes)
@@ -406,7 +415,10 @@ def apply_options(
 
 
 def inversion_test(model: Fem, elastic: Elastic) -> Callable[[Floats], bool]:
-    """Return a test whether no cell is inverted at any integration point; it is always true for small strain."""
+    """Return a function that tests whether no cell is inverted at any integration point.
+
+    For small strain the function always returns True.
+    """
 
     def sound(x: Floats) -> bool:
         """Return whether all determinants of the deformation gradient are positive."""
@@ -426,7 +438,7 @@ def elastic_of(case: Case, mesh: Mesh, parts: Integration, strain: str) -> Elast
 
 
 def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
-    """Return the elastic energy that a model requests, and its corotational twin if its law is one of finite strain."""
+    """Return the elastic energy that a model requests and, for a finite-strain law, a corotational energy."""
     if model.formulation != "displacement" or case.porous:
         return element_formulations.energies(model, case, mesh, parts)
     elastic = elastic_of(case, mesh, parts, model.strain)
@@ -440,7 +452,10 @@ def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[En
 
 
 def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> ElementCorotational:
-    """Return the energy with one rotation per cell and its initial stiffness, by full or selective integration."""
+    """Return the corotational energy with one rotation per cell and its initial stiffness.
+
+    The stiffness is that of full or selective integration.
+    """
     G, rest = element_corotational.mean_gradients(elastic.dNdX, elastic.w), np.eye(3)[None]
     parts = elastic_parts(mesh, elastic, case.material, "small", model.integration == "selective")
     K = np.sum([_initial_stiffness(e, rest) for e in parts], axis=0)
@@ -448,7 +463,7 @@ def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> E
 
 
 def _initial_stiffness(e: Elastic, rest: Floats) -> Floats:
-    """Return the initial stiffness of each cell (m, 3a, 3a), N/m; a varying modulus enters as a weight."""
+    """Return the initial stiffness matrix of each cell (m, 3a, 3a), N/m; varying moduli enter as weights."""
     if not e.varies:
         return element_corotational.element_stiffness(e.dNdX, e.w, e.law.dPdF(rest)[0])
     law: Any = e.law
@@ -466,4 +481,5 @@ def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
 
 
 def _mass(model: Fem, each: Sequence[MaterialRegion]) -> Any:
+    """Return the mass matrix of all regions, kg, or its diagonal."""
     return reduce(add, (mass_matrix(p.mesh, p.parts, p.density, model.mass) for p in each))

@@ -67,8 +67,7 @@ class Fem(HasMaterial, Model):
 
     `max_iterations` stops Newton's method after this number of linear systems, in total in statics and per time step
     in dynamics, as in programs that must keep a frame rate. Such a state is `capped`: it is not converged and never
-    counts as real
-    time; its residual is that of the state, and its metrics show the effect of the cap.
+    counts as real time; its residual is that of the state, and its metrics show the effect of the cap.
 
     `linear` names the linear solver; `auto` selects a suitable one. `conjugate_gradients` is preconditioned by the
     diagonal, and `max_linear_iterations` stops it after this number of iterations in every Newton step; the state is
@@ -173,17 +172,17 @@ class Fem(HasMaterial, Model):
 
     @property
     def own_mesh(self) -> Shape | None:
-        """Mesh from a file, used in place of one generated from the body's shape; else None."""
+        """Mesh read from a file, which replaces a mesh generated from the body's shape; None if there is no file."""
         return self.mesh
 
     @property
     def other_material(self) -> Any:
-        """Material that replaces that of the body; else None."""
+        """Material of the model in place of the body's material; None if the model uses the body's material."""
         return self.material
 
     @property
     def capped_at(self) -> int | None:
-        """Number of Newton iterations after which a state or time step is accepted."""
+        """Number of Newton iterations after which an unconverged state is accepted; None if none is accepted."""
         return self.max_iterations
 
     @property
@@ -193,7 +192,7 @@ class Fem(HasMaterial, Model):
 
     @property
     def stress_law(self) -> tuple[str, str] | str:
-        """Strain measure and volumetric formulation from which stress follows, or a message why there is no stress."""
+        """Strain measure and volumetric formulation of the stress law, or the reason why the model has no stress."""
         if self.rotation == "element":
             return "with one rotation per cell forces do not follow from a stress: use `rotation = point`"
         volume = "full" if self.integration == "full" else "selective"
@@ -214,25 +213,25 @@ class Fem(HasMaterial, Model):
         return replace(self, **{**PLAIN, **changes})
 
     def mesh_key(self) -> tuple[Any, ...]:
-        """Return the key in which two models of a body must agree to share a mesh."""
+        """Return a key that is equal for models of a body that can share a mesh."""
         moved = () if self.quality is None else (("quality", self.quality),)
         if self.mesh is None:
             return self.element, self.size, *moved
         return self.element, self.size, self.mesh, *moved
 
     def meshed_as(self, case: Case) -> tuple[Any, ...]:
-        """Return the key of the mesh in a case: body, element, size, and planes where supports need nodes."""
+        """Return the key of the mesh in a case: body, element, size, and planes on which supports need nodes."""
         return (case.body.name, *self.mesh_key(), *(() if self.mesh else self.cuts(case)))
 
     def cuts(self, case: Case, shape: Shape | None = None) -> Cuts:
-        """Return where its meshes need nodes, and where their cells are finer."""
+        """Return the planes and surfaces that need nodes, and those at which cells are finer."""
         found = cuts_of(case, shape)
         if self.refine_at is None or self.refine_factor is None:
             return found
         return (*found, *graded_cuts(self.refine_at, shape or case.shape, self.refine_factor))
 
     def _own_mesh(self, case: Case) -> bool:
-        """Return whether the mesh comes from a file, of the model or of the body."""
+        """Return whether the mesh is read from a file, given by the model or by the body."""
         return (self.own_mesh or case.shape).prebuilt
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -262,7 +261,7 @@ class Fem(HasMaterial, Model):
         return [d for d in found if d is not None]
 
     def _of_parts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Return errors and warnings for each material; those of large rotation only for the stiffest one."""
+        """Return errors and warnings for each material; those about large rotation only for the stiffest one."""
         stiffest = max(case.typical, key=lambda material: material.young)
         found: dict[tuple[object, ...], Diagnostic] = {}
         for part, material in zip((None, *case.parts), case.typical, strict=True):
@@ -275,11 +274,11 @@ class Fem(HasMaterial, Model):
         return list(found.values())
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Return errors about the model from which this one starts."""
+        """Return errors about the model that provides the initial guess."""
         return options.check_start(scene, declared, case)
 
     def one_mesh(self, declared: Declared, case: Case) -> Diagnostic | None:
-        """Return an error unless exactly one of `size` and `mesh` is given; a body that is a mesh needs neither."""
+        """Return an error unless exactly one of `size` and `mesh` is given; None is needed if the body is a mesh."""
         prebuilt = self.mesh is None or self.mesh.prebuilt
         both = self.size is not None and self.mesh is not None
         neither = self.size is None and self.mesh is None and not case.shape.prebuilt
@@ -311,12 +310,12 @@ class Fem(HasMaterial, Model):
         )
 
     def locks_at(self, poisson: float) -> bool:
-        """Return whether the element is visibly too stiff at a Poisson's ratio."""
+        """Return whether the element is noticeably too stiff (locks) at a Poisson's ratio."""
         free = self.integration == "selective" or self.formulation != "displacement"
         return not free and bool(poisson >= find_element(self.element).locks)
 
     def locking(self, declared: Declared, case: Case) -> Diagnostic | None:
-        """Return a warning if the element is visibly too stiff at the Poisson's ratio of the body."""
+        """Return a warning if the element is noticeably too stiff (locks) at the Poisson's ratio of the body."""
         nu = case.material.poisson
         if not self.locks_at(nu) or case.material.incompressible or case.material.thin:
             return None
@@ -356,7 +355,7 @@ class Fem(HasMaterial, Model):
         )
 
     def coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
-        """Return an error for a mesh that is too fine for memory, or a warning for one coarser than the body."""
+        """Return an error if the mesh would not fit into memory, or a warning if cells are too large for the body."""
         shape = case.shape
         if self.size is None or shape.bounds is None or not (volume := shape.least) or self._own_mesh(case):
             return None
@@ -390,7 +389,7 @@ class Fem(HasMaterial, Model):
         return None
 
     def mesh_words(self, case: Case) -> str:
-        """Return a description of its mesh, such as `tet4 of about 7 mm`."""
+        """Return a description of the mesh, such as `tet4 of about 7 mm`."""
         size = "" if self.size is None else f"of about {units.format_value(self.size, units.LENGTH)}"
         return f"{self.element} {'of the file' if self._own_mesh(case) else size}"
 
@@ -399,14 +398,14 @@ class Fem(HasMaterial, Model):
         return f"{self.mesh_words(case)}, {self._words(case, self.material)}"
 
     def kind(self, case: Case) -> ModelKind | None:
-        """Return the family of the model, that is all but its size and Poisson's ratio."""
+        """Return the family of the model: its properties except size and Poisson's ratio; None without a family."""
         if self.size is None or self._own_mesh(case):
             return None
         nu = None if self.material is None or not self.material.uniform else float(f"{self.material.poisson:g}")
         return ModelKind(f"{self.element}, {self._words(case, None)}", units.format_value(self.size, units.LENGTH), nu)
 
     def _words(self, case: Case, material: Any) -> str:
-        """Return a description of strain measure and options."""
+        """Return a description of the strain measure and the options."""
         options = (
             ", selectively integrated" if self.integration == "selective" else "",
             f", {FORMULATIONS[self.formulation]}" if self.formulation != "displacement" else "",

@@ -49,7 +49,7 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
 
 
 def _make_mesh(model: Fem, case: Case, shape: Shape, cuts: Cuts) -> Mesh:
-    """Return the mesh of a shape, with the groups of its file if the case has some. Raises Fault as `mesh_of` does."""
+    """Return the mesh of a shape that conforms to `cuts`, with the groups of its file, if any. Raises Fault."""
     kind = solid_element_name(model.element)
     if not case.groups:
         return shape.mesh(kind, model.size or 0.0, cuts)  # a file's has no size but its own
@@ -61,7 +61,7 @@ def _make_mesh(model: Fem, case: Case, shape: Shape, cuts: Cuts) -> Mesh:
 
 
 def _takes() -> str:
-    """Describe which cells of a file each element can be made of."""
+    """Return a description of the file cells that each element can be made from."""
     hexahedra, tetrahedra = ([n for n, e in ELEMENTS.items() if e.family == f] for f in ("hexahedra", "tetrahedra"))
     takes = "takes" if len(hexahedra) == 1 else "take"
     either, other = (solver_options.join_words(names, "and") for names in (hexahedra, tetrahedra))

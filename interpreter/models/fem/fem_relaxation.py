@@ -1,4 +1,4 @@
-"""Viscoelastic solids in quasistatic analyses: from the scene to a sequence of equilibria in time."""
+"""Viscoelastic solids in quasistatic analyses, solved as a sequence of equilibria in time."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DisplacementHistory:
-    """History of nodal displacements: times (t,), s, and displacements at each (t, n, 3), m."""
+    """History of nodal displacements: `times` (t,), s, and the displacements at each time (t, n, 3), m."""
 
     times: tuple[float, ...]
     states: tuple[Floats, ...]
@@ -53,20 +53,23 @@ class DisplacementHistory:
 
 @dataclass(frozen=True)
 class MeshWithHistory(DeformedBody):
-    """Deformed mesh with its history; `aged` is the state from which a later time continues."""
+    """Deformed mesh with its displacement history; `aged` is the material state from which a later time continues."""
 
     past: DisplacementHistory | None = None
     aged: StateInTime | None = None
     pore_pressure: Floats | None = None  # (n,) Pa, of a fluid, positive in compression
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the mesh without the state to continue from, for stored reports."""
+        """Return the mesh without the material state, for stored reports."""
         return self.__dict__ | {"aged": None}
 
 
 @dataclass(frozen=True)
 class PreparedViscoelastic(MeshBasedModel):
-    """Viscoelastic solid; `static` is the same body with all loads at full size and the instantaneous law."""
+    """Viscoelastic solid in a quasistatic analysis.
+
+    `static` is the same body with all loads at full size and with the instantaneous law.
+    """
 
     static: PreparedSolid
     case: Case
@@ -86,33 +89,33 @@ class PreparedViscoelastic(MeshBasedModel):
 
     @property
     def applied(self) -> tuple[tuple[Declared, Energy], ...]:  # type: ignore[override]
-        """Loads, each separately, at the present time."""
+        """Loads at the present time, each separately."""
         acting = self.timed.acting(self.static.driven, self._now)[: len(self.case.loads)]
         return tuple((load, energy) for load, (_, energy) in zip(self.case.loads, acting, strict=True))
 
     @property
     def pulling(self) -> list[Energy]:
-        """Active energies of muscles, each separately, at the present time."""
+        """Active energies of muscles at the present time, each separately."""
         return [energy for _, energy in self.timed.acting(self.static.driven, self._now)[len(self.case.loads) :]]
 
     @property
     def size(self) -> dict[str, int]:
-        """Numbers of nodes, elements and dofs."""
+        """Numbers of nodes, elements and degrees of freedom, by name."""
         return self.static.size
 
     @property
     def notes(self) -> tuple[Diagnostic, ...]:
-        """Warnings about what was built."""
+        """Warnings found while the static model was built."""
         return self.static.notes
 
     @property
     def assembly(self) -> None:
-        """Assembly: None, because it differs at every time."""
+        """Energies in terms of nodal displacements: None, because they differ at every time."""
         return
 
     @property
     def analysis(self) -> Quasistatic:
-        """Quasistatic analysis at one of its times."""
+        """Quasistatic analysis at one of its output times."""
         return self.timed.analysis
 
     @property
@@ -121,11 +124,11 @@ class PreparedViscoelastic(MeshBasedModel):
         return self.analysis.now
 
     def after(self, before: DeformedMesh) -> PreparedViscoelastic:
-        """Return the model continuing from the time before."""
+        """Return the model that continues from the state at the previous output time."""
         return replace(self, before=before.aged) if isinstance(before, MeshWithHistory) else self
 
     def warm(self) -> None:
-        """Compile what the solution needs."""
+        """Compile the code that the solution needs, before timing starts."""
         self.static.warm()
         for own in self.memories.each:
             if isinstance(own, ViscoelasticHistory):
@@ -134,13 +137,13 @@ class PreparedViscoelastic(MeshBasedModel):
     # ------------------------------------------------------------------ time
 
     def instants(self) -> list[InstantLoading]:
-        """Return loads and supports at the end of every step up to now, after the state before."""
+        """Return loads and supports at the end of every step from the previous output time to the present one."""
         return self.timed.after(None if self.before is None else self.before.time)
 
     # ------------------------------------------------------------------ solving
 
     def solve(self, watch: Watch) -> Solution:
-        """Solve step by step from the start, or from the state before, to the present time."""
+        """Return the solution at the present time, by time steps from the start or from the previous state."""
         remedy = "use a shorter step, a smaller load, a finer mesh or another strain measure"
         problem = replace(self.static.problem, watch=watch)
         first = self.before if self.before is not None else state_at_rest(problem, self.memories)
@@ -157,7 +160,7 @@ class PreparedViscoelastic(MeshBasedModel):
         return static_result.solve_static(find, remedy, lambda found: self._finish(found, came[0]), self.static._loose)
 
     def _finish(self, found: Any, state: StateInTime) -> Solution:
-        """Return the solution, with its energies and history."""
+        """Return the solution of a state, with its energies and its history."""
         static = self.static
         x = static.unknowns.moved(state.x)
         u = x.reshape(-1, 3)
@@ -186,7 +189,7 @@ class PreparedViscoelastic(MeshBasedModel):
         return DisplacementHistory(state.times, each)
 
     def _carried(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.NodalForces:
-        """Return the nodal forces in a state, with stored and dissipated energy."""
+        """Return the nodal forces in a state with `stored` and dissipated (`lost`) energy, J."""
         small = self.static.model.strain == "small"
         if state.problem is None:
             raise ValueError("no step was solved")
@@ -196,7 +199,7 @@ class PreparedViscoelastic(MeshBasedModel):
         return nodal_forces.add_foundation_forces(found, self.static.beds) if self.static.beds else found
 
     def _doubts(self, state: StateInTime) -> Iterator[Diagnostic]:
-        """Yield a warning if dissipated energy decreases."""
+        """Yield a warning if the dissipated energy decreases in time."""
         yield from dissipation_warnings(self.static.declared, np.array((0.0, *state.losses)), abs(state.work),
                              state.memories.unknown)  # fmt: skip
 
@@ -236,13 +239,13 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
 
 
 def owners_of(case: Case, mesh: Mesh, workshop: BuildContext, fixed: Ints) -> list[Declared]:
-    """Return the support that imposes each of the held degrees of freedom (c,)."""
+    """Return the support that imposes each of the held degrees of freedom `fixed` (c,)."""
     held = held_values(case, mesh, workshop.measured)
     return [held[dof][1] for dof in fixed.tolist()]
 
 
 def _energies_with_history(model: Fem, static: PreparedSolid) -> BodyHistory:
-    """Return the energies of pieces, with history variables if their material relaxes, and of foundations."""
+    """Return the energies of regions and foundations, with history variables for materials that relax."""
     found: list[ViscoelasticHistory | Energy] = []
     for own, energy in zip(static.pieces, static.solid, strict=True):
         material = own.case.material

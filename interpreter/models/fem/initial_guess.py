@@ -22,7 +22,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class InitialGuess:
-    """Solution of the other model at the nodes of this one, (dofs,) m, or None if it failed; and its cost."""
+    """Initial guess: another model's solution at the nodes of this model (dofs,), m, and its cost.
+
+    The solution is None if the other model failed.
+    """
 
     model: str
     solution: Solution
@@ -30,7 +33,7 @@ class InitialGuess:
     seconds: tuple[float, float]  # wall, CPU, with the interpolation
 
     def facts(self, found: Solution) -> dict[str, Any]:
-        """Return the `start` part of a report."""
+        """Return the `start` part of a report: the other model, its cost, and whether its solution was used."""
         return {
             "model": self.model,
             "status": self.solution.status,
@@ -48,7 +51,7 @@ class InitialGuess:
         """Return a warning if the initial guess was not used."""
         if self._used(found):
             return ()
-        at, failed = declared.at("start"), self.x is None
+        at, failed = declared.at("initial_guess"), self.x is None
         why = f"`{self.model}` has no solution" if failed else "Newton's method does not converge from there"
         return (
             diagnostic(
@@ -69,7 +72,7 @@ class GuessModel:
     prepared: Prepared
 
     def begin(self, X: Floats, watch: Watch) -> InitialGuess:
-        """Solve it, and return its solution at nodes X (n, 3)."""
+        """Solve the model, and return its solution at nodes X (n, 3), m, of the other mesh."""
         wall, cpu = time.perf_counter(), time.process_time()
         solution = self.prepared.solve(watch)
         x = None
@@ -83,7 +86,7 @@ def start_of(declared: Declared, workshop: BuildContext) -> GuessModel:
     """Build the model that provides the initial guess, for the same scene. Raises Fault."""
     name = declared.thing.initial_guess
     if workshop.scene is None:
-        raise fault("E508", declared.at("start"), f"`{declared.name}` has no scene to look up `{name}` in")
+        raise fault("E508", declared.at("initial_guess"), f"`{declared.name}` has no scene to look up `{name}` in")
     other = workshop.scene.declared[name]
     if workshop.build is None:
         raise ValueError("the workshop cannot build another model: make models by `builders.build`")

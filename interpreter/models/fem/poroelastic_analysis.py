@@ -1,4 +1,4 @@
-"""Poroelastic solids in quasistatic analyses: drained surfaces, fluid pressure, outflow and balance."""
+"""Poroelastic solids in quasistatic analyses: drained surfaces, fluid pressure, outflow and fluid balance."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ BALANCED = 1e-10  # of the volume that has moved: what may be amiss of the balan
 
 @dataclass(frozen=True)
 class Fluid:
-    """Fluid in a mesh: volume that has left through each drained support, m^3, and nodal pressures."""
+    """Fluid in a mesh: the volume that has left through each drained support, m^3, and nodal pressures, Pa."""
 
     mesh: Mesh
     nodes: Floats  # (n,) Pa, positive in compression; between corners their mean
@@ -52,24 +52,27 @@ class Fluid:
 
     @property
     def pressures(self) -> tuple[float, float]:
-        """Least and largest pressure, Pa."""
+        """Smallest and largest pressure, Pa."""
         return float(self.nodes.min()), float(self.nodes.max())
 
     def pressure(self, point: tuple[float, float, float]) -> float:
-        """Return the pressure at a material point, m, in Pa."""
+        """Return the pressure, Pa, at a material point (x, y, z), m."""
         found = locate_points(self.mesh, np.array([point])).interpolate(self.nodes[:, None])
         return float(found[0, 0])
 
 
 @dataclass(frozen=True)
 class PreparedPoroelastic(PreparedViscoelastic):
-    """Poroelastic solid; `drains` are the indices of pressures (b,) held by each drained support, by name."""
+    """Poroelastic solid in a quasistatic analysis.
+
+    `drains` has, by name of each drained support, the indices of the pressures (b,) that it holds.
+    """
 
     drains: tuple[tuple[str, Ints], ...] = ()
     smallest: float = 0.0  # s: steps below show pressures that oscillate
 
     def instants(self) -> list[InstantLoading]:
-        """Return loads and supports at both stages of every step up to now, after the state before."""
+        """Return loads and supports at both stages of every step from the previous output time to the present one."""
         begin = 0.0 if self.before is None else self.before.time
         found: list[InstantLoading] = []
         for end in PreparedViscoelastic.instants(self):
@@ -80,7 +83,7 @@ class PreparedPoroelastic(PreparedViscoelastic):
         return found
 
     def _finish(self, found: Any, state: StateInTime) -> Solution:
-        """Return the solution with fluid results; not converged if the balance of fluid is violated."""
+        """Return the solution with fluid results; its status is not converged if the fluid balance is violated."""
         solution, pores = PreparedViscoelastic._finish(self, found, state), find_pore_fluid(state.memories)
         shown = {"balance": pores.balance, "moved_m3": pores.moved + pores.passed, "outflow_m3": self._outflows(pores),
                  "smallest_step_s": self.smallest,
@@ -94,7 +97,7 @@ class PreparedPoroelastic(PreparedViscoelastic):
         return Solution("not_converged", reason, facts)
 
     def _unresolved(self, pores: PoreFluid) -> Iterator[Diagnostic]:
-        """Yield a warning if the last step is too long to resolve the fluid flow in it."""
+        """Yield a warning if the last step is too long to resolve the fluid flow."""
         if pores.unresolved <= COARSE:
             return
         declared, shown = self.static.declared, units.format_value(float(f"{self._now:.4g}"), units.TIME)
@@ -111,7 +114,7 @@ class PreparedPoroelastic(PreparedViscoelastic):
         return {name: float(pores.out[which].sum()) for name, which in self.drains}
 
     def _carried(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.NodalForces:
-        """Return the nodal forces in a state, with the fluid."""
+        """Return the nodal forces in a state, including those of the fluid pressure."""
         found = PreparedViscoelastic._carried(self, state, u, stored, lost)
         pores = find_pore_fluid(state.memories)
         return replace(
@@ -131,7 +134,7 @@ def nodal_pressures(mesh: Mesh, energy: PoroelasticSolid, x: Floats) -> Floats:
 
 
 def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
-    """Build the quasistatic analysis of a poroelastic solid, with its pores at rest. Raises Fault."""
+    """Build the quasistatic analysis of a poroelastic solid whose fluid is initially at rest. Raises Fault."""
     whole = case_at_full_size(case)
     static, _ = build_static(model, declared, whole, workshop)
     own: Any = static.problem.assembly.internal[0]
@@ -160,7 +163,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
 
 
 def _pressure_supports(case: Case, mesh: Mesh, energy: PoroelasticSolid) -> tuple[dict[int, Declared], Ints]:
-    """Return the support of every held pressure, and the drained facets (f,). Raises Fault."""
+    """Return the support of each held pressure, by unknown, and the drained facets (f,). Raises Fault."""
     number = np.full(len(mesh.points), -1)
     number[mesh.cells[:, : energy.pressures.shape[1]]] = energy.pressures - 3 * energy.nodes
     found: dict[int, Declared] = {}
@@ -183,7 +186,7 @@ def _pressure_supports(case: Case, mesh: Mesh, energy: PoroelasticSolid) -> tupl
 
 
 def facets_of(drain: Declared, case: Case, mesh: Mesh) -> Ints:
-    """Return the surface facets through which a support drains fluid (f,). Raises Fault if there are none."""
+    """Return the indices of the surface facets (f,) that a support drains. Raises Fault if there are none."""
     chosen = select_support(drain.thing.where, mesh).nodes
     facets: Ints = np.flatnonzero(chosen[mesh.facets].all(axis=1))
     if not len(facets):
@@ -201,7 +204,7 @@ def facets_of(drain: Declared, case: Case, mesh: Mesh) -> Ints:
 
 
 def _must_agree(known: Declared, other: Declared, place: Floats) -> None:
-    """Raise Fault if two supports hold one pressure at different values, or with different amplitudes."""
+    """Raise Fault if two supports impose different values or amplitudes on one pressure."""
     one, two = known.thing, other.thing
     far = abs(one.pressure - two.pressure) > ALIKE * max(abs(one.pressure), abs(two.pressure))
     if known is other or (not far and (one.amplitude == two.amplitude or not one.pressure)):
@@ -216,7 +219,10 @@ def _must_agree(known: Declared, other: Declared, place: Floats) -> None:
 
 
 def _check_step_size(made: PreparedPoroelastic, drained: Ints) -> PreparedPoroelastic:
-    """Add the smallest step without oscillations at drained facets (f,), and a warning if steps are shorter."""
+    """Return the analysis with the smallest step that causes no oscillations, and a warning if steps are shorter.
+
+    The limit applies to the cells at drained facets `drained` (f,).
+    """
     smallest = _smallest(made, drained)
     times = [t for t, _ in made.timed.grid()]
     steps = [b - a for a, b in pairwise(times) if b - a > SAME * made.analysis.step]
@@ -239,9 +245,11 @@ def _check_step_size(made: PreparedPoroelastic, drained: Ints) -> PreparedPoroel
 def _smallest(made: PreparedPoroelastic, drained: Ints) -> float:
     """Return the smallest step without oscillations, s: h^2 / (6 c) over the implicit part of a stage.
 
-    h is the height of cells at drained facets and c = k (lam + 2 mu) the consolidation coefficient. Source: Vermeer and
-    Verruijt (1981), "An accuracy condition for consolidation by finite elements", Int. J. Numer. Anal. Methods Geomech.
-    5:1.
+    h is the height of cells at drained facets and c = k (lam + 2 mu) the consolidation coefficient.
+
+    Source: Vermeer and Verruijt (1981), "An accuracy condition for consolidation by finite elements", Int. J. Numer.
+    Anal.
+    Methods Geomech. 5:1.
     """
     material = made.case.material
     c: float = material.permeability * (material.lame_lambda + 2.0 * material.shear_modulus)
@@ -250,7 +258,7 @@ def _smallest(made: PreparedPoroelastic, drained: Ints) -> float:
 
 
 def _heights(mesh: Mesh, which: Ints) -> Floats:
-    """Return the heights above boundary facets (f,) of the cells behind them, m."""
+    """Return the heights, m, of the cells behind boundary facets `which` (f,), normal to these facets."""
     part = {4: 3.0, 6: 2.0, 8: 1.0}[mesh.element.corners]  # pyramids, wedges on a side, bricks
     own = facet_areas(mesh, *mesh.element.facet.quadrature())
     found: Floats = part * mesh.volumes[mesh.facet_cells[which]] / own[which]

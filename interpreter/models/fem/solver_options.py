@@ -1,4 +1,4 @@
-"""Checks of which options of a finite element model are compatible: elements, and options that affect speed."""
+"""Checks of finite element options that exclude each other: elements, and options that affect speed."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def unknown_element(declared: Declared, reason: object) -> Diagnostic:
 
 
 def unused_size(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
-    """Return a warning for a `size` if the body is a mesh already."""
+    """Return a warning about a `size` that has no effect because the body is already a mesh."""
     if model.size is None or model.mesh is not None or not case.shape.prebuilt:
         return []
     at, body = declared.at("size"), case.body.name
@@ -69,15 +69,15 @@ def unused_size(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
 
 
 def check_grading(model: Fem, declared: Declared, case: Case) -> Diagnostic | None:
-    """Return an error if a graded mesh is requested incompletely, or is not possible."""
+    """Return an error if the options of a graded mesh are incomplete or cannot be satisfied, else None."""
     if model.refine_factor is None or model.refine_at is None:
         given = next((name for name in ("refine_factor", "refine_at") if getattr(model, name) is not None), None)
         if given is None:
             return None
         help = (
-            "`refine_at = x <= 0 mm` tells where"
+            "`refine_at = x <= 0 mm` selects where"
             if given == "refine_factor"
-            else "`refine_factor = 4` tells how many times"
+            else "`refine_factor = 4` sets how many times"
         )
         return diagnostic(
             "E339",
@@ -96,12 +96,12 @@ def check_grading(model: Fem, declared: Declared, case: Case) -> Diagnostic | No
         return None
     ways = ", ".join(f"`{name}`" for name in shape.gradable)
     problem = f"`refine_at` of `{declared.name}` selects no border that its mesh can follow"
-    help = f"write a plane where {ways} of the shape has a value, its ends included, such as `refine_at = x <= 0 mm`"
+    help = f"select at a constant {ways} of the shape, inside it or at its ends, such as `refine_at = x <= 0 mm`"
     return diagnostic("E341", declared.at("refine_at"), problem, "no border there", help)
 
 
 def _check_elements(model: Fem, case: Case) -> Iterator[Clash]:
-    """Yield the first error about integration and rotation."""
+    """Yield the first error about the options `integration` and `rotation`."""
     known = model.strain == "finite" and case.material.finite_law() is not None
     table = PLANE if model.element in PLANE else ELEMENTS
     fit = [name for name, element in table.items() if model.integration in element.integrations]
@@ -126,19 +126,19 @@ def _check_elements(model: Fem, case: Case) -> Iterator[Clash]:
 
 
 def _check_dynamics(model: Fem, case: Case) -> Iterator[Clash]:
-    """Yield errors for options that only static analyses have."""
+    """Yield errors for options that are available only in static analyses."""
     if not isinstance(case.analysis, Dynamic):
         return
-    steps = "time steps already reuse factors and start from the previous state: "
+    steps = "time steps already reuse factorizations and start from the previous state"
     usual = {"precision": "double", "linear": "auto", "factorisation": "fresh", "initial_guess": None}
     for field, value in usual.items():
         if getattr(model, field) != value:
             help = "leave it out; control the cost of time steps by `step`, `tolerance` and `max_iterations`"
-            yield field, f"{steps}`{field}` is for static analyses", "not in a dynamic analysis", help
+            yield field, f"`{field}` is only for static analyses: {steps}", "not in a dynamic analysis", help
 
 
 def explicit(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
-    """Return errors for explicit integrators with a consistent mass matrix or with dashpots."""
+    """Return errors for an explicit integrator with a consistent mass matrix or with dashpots."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic) or not analysis.explicit:
         return []
@@ -151,7 +151,7 @@ def explicit(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
 
 
 def _dashpot_error(declared: Declared, bed: Declared, analysis: Dynamic) -> Diagnostic:
-    """Return the error for dashpots, which reduce the stable step of an explicit integrator."""
+    """Return the error about dashpots, which reduce the stable time step of an explicit integrator."""
     problem = f"`{declared.name}` cannot be integrated by {analysis.integrator} with the dashpots of `{bed.name}`"
     return diagnostic("E508", bed.at("damping"), problem, "not with explicit integration", "use an implicit integrator")
 
@@ -212,7 +212,7 @@ def _check_arc_length(model: Fem, case: Case) -> Iterator[Clash]:
 
 
 def _check_linear_solver(model: Fem, case: Case) -> Iterator[Clash]:
-    """Yield an error for linear solvers of symmetric matrices with unsymmetric tangents."""
+    """Yield an error if a linear solver for symmetric matrices is used with unsymmetric tangents."""
     reused, capped = model.factorisation == "reused", model.linear in SYMMETRIC
     follows = any(not load.thing.action.conservative for load in case.loads) and model.strain != "small"
     if isinstance(case.analysis, Dynamic) or not (reused or capped) or not (follows or model.rotation == "element"):
@@ -221,7 +221,7 @@ def _check_linear_solver(model: Fem, case: Case) -> Iterator[Clash]:
     field = "linear" if capped else "factorisation"
     word = f"`{field} = {getattr(model, field)}`"
     help = "use `linear = auto`, `superlu` or `pardiso`" if capped else "leave it out"
-    yield field, f"{word} needs a symmetric matrix, but that of {why} is not symmetric", "not symmetric", help
+    yield field, f"{word} needs a symmetric matrix, but the matrix of {why} is not symmetric", "not symmetric", help
 
 
 def _not_installed(model: Fem) -> Iterator[Clash]:
@@ -233,7 +233,7 @@ def _not_installed(model: Fem) -> Iterator[Clash]:
 
 
 def check_start(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
-    """Return errors about starting from another model's solution."""
+    """Return errors about the model whose solution is the initial guess."""
     if declared.thing.initial_guess is None:
         return []
     first = scene.declared[declared.thing.initial_guess]

@@ -1,1 +1,1 @@
-"""Models whose displacements are read from result files: declaration, readers, matching, checks."""
+"""Models whose displacements are read from result files: declaration, readers, matching to the body, checks."""

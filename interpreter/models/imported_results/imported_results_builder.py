@@ -56,10 +56,10 @@ MOVED = (
 
 @dataclass(frozen=True)
 class PreparedResults(Meshless):
-    """Displacements of a body from a file: `u` (t, n, 3), m, of its points at `times` (t,), s.
+    """Displacements of a body read from a file: `u` (t, n, 3), m, of the file's points at `times` (t,), s.
 
-    In statics there is one state; in dynamics the states end with that at the end of the analysis. `body` (b, 3), m,
-    are points of the body's surface.
+    A static analysis has one state; in a dynamic analysis the last state is that at the end. `body` (b, 3), m, are
+    points of the body's surface.
     """
 
     declared: Declared
@@ -73,7 +73,7 @@ class PreparedResults(Meshless):
 
     @property
     def notes(self) -> tuple[Diagnostic, ...]:
-        """Warnings about the file."""
+        """Warnings about the file and how it matches the body."""
         return self.doubts
 
     @property
@@ -87,13 +87,13 @@ class PreparedResults(Meshless):
         return np.zeros((0, 3))
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """Return no forces."""
+        """Return no loads, because nothing is solved."""
         return []
 
     def outside(self, X: Floats) -> float:
-        """Return how far the farthest of points X (n, 3), m, lies outside, if that exceeds the tolerance, m.
+        """Return the largest distance, m, by which points X (n, 3), m, lie outside; 0 within the tolerance.
 
-        Raises Fault if displacements are known only at points of the file and X are others.
+        Raises Fault if displacements are known only at the points of the file and X has other points.
         """
         far = float(self.found.outside(X).max(initial=0.0))
         if far > 0.0 and not self.found.spans:
@@ -115,6 +115,7 @@ class PreparedResults(Meshless):
         mesh = None if found.mesh is None else DeformedBody(found.mesh, last[0], self.times, frames)
 
         def displacement(X: Floats) -> Floats:
+            """Return the displacements (n, 3), m, of material points X (n, 3), m, at the end."""
             moved: Floats = found.at(X, last)[0]
             return moved
 
@@ -122,7 +123,7 @@ class PreparedResults(Meshless):
 
 
 def load(model: Results) -> None:
-    """Do nothing: there is nothing more to import."""
+    """Do nothing: this module imports all that building needs."""
 
 
 def prepare(model: Results, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
@@ -152,6 +153,7 @@ def prepare(model: Results, declared: Declared, case: Case, workshop: BuildConte
 
 
 def _read(declared: Declared, field: str) -> ResultFile:
+    """Return the content of the file that a field names. Raises Fault."""
     try:
         return read(Path(getattr(declared.thing, field)))
     except Unreadable as error:
@@ -160,6 +162,7 @@ def _read(declared: Declared, field: str) -> ResultFile:
 
 
 def _matched(model: Results, declared: Declared, case: Case) -> tuple[Matched, ResultFile]:
+    """Return the result file matched to the body, and the content of the file. Raises Fault."""
     told, rest = _read(declared, "path"), _read(declared, "rest") if model.rest else None
     nodes: Mesh | None = download_shape(case.shape, declared.at("by")).named() if model.by == "nodes" else None
     try:
@@ -170,12 +173,13 @@ def _matched(model: Results, declared: Declared, case: Case) -> tuple[Matched, R
 
 
 def _unusable(declared: Declared, error: Unmatched) -> Fault:
+    """Return the Fault for a file that cannot be matched."""
     at = declared.at("at") if "at" in declared.fields else declared.at("path")
     return fault("E701", at, f"{Path(declared.thing.path).name}: {error.reason}", "cannot be used", error.remedy)
 
 
 def _unused_content(told: ResultFile, case: Case) -> list[str]:
-    """Describe the content of a file that is not used; plane cells are used only for plane bodies."""
+    """Return descriptions of the file's content that is not used, such as plane cells for a solid body."""
     seen = describe_count(len(told.flat[1]), told.flat[0]) if told.flat and case.planar else ""
     return [word for word in told.left if word != seen]
 
@@ -184,7 +188,10 @@ def _unused_content(told: ResultFile, case: Case) -> list[str]:
 
 
 def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats | None, Floats, dict[str, Any]]:
-    """Return times (t,) of a motion, requested displacements (t, n, 3), and the file's report. Raises Fault."""
+    """Return the times of a motion (t,), s, the requested displacements (t, n, 3), m, and a report. Raises Fault.
+
+    Times are None for a static analysis.
+    """
     count, times, analysis = len(found.u), found.times, case.analysis
     said = {"times": count, "first": _end(times, 0), "last": _end(times, -1)}
     if isinstance(analysis, Dynamic):
@@ -208,7 +215,10 @@ def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats | Non
 
 
 def _interpolate_to_duration(declared: Declared, found: Matched, duration: float) -> tuple[Floats, Floats]:
-    """Return times and displacements up to the end of a motion, interpolated linearly there. Raises Fault."""
+    """Return times (t,), s, and displacements (t, n, 3), m, up to the end of a motion. Raises Fault.
+
+    The last state is interpolated linearly at the `duration`, s.
+    """
     times, name = found.times, Path(declared.thing.path).name
     if times is None or len(times) < 2:
         raise fault(
@@ -235,7 +245,7 @@ def _interpolate_to_duration(declared: Declared, found: Matched, duration: float
 
 
 def _gaps(declared: Declared, times: Floats | None) -> Iterator[Diagnostic]:
-    """Yield a warning if states of a motion at times (t,), s, seem to be missing."""
+    """Yield a warning if a gap between the times (t,), s, of a motion is much longer than its usual step."""
     if times is None or len(times) < FEW:
         return
     steps = np.diff(times)
@@ -249,7 +259,7 @@ def _gaps(declared: Declared, times: Floats | None) -> Iterator[Diagnostic]:
 
 
 def _start_warning(declared: Declared, times: Floats | None, u: Floats) -> Iterator[Diagnostic]:
-    """Yield a warning if a motion with displacements u (t, n, 3), m, does not begin undeformed."""
+    """Yield a warning if the first state of displacements u (t, n, 3), m, of a motion is not undeformed."""
     if times is None:
         return
     start, most = (float(np.linalg.norm(own, axis=-1).max()) for own in (u[0], u))
@@ -268,7 +278,7 @@ def _end(times: Floats | None, which: int) -> float | None:
 
 
 def _diagonal(X: Floats) -> float:
-    """Return the diagonal of the bounding box of points (n, 3), m; also for bodies that are read from files."""
+    """Return the diagonal of the bounding box of points X (n, 3), m."""
     return float(np.linalg.norm(np.ptp(X, axis=0)))
 
 
@@ -280,7 +290,10 @@ def _within(model: Any, body: Floats) -> float:
 def _compare_with_body(
     model: Results, declared: Declared, case: Case, place: ProbePoints, found: Matched
 ) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
-    """Return the report of how the file matches the body at a place, and warnings where they differ. Raises Fault."""
+    """Return a report of how the file matches the body, and warnings about differences. Raises Fault.
+
+    `place` has points of the body.
+    """
     X = place.X
     try:
         far, beyond = _misfit(found, X)
@@ -309,15 +322,16 @@ def _compare_with_body(
         declared.at("path"),
         f"the mesh of `{declared.name}` has {100 * share:.3g} % of the volume of `{case.body.name}`",
         "different body?",
-        "if it is a coarse mesh of this body, this is its error; otherwise write a scene for its own body",
+        "a coarse mesh of this body has this discretization error; for another body, write a scene of that body",
     )
     return told, (note,)
 
 
 def _misfit(found: Matched, body: Floats) -> tuple[float, float]:
-    """Return how far the surface of the body (n, 3), m, lies outside, and the file's points outside its bounds, m.
+    """Return the largest distances, m, of the body's surface outside the file's points, and vice versa.
 
-    A table along a line or on a surface covers no body and need not: its probes are evaluated at its points.
+    `body` (n, 3), m, are points of the surface; file points are compared with its bounding box. Both are zero for a
+    table along a line or on a surface, which need not cover the body: its probes are evaluated at its points.
     """
     low, high = body.min(axis=0), body.max(axis=0)
     beyond = float(np.maximum(low - found.X, found.X - high)[:, : found.ways].max())
@@ -328,7 +342,7 @@ def _misfit(found: Matched, body: Floats) -> tuple[float, float]:
 def _outside_error(
     model: Results, declared: Declared, case: Case, found: Matched, body: Floats, most: float
 ) -> Diagnostic:
-    """Return the error for a body outside the file's points, with a unit that would fit if there is one."""
+    """Return the error for a body that extends beyond the file's points; it names a unit that would fit, if any."""
     spans = (" x ".join(units.format_value(float(s), units.LENGTH) for s in np.ptp(X, axis=0)) for X in (found.X, body))
     ratio = _diagonal(body) / found.extent if found.extent else 0.0
     factor = next((f for f in FACTORS if f != 1.0 and abs(ratio / f - 1.0) <= NEAR), None)
@@ -338,7 +352,7 @@ def _outside_error(
         remedy = f"wrong unit? write `unit = {unit}`, which gives the size of the body"
     return diagnostic(
         "E702", declared.at("unit") if factor is not None else declared.at("path"),
-        f"{Path(model.path).name} does not cover `{case.body.name}`: they differ by up to "
+        f"{Path(model.path).name} does not cover `{case.body.name}`: their boundaries differ by up to "
         f"{units.format_value(most, units.LENGTH)}",
         "its points span {}, the body {}".format(*spans), remedy,
     )  # fmt: skip

@@ -62,11 +62,11 @@ class Results(Model):
 
     @property
     def stress_law(self) -> str:
-        """Message why there is no stress."""
+        """Message why an imported result has no stress."""
         return f"{NOTHING} no stress"
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Return errors about bodies and analyses that a file cannot be matched to."""
+        """Return errors if the body or the analysis does not allow matching a file."""
         if self.by == "nodes" and (case.planar or not case.shape.file):
             why = "a slice with plane cells" if case.planar else "not a mesh file"
             also = "" if case.planar or case.shape.wired else ", or use the solved mesh file as the body"

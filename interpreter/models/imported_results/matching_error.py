@@ -6,7 +6,7 @@ SAME = 1e-6  # of the extent: points that are one
 
 
 class Unmatched(Exception):
-    """Result file that cannot be matched, with a reason and a remedy for users."""
+    """Error that a result file cannot be matched to a body, with a reason and a remedy for users."""
 
     def __init__(self, reason: str, remedy: str) -> None:
         super().__init__(f"{reason}; {remedy}")

@@ -1,4 +1,4 @@
-"""Detection of points that a table without cells seems to lack; displacements are interpolated between its points."""
+"""Detection of points that seem to be missing in a table without cells, whose displacements are interpolated."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ WRITE = "displacements are interpolated linearly there: write all points, or a f
 def find_missing_points(
     declared: Declared, case: Case, place: ProbePoints, found: Matched
 ) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
-    """Return the report and warnings of missing points.
+    """Return the report and the warnings about missing points of a table.
 
-    It has the distances of places of the body from the nearest row, m, the distances between rows, m, and the number of
-    nodes of a body from a file without a row. They are zero for a table along a line or on a surface, which covers no
-    body.
+    The report has the distances of places of the body from the nearest row, m; the distances between rows, m; and
+    the number of nodes of a body read from a file that have no row. All are zero for a table along a line or on a
+    surface, which need not cover the body.
     """
     if not found.spans or len(found.X) < 2:
         return {"between": 0.0, "usual": 0.0, "lacks": None}, ()

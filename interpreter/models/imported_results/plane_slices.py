@@ -1,6 +1,6 @@
-"""Results of a plane body: its slice on plane cells of a file, or on the single layer of cells of the file.
+"""Results of a plane body, from plane cells of a file or from its single layer of solid cells.
 
-All z move alike in a slice, so that positions are compared by x and y only.
+All points with equal x and y move alike in a plane slice, so positions are compared by x and y only.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ LAYERS = "write the cells or points of one plane z = 0, or of a slice one cell t
 
 
 def slice_of(X: Floats, told: ResultFile, depth: float) -> tuple[Mesh, Which] | None:
-    """Return the slice of a thickness, m, on the plane cells of points X (n, 3), m, and the point of each of its nodes.
+    """Return a plane slice of thickness `depth`, m, on a file's plane cells, and the file point of each node.
 
-    Returns None if the file has no plane cells. Raises Unmatched.
+    X (n, 3), m, are the points of the file. The result is None if the file has no plane cells. Raises Unmatched.
     """
     if told.flat is None:
         return None
@@ -36,7 +36,7 @@ def slice_of(X: Floats, told: ResultFile, depth: float) -> tuple[Mesh, Which] | 
 
 
 def _nodes(mesh: Mesh, X: Floats, cells: Ints) -> Which:
-    """Return the point of each node of the slice: that of its cell with the same x and y."""
+    """Return the index of the file point with the x and y of each node of the slice, within the same cell."""
     which = np.empty(len(mesh.points), dtype=np.int64)
     for own, flat in zip(mesh.cells, cells, strict=True):
         apart = mesh.points[own, None, :2] - X[None, flat, :2]  # (a, b, 2)
@@ -45,7 +45,7 @@ def _nodes(mesh: Mesh, X: Floats, cells: Ints) -> Which:
 
 
 def must_be_one_layer(X: Floats, mesh: Mesh | None) -> None:
-    """Raise Unmatched if points X (n, 3), or cells, lie above each other in several layers."""
+    """Raise Unmatched if points X (n, 3), m, or cells form several layers along z."""
     z = X[:, 2]
     thick, extent = float(np.ptp(z)), float(np.linalg.norm(np.ptp(X, axis=0)))
     if mesh is None:

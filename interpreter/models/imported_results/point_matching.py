@@ -1,4 +1,4 @@
-"""Matching of a result file to a body: undeformed points, displacements over time, and distances outside."""
+"""Matching of a result file to a body: undeformed points, displacements over time, and distances of outlying points."""
 
 from __future__ import annotations
 
@@ -41,10 +41,11 @@ OTHERS = (
 
 @dataclass(frozen=True)
 class Matched:
-    """Undeformed points `X` (n, 3), m, of a file, and their displacements `u` (t, n, 3), m, at `times` (t,), s, if any.
+    """Undeformed points `X` (n, 3), m, of a result file, and their displacements `u` (t, n, 3), m.
 
-    `mesh` connects the points; None if there are only points. `name` is the file's name of the displacements. In a
-    `flat` body, a slice, z is ignored; in a `wired` one, of rods, nothing is known between points.
+    `times` (t,), s, are those of the states, if known. `mesh` connects the points; None if there are only points.
+    `name` is the file's name of the displacements. In a `flat` body, a plane slice, z is ignored. In a `wired`
+    body, made of rods, displacements are known only at the points.
     """
 
     X: Floats
@@ -61,17 +62,17 @@ class Matched:
         return float(np.linalg.norm(np.ptp(self.X, axis=0)))
 
     def at(self, X: Floats, u: Floats) -> Floats:
-        """Return displacements (t, k, 3), m, of material points X (k, 3), m, from those of its points u (t, n, 3)."""
+        """Return displacements (t, k, 3), m, of points X (k, 3), m, from those of file points, u (t, n, 3), m."""
         which, share = self.places(X)[:2]
         found: Floats = np.einsum("ka,tkai->tki", share, u[:, which])
         return found
 
     def outside(self, X: Floats) -> Floats:
-        """Return how far points X (k, 3), m, lie outside of the points of the file (k,), m."""
+        """Return the distances (k,), m, by which points X (k, 3), m, lie outside the file's points."""
         return self.places(X)[2]
 
     def places(self, X: Floats) -> tuple[Any, Floats, Floats]:
-        """Return interpolation points (k, a), their weights (k, a), and the distances outside (k,), m."""
+        """Return file points (k, a), weights (k, a) and distances outside (k,), m, to interpolate at X (k, 3), m."""
         X = self._level(X)
         if self.mesh is None:
             return self._between(X)
@@ -85,7 +86,11 @@ class Matched:
         return np.column_stack([X[:, :2], np.full(len(X), 0.5 * (self.X[:, 2].min() + self.X[:, 2].max()))])
 
     def _between(self, X: Floats) -> tuple[Any, Floats, Floats]:
-        """Return interpolation points and weights without cells: a coincident point, a simplex, or the nearest."""
+        """Return the same as `places` for a file without cells.
+
+        A point X is interpolated from the coincident file point, from a simplex of file points, or from the nearest
+        one.
+        """
         far, nearest = self._tree.query(X)
         many = self.ways + 1
         which, share = np.repeat(nearest[:, None], many, axis=1), np.tile(np.eye(many)[0], (len(X), 1))
@@ -112,17 +117,17 @@ class Matched:
 
     @property
     def usual(self) -> float:
-        """Typical distance between its points, m."""
+        """Typical distance between neighbouring points of the file, m."""
         return float(np.quantile(self._tree.query(self.X, k=2)[0][:, 1], USUALLY))
 
     @property
     def ways(self) -> int:
-        """Number of directions that its points should span."""
+        """Number of dimensions that the points should span."""
         return 2 if self.flat else 3
 
     @cached_property
     def spans(self) -> bool:
-        """True if values can be interpolated between its points; a table along a line or on a surface cannot."""
+        """True if values can be interpolated between the points, which do not lie along a line or on a surface."""
         if self.mesh is not None or self.wired:
             return not self.wired
         X = self.X[:, : self.ways]
@@ -159,10 +164,10 @@ def match_points(
     depth: float | None = None,
     wired: bool = False,
 ) -> Matched:
-    """Match a file by the name of its displacements or `position`, or by `nodes` if their mesh is given.
+    """Return a result file matched to a body by the name of its displacements, by `position`, or by node numbers.
 
-    `depth`, m, is the thickness of a plane body, None for a solid. A body of rods is `wired` and has only points.
-    Raises Unmatched.
+    `nodes` is the body's mesh for matching by node numbers. `depth`, m, is the thickness of a plane body, None for
+    a solid. A body of rods is `wired` and has only points. Raises Unmatched.
     """
     name, X, u = _displacements(told, at, rest)
     times = None if told.times is None else time * np.asarray(told.times, dtype=np.float64)
@@ -237,7 +242,7 @@ def _must_be_unique(X: Floats, u: Floats) -> None:
     if len(wrong := np.flatnonzero(same & apart)):
         one, other = sorted(order[wrong[0] : wrong[0] + 2].tolist())
         reason = f"its points {one} and {other}, counted from 0, are at the same place but move differently"
-        raise Unmatched(reason, "remove one of them, or write a file with cells, which tell the points apart")
+        raise Unmatched(reason, "remove one of them, or write a file with cells, which distinguish the points")
 
 
 def _mesh(X: Floats, told: ResultFile) -> Mesh | None:

@@ -1,4 +1,4 @@
-"""Content of a result file, before units are known and before it is matched to a body."""
+"""Content of a result file, before its unit is known and before it is matched to a body."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class ResultFile:
-    """Points (n, 3) and vectors at them by name (t, n, 3), at `times` (t,), or in order if the file has no times.
+    """Points (n, 3) of a result file, and vectors at them (t, n, 3), by name, at `times` (t,).
 
-    `cells` (m, a) are of one kind of element, in the order of solvers/elements; None if there are only points or
-    unknown elements. If there are only plane cells, these are `flat`, with meshio's name. `points` are undeformed
-    according to the file; if a series moves them, `moved` (t, n, 3) are the moved points.
+    Without times, states are in the order of the file. `cells` (m, a) are of one element type, in the order of
+    solvers/elements; None if there are only points or unknown elements. If there are only plane cells, they are in
+    `flat`, with meshio's name of their type. `points` are undeformed according to the file; if a series moves them,
+    `moved` (t, n, 3) are the moved points.
     """
 
     points: Floats

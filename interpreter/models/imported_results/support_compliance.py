@@ -1,7 +1,8 @@
-"""Checks whether results comply with the supports of the scene: held points stay, and moved points move as prescribed.
+"""Checks that imported results comply with the supports: held points stay, others move as prescribed.
 
-The checks use points of the body's surface that a support selects and whose displacements are interpolated only from
-file points that it selects too, because cells of another mesh may be held in part at the border of a selection.
+The checks use points of the body's surface that a support selects and whose displacements are interpolated only
+from file points that the support also selects. This is necessary because cells of another mesh may be held in
+part at the border of a selection.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ POWER = 0.1  # of a power of ten: a factor is taken for one
 
 @dataclass(frozen=True)
 class SupportCompliance:
-    """Compliance with a support: largest deviation `far`, m, prescribed displacement, and ratio of the actual one."""
+    """Compliance with one support: largest deviation `far`, m, prescribed displacement, and the ratio to it."""
 
     support: Declared
     far: float
@@ -49,11 +50,12 @@ class SupportCompliance:
 
 
 def check_supports(case: Case, place: ProbePoints, found: Matched, u: Floats) -> list[SupportCompliance]:
-    """Return the compliance with all supports that can be checked, by displacements u (n, 3), m, at the end."""
+    """Return the compliance with each support that can be checked, from displacements u (n, 3), m, at the end."""
     return list(_each(case, place, found, u)) if found.spans else []
 
 
 def _each(case: Case, place: ProbePoints, found: Matched, u: Floats) -> Iterator[SupportCompliance]:
+    """Yield the compliance with each support that can be checked."""
     for support in case.named_supports:
         thing = support.thing
         along = [c for c in getattr(thing, "components", ()) if c < found.ways]
@@ -70,18 +72,19 @@ def _each(case: Case, place: ProbePoints, found: Matched, u: Floats) -> Iterator
 
 
 def _most(u: Floats) -> float:
+    """Return the largest magnitude of displacements u (n, 3), m."""
     return float(np.linalg.norm(u, axis=1).max(initial=0.0))
 
 
 def _share(case: Case, thing: Any) -> float:
-    """Return the fraction of a support's full motion at the end; supports of a state are already scaled."""
+    """Return the fraction of a support's full motion at the end; 1 in states, whose supports are scaled already."""
     if not isinstance(case.analysis, Dynamic) or thing.amplitude is None:
         return 1.0
     return float(thing.amplitude.at(case.analysis.duration))
 
 
 def _fully_interpolated(found: Matched, where: Condition, X: Floats) -> NDArray[np.bool_]:
-    """Return which points X (k, 3), m, of a support are interpolated only from points that it selects too."""
+    """Return which points X (k, 3), m, of a support are interpolated only from points that the support also selects."""
     which, share = found.places(X)[:2]
     if not len(X):
         return np.zeros(0, dtype=np.bool_)
@@ -99,7 +102,7 @@ def _fully_interpolated(found: Matched, where: Condition, X: Floats) -> NDArray[
 def compliance_warnings(
     declared: Declared, case: Case, each: list[SupportCompliance], most: float
 ) -> Iterator[Diagnostic]:
-    """Yield warnings if results with displacements of at most `most`, m, violate supports."""
+    """Yield a warning for each support that the results violate; `most`, m, is their largest displacement."""
     for own in each:
         if own.far <= SLIPS * max(most, own.told):
             continue
@@ -112,15 +115,15 @@ def compliance_warnings(
         problem, label = f"{file} moves `{body}` by {far} where `{name}` holds it", "different supports?"
         if own.told:
             problem = f"{file} deviates by up to {far} where `{name}` moves `{body}` by {told}"
-            remedy = f"check the supports of the solved problem: it moves {own.times:.3g} times as far there"
+            remedy = f"check the supports of the solved problem: the file moves it {own.times:.3g} times as far there"
             if _decimal(own.times):
                 label = "wrong unit?"
-                remedy = f"it moves {own.times:.3g} times as far there: {ANOTHER}"
+                remedy = f"the file moves it {own.times:.3g} times as far there: {ANOTHER}"
         yield diagnostic("W703", declared.at("path"), problem, label, remedy)
 
 
 def displacement_warnings(declared: Declared, case: Case, place: ProbePoints, most: float) -> Iterator[Diagnostic]:
-    """Yield a warning if a static body moves by `most`, m, many times its size."""
+    """Yield a warning if the largest displacement `most`, m, of a static body is many times its size."""
     size = float(np.linalg.norm(np.ptp(place.X, axis=0)))
     if not isinstance(case.analysis, Dynamic) and most > VAST * size:
         problem = (
@@ -131,7 +134,7 @@ def displacement_warnings(declared: Declared, case: Case, place: ProbePoints, mo
 
 
 def _decimal(times: float) -> bool:
-    """Return whether a ratio is about a power of ten, which suggests a wrong unit of length."""
+    """Return whether a ratio is near a power of ten, which suggests a wrong unit of length."""
     if times <= 0.0 or not (power := round(math.log10(times))):
         return False
     return abs(times / 10.0**power - 1.0) <= POWER

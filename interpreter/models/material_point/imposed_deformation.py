@@ -1,7 +1,7 @@
 """Homogeneous deformation that supports and loads of a body impose.
 
-Each support must select whole faces. On a pair of opposite faces it imposes a stretch along their normal, or a shear
-along them. No arrays here, because validation uses it.
+Each support must select whole faces. On a pair of opposite faces it imposes a stretch along their normal, or a
+shear along the faces. The module uses no arrays, because validation needs it.
 """
 
 from __future__ import annotations
@@ -38,9 +38,10 @@ NEEDS = {
 class ImposedState:
     """Homogeneous state along x, y and z that supports and loads impose.
 
-    `stretches` are None where free; `stresses` are the nominal stresses there, Pa. `shear` is an off-diagonal entry (a,
-    b) of F, and its size. `driven` are the axes that are moved or loaded. Points move with `anchors`, which are
-    displaced by `shifts`, m. `let_go` are the supports whose constraint such a state violates: their names, and axes.
+    `stretches` are None along free axes, where `stresses` are the imposed nominal stresses, Pa. `shear` is an
+    off-diagonal entry (a, b) of F with its value. `driven` are the axes that are moved or loaded. Points move with
+    `anchors`, which are displaced by `shifts`, m. `let_go` are the constraints that such a state violates: names of
+    supports, and axes.
     """
 
     stretches: tuple[float | None, float | None, float | None]
@@ -54,7 +55,7 @@ class ImposedState:
 
 @dataclass(frozen=True)
 class ImposedOnFaces:
-    """Displacements of whole faces by supports, m, by face and component, and the nominal stresses of loads, Pa."""
+    """Displacements of whole faces imposed by supports, m, by face and component, and nominal stresses of loads, Pa."""
 
     case: Case
     held: dict[tuple[Face, int], tuple[float, str]] = field(default_factory=dict)
@@ -62,21 +63,21 @@ class ImposedOnFaces:
 
     @property
     def bounds(self) -> tuple[Vector3, Vector3]:
-        """Bounds of the body, m."""
+        """Lower and upper corner of the body's bounding box, m."""
         assert self.case.shape.bounds is not None
         return self.case.shape.bounds
 
     def extent(self, axis: int) -> float:
-        """Return the extent along x, y or z, m."""
+        """Return the extent of the body along x, y or z, m."""
         return self.bounds[1][axis] - self.bounds[0][axis]
 
     def apart(self, axis: int, component: int) -> float | None:
-        """Return the displacement of the upper face of an axis relative to the lower, m; None if one is free."""
+        """Return the displacement, m, of the upper face of an axis relative to the lower face; None if one is free."""
         low, high = (self.held.get(((axis, side), component)) for side in (0, 1))
         return None if low is None or high is None else high[0] - low[0]
 
     def stretch(self, axis: int) -> float | None:
-        """Return the imposed stretch along an axis; None if there is none."""
+        """Return the imposed stretch along an axis; None if no stretch is imposed."""
         apart = self.apart(axis, axis)
         return None if apart is None else 1.0 + apart / self.extent(axis)
 
@@ -89,7 +90,10 @@ def is_block(case: Case) -> bool:
 
 
 def faces_of(case: Case, model: str) -> ImposedOnFaces:
-    """Return what supports and loads impose on whole faces. Raises Fault if one selects something else."""
+    """Return the displacements and stresses imposed on whole faces.
+
+    Raises Fault if a support or load selects something other than whole faces.
+    """
     found = ImposedOnFaces(case)
     for support in case.supports:
         for face in _whole_faces(case, support, support.thing.where, model):
@@ -154,6 +158,7 @@ def _faces(shape: Shape, where: Condition) -> list[Face]:
 
 
 def _partly(declared: Declared, model: str, why: str) -> Fault:
+    """Return the Fault for a support or load that does not select whole faces, for the reason `why`."""
     kind = "load" if declared.kind == "load" else "support"
     return fault("E356", declared.at("where"), f"`{model}` cannot represent the {kind} `{declared.name}`", why,
                  "a material point supports only whole faces of the body, such as `where = x <= 0 mm`")  # fmt: skip
@@ -195,7 +200,7 @@ def _placed(shape: Shape) -> Iterator[tuple[Vector3, tuple[Face, ...]]]:
 
 
 def imposed_state(case: Case, word: str, model: Declared) -> ImposedState:
-    """Return the state that supports and loads impose, of the kind `word`. Raises Fault if they impose another."""
+    """Return the imposed state if it is of the kind `word`. Raises Fault if supports and loads impose another state."""
     faces = faces_of(case, model.name)
     stretches = [faces.stretch(axis) for axis in range(3)]
     if word == "simple_shear":
@@ -212,7 +217,7 @@ def imposed_state(case: Case, word: str, model: Declared) -> ImposedState:
 def _imposed_axes(faces: ImposedOnFaces, stretches: list[float | None], word: str) -> list[int] | None:
     """Return the axes that are moved or loaded in a state of stretches; None if the state is not of the kind `word`.
 
-    If wide grips hold the width in planar tension, it is added to the stretches.
+    In planar tension, a width held by wide grips is added to `stretches`.
     """
     known = [axis for axis in range(3) if stretches[axis] is not None or axis in faces.pulled]
     if word == "uniaxial":
@@ -232,12 +237,12 @@ def _imposed_axes(faces: ImposedOnFaces, stretches: list[float | None], word: st
 
 
 def _is_still(stretch: float | None) -> bool:
-    """Return whether a stretch of 1 is imposed."""
+    """Return whether the stretch is imposed and equal to 1."""
     return stretch is not None and abs(stretch - 1.0) <= SAME
 
 
 def _describe_imposed(faces: ImposedOnFaces, stretches: list[float | None]) -> str:
-    """Describe what supports and loads impose on each axis."""
+    """Return a description of the stretch or stress imposed along each axis."""
     words = (
         f"{NAMES[a]} {'held' if abs(s - 1.0) <= SAME else 'stretched'}" if s is not None
         else f"{NAMES[a]} {'pulled' if a in faces.pulled else 'free'}"
@@ -254,13 +259,13 @@ def _are_equal_axes(faces: ImposedOnFaces, stretches: list[float | None], axes: 
 
 
 def _gripped_direction(faces: ImposedOnFaces, axis: int) -> int | None:
-    """Return the wider direction across an axis that its grips hold at both ends; None if they hold neither."""
+    """Return the wider direction normal to an axis that grips hold at both ends; None if they hold neither."""
     held = [c for c in range(3) if c != axis and faces.apart(axis, c) is not None]
     return max(held, key=faces.extent, default=None)
 
 
 def _imposed_shear(faces: ImposedOnFaces, stretches: list[float | None]) -> tuple[int, int, float] | None:
-    """Return the off-diagonal entry of F that two faces impose, and its size; None if they impose something else."""
+    """Return the off-diagonal entry (a, b) of F that two faces impose, with its value; None for another deformation."""
     found = []
     for b in range(3):
         apart = [faces.apart(b, c) for c in range(3)]
@@ -280,6 +285,7 @@ def _made(
     shear: tuple[int, int, float] | None,
     moved: tuple[int, ...],
 ) -> ImposedState:
+    """Return the imposed state of these stretches and this shear; `moved` are the driven axes."""
     low, high = faces.bounds
     anchors, shifts = [], []
     for axis in range(3):
@@ -296,7 +302,7 @@ def _made(
 
 
 def _let_go(faces: ImposedOnFaces, stretches: list[float | None]) -> tuple[tuple[str, int], ...]:
-    """Return the supports that hold a face laterally where the state changes its width: their names, and the axis."""
+    """Return the constraints that the state violates: names of supports that hold a face laterally, and the axis."""
     found = (
         (name, c) for ((axis, _), c), (_, name) in faces.held.items()
         if c != axis and (stretches[c] is None or abs(stretches[c] - 1.0) > SAME)  # type: ignore[operator]

@@ -1,4 +1,4 @@
-"""Construction and solution of material point models."""
+"""Construction and solution of material point models, with forces and stress of the homogeneous state."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ CORNERS = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)]) 
 
 @dataclass(frozen=True)
 class Block:
-    """Corners of the bounding box of a body, at which its faces are held; the body may fill only a part of it."""
+    """Bounding box of a body, with corners at which its faces are held; the body may fill only a part of the box."""
 
     case: Case
 
@@ -58,7 +58,7 @@ class Block:
 
     @cached_property
     def areas(self) -> Floats:
-        """Areas of the faces across x, y and z (3,), m^2: the volume over the extent."""
+        """Areas (3,), m^2, of the faces normal to x, y and z: the volume of the body over its extent."""
         found: Floats = self.volume / np.ptp(self.X, axis=0)
         return found
 
@@ -67,7 +67,7 @@ class Block:
         return np.array([bool(where.holds(x, y, z, self.case.shape.diagonal)) for x, y, z in self.X.tolist()])
 
     def forces(self, P: Floats) -> Floats:
-        """Return the forces at the corners (8, 3), N, of a stress P (3, 3), Pa: a quarter of each face force."""
+        """Return the corner forces (8, 3), N, of a nominal stress P (3, 3), Pa: a quarter of each face force."""
         found: Floats = (2.0 * CORNERS - 1.0) * (0.25 * self.areas) @ P.T
         return found
 
@@ -88,7 +88,7 @@ class Block:
 
 @dataclass(frozen=True)
 class PreparedPoint(Meshless):
-    """Material point, with the deformation and stress imposed on it."""
+    """Material point, with the deformation and stress that supports and loads impose."""
 
     declared: Declared
     case: Case
@@ -107,11 +107,11 @@ class PreparedPoint(Meshless):
         return self.block.X
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """Return the forces at the corners (8, 3), N, of every load separately."""
+        """Return each load with its forces at the corners (8, 3), N."""
         return [(load, self._pulled(load)) for load in self.case.loads]
 
     def _pulled(self, load: Declared) -> Floats:
-        """Return the forces of a traction at the corners (8, 3), N: a quarter for each corner of a face."""
+        """Return the forces of a traction at the corners (8, 3), N: a quarter of its force at each corner of a face."""
         found, action = np.zeros((8, 3)), load.thing.action
         on = self.block.on(action.where)
         for axis in range(3):
@@ -130,7 +130,7 @@ class PreparedPoint(Meshless):
         return ImposedDeformation(stretches, np.array(made.stresses), made.shear, made.driven, relieved)
 
     def solve(self, watch: Watch) -> Solution:
-        """Find the state of the material point."""
+        """Return the state of the material point as a solution."""
         try:
             found = self.point.state(self.drive, self.case.analysis.max_iterations)
         except NoState as none:
@@ -149,7 +149,7 @@ class PreparedPoint(Meshless):
                         carried=cache(lambda: self._carried(found, displacement)))  # fmt: skip
 
     def _turned(self, found: PointState) -> str | None:
-        """Return an error message if the law has shear stress for strain along the axes; else None."""
+        """Return an error message if the law has shear stress although strain is along the axes; else None."""
         across = np.abs(found.P - np.diag(found.P.diagonal())).max()
         if self.made.shear is not None or across <= ALONG * np.abs(found.P).max():
             return None
@@ -160,7 +160,7 @@ class PreparedPoint(Meshless):
         )
 
     def _left(self, found: PointState) -> float:
-        """Return the residual force on free faces, relative to the largest force on a face."""
+        """Return the residual force on the free faces, relative to the largest force on a face."""
         free = [axis for axis in range(3) if self.made.stretches[axis] is None]
         left = [abs(found.P[a, a] - self.made.stresses[a]) * self.block.areas[a] for a in free]
         largest = float((np.abs(found.P) * self.block.areas).max())
@@ -179,15 +179,16 @@ class PreparedPoint(Meshless):
     # ------------------------------------------------------------------ what is said of it
 
     def _doubts(self, found: PointState) -> tuple[Diagnostic, ...]:
-        """Return warnings if a force decreases with stretch, or a law violates Drucker's stability postulate."""
+        """Return warnings if the force decreases with stretch, or the law violates Drucker's stability postulate."""
         if self.point.linear:
             return ()
         return (*self._past_its_force(found), *self._unsteady(found))
 
     def _unsteady(self, found: PointState) -> tuple[Diagnostic, ...]:
+        """Return a warning if the state violates Drucker's stability postulate."""
         if found.volume > getattr(self.case.material, "convex_above", math.inf) or self.point.steady(found):
             return ()
-        at = self.point.first_unsteady(self.drive)
+        at = self.point.first_drucker_unstable_state(self.drive)
         return (
             diagnostic(
                 "W385",
@@ -201,9 +202,10 @@ class PreparedPoint(Meshless):
         )
 
     def _past_its_force(self, found: PointState) -> tuple[Diagnostic, ...]:
+        """Return a warning if the stretch is beyond the maximum of the force."""
         if found.freed > FLAT:
             return ()
-        at = self.point.first_lost(self.drive)
+        at = self.point.first_unstable_state(self.drive)
         what = f"a {self._driven_words} of {self._amount(at)}"
         a = self.made.driven[0]
         b = a if self.made.shear is None else self.made.shear[1]
@@ -228,7 +230,7 @@ class PreparedPoint(Meshless):
         return f"{at.F[a, a if self.made.shear is None else self.made.shear[1]]:.4g}"
 
     def _ended(self, none: NoState) -> str:
-        """Return a message why there is no state."""
+        """Return the message why the law has no state for the imposed deformation."""
         axes = ", ".join(f"{NAMES[i]} {s:.4g}" for i, s in enumerate(none.stretches))
         why = "the law ends there, or becomes unstable transversely"
         if any(self.made.stresses):
@@ -250,14 +252,14 @@ def _finite(value: float) -> float | None:
 
 @dataclass(frozen=True)
 class _Moved:
-    """Homogeneous displacement field: F about an anchor, which is displaced."""
+    """Homogeneous displacement field: deformation gradient F about an anchor point, and displacement of the anchor."""
 
     F: Floats
     anchor: Floats
     shift: Floats
 
     def __call__(self, X: Floats) -> Floats:
-        """Return the displacements (n, 3) of points X (n, 3), m."""
+        """Return the displacements (n, 3), m, of points X (n, 3), m."""
         found: Floats = (X - self.anchor) @ (self.F - np.eye(3)).T + self.shift
         return found
 
@@ -277,13 +279,13 @@ class HomogeneousStress(AnalyticField):
         return Tensors(six, (F - np.eye(3)).reshape(1, 9), self.small)
 
     def at(self, X: Floats) -> Tensors:
-        """Return stress and deformation at points X (n, 3) of the undeformed body."""
+        """Return stress and deformation at points X (n, 3), m, of the undeformed body."""
         one = self._tensors
         return Tensors(np.tile(one.six, (len(X), 1)), np.tile(one.H, (len(X), 1)), self.small)
 
     @property
     def usual(self) -> tuple[float, float, float]:
-        """Norms of stress, Pa, of Green strain, and of the deviator, Pa."""
+        """Norms of stress, Pa, of Green strain, and of deviatoric stress, Pa."""
         one = self._tensors
         deviator = float(von_mises(one.cauchy)[0]) / 1.5**0.5
         return float(tensor_norm(one.six)[0]), float(np.linalg.norm(one.strain("green"))), deviator

@@ -55,12 +55,12 @@ class Homogeneous(Model):
 
     @property
     def other_material(self) -> Any:
-        """Material that replaces that of the body; else None."""
+        """Material of the model in place of the body's material; None if the model uses the body's material."""
         return self.material
 
     @property
     def stress_law(self) -> tuple[str, str]:
-        """Strain measure and volumetric formulation of its law."""
+        """Strain measure and volumetric formulation of the material law."""
         return self.strain, "full"
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -86,14 +86,17 @@ class Homogeneous(Model):
                     "E357",
                     declared.at("state"),
                     f"`{declared.name}` compresses an incompressible solid that is held on all sides",
-                    "no such state",
+                    "impossible state",
                     "use a Poisson's ratio below 0.5, or leave a side free: `planar`",
                 )
             )
         return found or list(self._made(declared, case))
 
     def _made(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """Yield an error if supports and loads impose another state, or a warning if the state violates a support."""
+        """Yield an error if supports and loads impose a state of another kind.
+
+        Otherwise yield a warning if the state violates the constraint of a support.
+        """
         from softmark.interpreter.models.material_point.imposed_deformation import NAMES, imposed_state
 
         if getattr(case.analysis, "path", "load") == "arc_length":
@@ -116,7 +119,7 @@ class Homogeneous(Model):
             yield diagnostic(
                 "W365",
                 declared.at(),
-                f"`{declared.name}` leaves the width of `{case.body.name}` along {axes} free, which {names} hold",
+                f"`{declared.name}` leaves the width of `{case.body.name}` along {axes} free, but {names} hold it",
                 "no grips in this model",
                 "a gripped body is stiffer near "
                 "its ends: compare with "

@@ -28,11 +28,11 @@ WHY = "reactions need a static analysis: a dynamic analysis records only contact
 
 @dataclass(frozen=True)
 class Followed:
-    """Contacts in a dynamic analysis: forces at every accepted step, and the surface at some of them.
+    """Contact history of a dynamic analysis: forces at every accepted step, and the surface at some of the times.
 
-    Forces at a time are means over the two adjacent steps (solvers/dynamics/contact_output.py), so that their impulse
-    is correct. Moment arms use undeformed positions if strains are `small`. Self-contacts, `meets`, follow rigid
-    contacts.
+    Forces at a time are means over the two adjacent steps (solvers/dynamics/contact_output.py), so that their
+    impulse is correct. Moment arms use undeformed positions if strains are `small`. Self-contacts (`meets`) follow
+    rigid contacts.
     """
 
     case: Case
@@ -44,7 +44,7 @@ class Followed:
 
     @property
     def names(self) -> list[str]:
-        """Names of all contacts."""
+        """Names of all contacts, rigid contacts first."""
         return [*self.contacts, *self.meets]
 
     @property
@@ -54,7 +54,10 @@ class Followed:
 
     @cached_property
     def _acts(self) -> list[list[Floats]]:
-        """Forces, moments and centres of force of each contact (n + 1, 3); the centre is the origin without force."""
+        """Forces, moments and centres of force of each contact at all times, (n + 1, 3) each.
+
+        The centre is the origin if there is no force.
+        """
         acts, arm = self._touched.acts, int(self.small)
         found = []
         for k in range(len(self.names)):
@@ -73,13 +76,16 @@ class Followed:
         return self.track.touched
 
     def states(self, surface: bool) -> tuple[Floats, Iterator[EquilibriumForces]]:
-        """Return times (t,), s, and contact results at each: all times, or those with a stored surface."""
+        """Return times (t,), s, and the forces and contacts at each time.
+
+        These are all times or, if `surface`, only those with a stored surface.
+        """
         numbers = [i for i, _ in self._touched.surfaces] if surface else list(range(len(self.track.times)))
         return self.track.times[numbers], map(self._state, numbers)
 
     @property
     def last(self) -> EquilibriumForces:
-        """Contact results at the end."""
+        """Forces and contacts at the end of the analysis."""
         return self._state(len(self.track.times) - 1)
 
     def _state(self, i: int) -> EquilibriumForces:
@@ -91,7 +97,7 @@ class Followed:
 
     @cached_property
     def _moved(self) -> float:
-        """Largest displacement of a node of these surfaces at the end, m."""
+        """Largest displacement of a node of the contact surfaces at the end, m."""
         states = self._touched.surfaces
         return max((float(np.linalg.norm(s.u, axis=1).max(initial=0.0)) for s in states[-1][1]), default=0.0)
 
@@ -104,7 +110,7 @@ class Followed:
         return dict(self._touched.surfaces)
 
     def touch(self, name: str, i: int) -> ContactNumbers:
-        """Return the result of a contact at one of the times with a stored surface."""
+        """Return the result of a contact at the stored time with index i."""
         k = self.names.index(name)
         surface, nodes, act = self._surfaces[i][k], self._touched.nodes[k], self._touched.acts[i][k]
         x, f, g = self.X.copy(), np.zeros(len(self.X)), np.full(len(self.X), np.inf)
@@ -118,7 +124,7 @@ class Followed:
         return touch_from(self.X, contact, own, act.gap, act.left, self._rubbed(name, i, own.area))
 
     def _met(self, name: str, i: int, x: Floats, surface: ContactSurface, nodes: Ints) -> ContactNumbers:
-        """Return the result of a self-contact, with nodes at x (n, 3), m."""
+        """Return the result of a self-contact at the stored time with index i, with nodes at x (n, 3), m."""
         u, force = np.zeros((2, *self.X.shape))
         u[nodes], force[nodes] = surface.u, surface.f
         touch = contact_result(self.case, self.meets[name], self.mesh, x, u.ravel(), None, force)
@@ -134,7 +140,7 @@ class Followed:
 
 
 class _Touches(Mapping[str, ContactNumbers]):
-    """Results of contacts at a time, each computed on first use."""
+    """Results of all contacts at one time, by name, each computed on first use."""
 
     def __init__(self, followed: Followed, i: int) -> None:
         self.followed, self.i = followed, i

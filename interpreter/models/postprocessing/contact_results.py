@@ -1,4 +1,4 @@
-"""Result of a contact in a state, and its pressure distribution."""
+"""Results of a contact with a rigid body in a state, and its pressure distribution."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ ON = 1e-3  # of the extent of the surface: a point that is farther from it is no
 
 @dataclass(frozen=True)
 class Surface:
-    """Undeformed surface with nodes X (n, 3), m, and its contact pressure; `may` are the nodes (m,) that may touch.
+    """Undeformed contact surface with nodes X (n, 3), m, and its contact pressure.
 
-    `rubbed` has friction results at all nodes (n,), by name. The surface may consist of `sides` surfaces with equal and
-    opposite pressure.
+    `may` (m,) are the nodes that may come into contact. `rubbed` has friction results at all nodes (n,), by name.
+    The surface may consist of `sides` surfaces with equal and opposite pressure.
     """
 
     X: Floats
@@ -39,24 +39,27 @@ class Surface:
 
     @property
     def edge(self) -> float:
-        """Typical edge length of its facets, m."""
+        """Typical edge length of the facets, m."""
         corners = self.X[self.pressing.corners]
         lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
         return float(np.median(lengths[lengths > 0.0]))
 
     @cached_property
     def at_nodes(self) -> Mapping[str, Floats]:
-        """Nodal values (n,): `pressure`, Pa, and `gap`, m; with friction `slip`, m, and `sticks`, as in `spread`."""
+        """Nodal values (n,), by name: `pressure`, Pa, and `gap`, m; with friction also `slip`, m, and `sticks`."""
         own = np.full(len(self.X), np.nan)
         own[self.may] = self.pressing.g[self.may]
         return {"pressure": self.pressing.pressures, "gap": own, **self.rubbed}
 
     def pressures(self, X: Floats) -> Floats:
-        """Return the pressure at material points X (n, 3), m: Pa (n,), linear on triangles; nan off the surface."""
+        """Return the pressure (n,), Pa, at material points X (n, 3), m; nan off the surface.
+
+        Pressure is interpolated linearly on triangles.
+        """
         return self.values("pressure", X)
 
     def values(self, name: str, X: Floats) -> Floats:
-        """Return a nodal value, interpolated at material points X (n, 3), m."""
+        """Return the nodal result `name`, interpolated at material points X (n, 3), m."""
         from softmark.solvers.contact.signed_distance.triangle_tree import TriangleTree
 
         split = np.array(self.pressing.plain.halves)
@@ -72,11 +75,12 @@ class Surface:
 def nodal_friction_results(
     to_nodes: Callable[[Floats], Floats], A: Floats, slid: Floats, push: Floats, sticks: Floats
 ) -> dict[str, Floats]:
-    """Return friction results at nodes; `to_nodes` sums values of contact points (p,) at nodes (n,), by their shares.
+    """Return the friction results `slip` and `sticks` at nodes (n,), from values at contact points (p,).
 
-    `slip`, m, is the mean of the slip `slid` (p,), m, of surrounding points, weighted by areas A (p,), m^2. `sticks` is
-    1 where most of the normal force `push` (p,), N, is on sticking points, whose force is `sticks` (p,), N; it is -1
-    where the surface slides, and 0 without pressure.
+    `to_nodes` sums values of contact points at nodes, by their weights. `slip`, m, is the mean of the slip `slid`
+    (p,), m, of surrounding points, weighted by areas A (p,), m^2. `sticks` is 1 where most of the normal force
+    `push` (p,), N, acts on sticking points; their force is the argument `sticks` (p,), N. It is -1 where the
+    surface slides, and 0 without pressure.
     """
     area, force = to_nodes(A), to_nodes(push)
     pressed = force > 0.0
@@ -85,16 +89,16 @@ def nodal_friction_results(
 
 
 def index_by_place(X: Floats) -> Ints:
-    """Return an index for each node (n,) of a slice, equal for nodes at one position in its plane."""
+    """Return an index for each node (n,) of a plane slice that is equal for nodes with equal x and y."""
     size = float(np.ptp(X, axis=0).max())
     found: Ints = np.unique(np.round(X[:, :2] / (SAME * size)).astype(np.int64), axis=0, return_inverse=True)[1].ravel()
     return found
 
 
 def contact_result(case: Case, contact: RigidContact, X: Floats, x: Floats, u: Floats) -> ContactNumbers:
-    """Return the result of a contact with undeformed nodes X (n, 3), m, displaced by u (3 n,).
+    """Return the result of a contact whose nodes X (n, 3), m, are displaced by u (3 n,), m.
 
-    Moments are taken with nodes at x (n, 3).
+    Moments are computed with nodes at x (n, 3), m.
     """
     gaps, push = contact.gaps(u), contact.A * contact.pressures(u)
     g = np.full(len(X), np.inf)
@@ -109,9 +113,9 @@ def contact_result(case: Case, contact: RigidContact, X: Floats, x: Floats, u: F
 def pressure_distribution(
     case: Case, contact: RigidContact, X: Floats, x: Floats, f: Floats, g: Floats
 ) -> ContactPressure:
-    """Return the pressure distribution of forces f (n,), N, with gaps g (n,), m, on undeformed nodes X (n, 3), m.
+    """Return the pressure distribution of nodal normal forces f (n,), N, with gaps g (n,), m.
 
-    Moments are taken with nodes at x (n, 3).
+    X (n, 3), m, are the undeformed nodes. Moments are computed with nodes at x (n, 3), m.
     """
     assert contact.facets is not None
     few = contact.extra is None and len(contact.A) <= len(contact.nodes) + len(contact.facets)
@@ -124,5 +128,8 @@ def pressure_distribution(
 def touch_from(
     X: Floats, contact: RigidContact, own: ContactPressure, gap: float, left: float, rubbing: Friction | None = None
 ) -> ContactNumbers:
-    """Return the result of a contact from its pressure, its least gap, and its mean gap under pressure, m."""
+    """Return the result of a contact from its pressure distribution `own` and its gaps.
+
+    `gap`, m, is the smallest gap, and `left`, m, the mean gap under pressure.
+    """
     return ContactNumbers(own.area, own.largest, gap, left, Surface(X, contact.nodes, own), rubbing)

@@ -1,4 +1,4 @@
-"""Result of a contact between deformable surfaces in a state, combined for both surfaces."""
+"""Results of a contact between deformable surfaces in a state, combined for both surfaces."""
 
 from __future__ import annotations
 
@@ -66,13 +66,16 @@ def contact_result(
 
 
 def _reported_surface_count(skin: ContactSurface, hold: TangentialCoupling, facets: Ints) -> int:
-    """Return the number of reported surfaces: 1 if a condition excludes the opposite surface, else 2."""
+    """Return the number of reported surfaces: 1 if a condition excludes the opposite surface, otherwise 2."""
     there = np.isin(skin.home[hold.faces], facets)
     return SIDES if hold.N @ there >= 0.5 * hold.N.sum() else 1
 
 
 def _outward(x: Floats, facets: Ints) -> Floats:
-    """Return unit normals (n, 3) of a surface at x (n, 3), m: area-weighted means over facets around each node."""
+    """Return outward unit normals (n, 3) at the nodes of a surface with positions x (n, 3), m.
+
+    They are area-weighted means over the facets around each node.
+    """
     c = x[facets[:, : 4 if facets.shape[1] in (4, 8, 9) else 3]]
     one, other = (c[:, 2] - c[:, 0], c[:, 3] - c[:, 1]) if c.shape[1] == 4 else (c[:, 1] - c[:, 0], c[:, 2] - c[:, 0])
     found = np.zeros_like(x)
@@ -84,7 +87,7 @@ def _outward(x: Floats, facets: Ints) -> Floats:
 
 
 def _gaps(skin: ContactSurface, places: Floats, nodes: Ints, mesh: Mesh, u: Floats) -> Floats:
-    """Return the distances of nodes at places (m, 3), m, from faces of other pieces (m,), m."""
+    """Return the distances (m,), m, of nodes at `places` (m, 3), m, from the faces of other pieces."""
     from scipy.spatial import cKDTree
 
     from softmark.solvers.contact.contact_surface import number_mesh_pieces
@@ -106,7 +109,7 @@ def _gaps(skin: ContactSurface, places: Floats, nodes: Ints, mesh: Mesh, u: Floa
 
 
 def _least_opposite_distance(skin: ContactSurface, mesh: Mesh, u: Floats) -> float | None:
-    """Return the least distance across a fold or a slot, m; None if no parts of the surface face each other."""
+    """Return the smallest distance across a fold or a slot, m; None if no parts of the surface face each other."""
     V, d = skin.places(u)[: skin.corners], skin.X.shape[1]
     c = (mesh.points + u.reshape(-1, 3))[mesh.facets[skin.home]]
     quads = mesh.facets.shape[1] in (4, 8, 9)
@@ -119,7 +122,10 @@ def _least_opposite_distance(skin: ContactSurface, mesh: Mesh, u: Floats) -> flo
 def _friction_result(
     contact: DeformableFriction, hold: TangentialCoupling, skin: ContactSurface, u: Floats, own: FrictionHistory, n: int
 ) -> tuple[Friction, dict[str, Floats]]:
-    """Return the friction result, and nodal slip and sticking (n,); areas are half of both surfaces."""
+    """Return the friction result, and the nodal slip and sticking state (n,), of a contact between two surfaces.
+
+    Areas are half of the sum over both surfaces.
+    """
     slides = hold.slip(u, contact.friction).slides
     area, whole = skin.A[hold.which] / SIDES, float(hold.N.sum())
     slid = float(own.slid[hold.which].max(initial=0.0))

@@ -1,4 +1,4 @@
-"""Stress of a model that was solved on a mesh, imported and computed on first use only."""
+"""Stress of a model that was solved on a mesh. It is imported and computed only on first use."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ INSIDE = 1e-9  # of a motion: how far before its end its courses are looked at
 
 
 def add_stress(scene: Scene, declared: Declared, case: Case, solution: Solution) -> Solution:
-    """Return the solution with a stress function; a reduced model uses the law of the model it reduces."""
+    """Return the solution with a stress function added; a reduced model uses the law of its full model."""
     if solution.displacement is None or solution.mesh is None:
         return replace(
             solution, stress=None if isinstance(declared.thing.stress_law, str) else _at_rest_alone(solution)
@@ -38,19 +38,19 @@ def add_stress(scene: Scene, declared: Declared, case: Case, solution: Solution)
 
 
 def _at_rest_alone(solution: Solution) -> Callable[[], Stresses] | None:
-    """Return the stress function of a model without a mesh, which has stress only in static analyses."""
+    """Return the stress function of a model without a mesh; None in dynamic analyses, which do not provide one."""
     moved = StoredStress(None, "section stress needs a static analysis of the beam")
     return solution.stress or (None if solution.displacement is None else moved)
 
 
 def stress_of(model: Model, case: Case, mesh: DeformedMesh) -> Callable[[], Stresses]:
-    """Return the stress function of a model on its mesh, computed once. It raises NoStress with a reason."""
+    """Return a function that computes the stress of a model on its mesh, once. It raises NoStress with a reason."""
     return StressOfMesh(model, _case_at_end(case), mesh)
 
 
 @dataclass(frozen=True, eq=False)
 class StressOfMesh:
-    """Stress function of the mesh of a case. Pickled in a report, it is reduced to its stress, without the case."""
+    """Function that computes the stress on a mesh. Pickled for a report, it stores only the stress, not the case."""
 
     model: Model
     case: Case
@@ -100,7 +100,7 @@ class StressOfMesh:
 
 @dataclass(frozen=True, eq=False)
 class StoredStress:
-    """Stored stress, or the reason why there is none."""
+    """Function that returns a stored stress, or raises the reason why there is none."""
 
     stress: Stresses | None
     reason: str | None
@@ -115,7 +115,7 @@ class StoredStress:
 
 
 def _case_at_end(case: Case) -> Case:
-    """Return a dynamic case with the muscle activation at its end, just before any jump; else the same case."""
+    """Return a dynamic case with muscle activation as at its end, just before any jump; other cases unchanged."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic) or all(muscle.thing.amplitude is None for muscle in case.muscles):
         return case

@@ -1,8 +1,8 @@
-"""Nodal forces of a body in static equilibrium: loads, and reactions of supports from the residual.
+"""Nodal forces of a body in static equilibrium: loads, and support reactions from the residual.
 
-The residual, internal minus applied forces, is zero except at supports, where it is the force of the support on the
-body. Each support gets the forces on the degrees of freedom that it holds. If several supports hold one, the first in
-the scene gets its force, so that nothing counts twice.
+The residual, internal minus applied forces, is zero except at supports, where it is the force of the support on
+the body. Each support gets the forces on the degrees of freedom that it holds. If several supports hold the
+same degree of freedom, the first support in the scene gets its force, so that no force counts twice.
 """
 
 from __future__ import annotations
@@ -32,22 +32,23 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Wrench:
-    """Force, N, and its moment about the origin, N m: (3,) each."""
+    """Force, N, and moment about the origin, N m, (3,) each."""
 
     force: Floats
     moment: Floats
 
     def __add__(self, other: Wrench) -> Wrench:
+        """Return the sum of two forces and of their moments."""
         return Wrench(self.force + other.force, self.moment + other.moment)
 
     def about(self, point: Floats) -> Floats:
-        """Return its moment about a point (3,), N m."""
+        """Return the moment about a point (3,), m, in N m."""
         found: Floats = self.moment - np.cross(point, self.force)
         return found
 
 
 def resultant_of_rings(f: Floats) -> Wrench:
-    """Return the resultant of forces on whole rings around the y axis (n, 3), N; components across it cancel."""
+    """Return the resultant of forces (n, 3), N, on whole rings around the y axis; radial components cancel."""
     return Wrench(np.array([0.0, f[:, 1].sum(), 0.0]), np.zeros(3))
 
 
@@ -59,12 +60,13 @@ class NodalForces:
     """Nodal forces in a static state: nodes `x` (n, 3), m, and the residual `left` (n, 6), N and N m.
 
     Nodes are deformed, or undeformed if strains are small, so that internal moments balance. Moments are about the
-    columns of `frames` (n, 3, 3), or in space. `u` (n, 3) are displacements, m, `loads` (n, 6) the full forces of each
-    load, and `energy` the strain energy, J. `work` is that of each full load along these displacements, J; None if it
-    depends on the path. `turns_freely` is true if internal forces have no moment, that is if the energy is invariant to
-    rotations. `written` (n, 6) is the residual of the state as stored, while `left` excludes the effect of its
-    rounding. Forces on an `axial` body, one of revolution about the y axis, have a resultant along the axis and no
-    moment. `pulling` (n, 6) are the forces of muscles, whose resultant is zero but whose size counts as a scale.
+    columns of `frames` (n, 3, 3), or about the space axes if these are None. `u` (n, 3) are displacements, m;
+    `loads` (n, 6) are the forces of each load at full size; `energy` is the strain energy, J. `work`, J, is the
+    work of each full load along these displacements; None if it depends on the path. `turns_freely` is true if
+    internal forces have no moment, that is if the energy is invariant under rotation. `written` (n, 6) is the
+    residual of the state as stored, while `left` excludes the effect of rounding in it. Forces on an `axial` body,
+    one of revolution about the y axis, have a resultant along the axis and no moment. `pulling` (n, 6) are the
+    forces of muscles: their resultant is zero, but their size is used as a scale.
     """
 
     X: Floats
@@ -86,7 +88,7 @@ class NodalForces:
     fluid: Fluid | None = None  # of a porous body
 
     def wrench(self, forces: Floats) -> Wrench:
-        """Return the resultant of forces and moments (n, 6) at the nodes."""
+        """Return the resultant of nodal forces and moments (n, 6), N and N m."""
         f, m = forces[:, :3], forces[:, 3:]
         if self.axial:
             return resultant_of_rings(f)
@@ -101,26 +103,26 @@ class NodalForces:
 
     @cached_property
     def middle(self) -> Floats:
-        """Centre of the bounding box of its nodes (3,), m."""
+        """Centre (3,), m, of the bounding box of the nodes."""
         found: Floats = 0.5 * (self.x.min(axis=0) + self.x.max(axis=0))
         return found
 
     @cached_property
     def extent(self) -> float:
-        """Diagonal of the bounding box of its nodes, m."""
+        """Diagonal of the bounding box of the nodes, m."""
         return float(np.linalg.norm(np.ptp(self.x, axis=0)))
 
     @cached_property
     def largest(self) -> float:
-        """Largest load, N, as the sum of nodal force magnitudes, because a uniform pressure has no resultant."""
+        """Size of the largest load, N: the sum of its nodal force magnitudes, as pressure may have no resultant."""
         return max((float(np.linalg.norm(f[:, :3], axis=1).sum()) for f in self.loads.values()), default=0.0)
 
 
 @dataclass(frozen=True)
 class SupportedNodes:
-    """Support, the degrees of freedom that it holds (n, 6), and the weight of each node (n,).
+    """Degrees of freedom that a support holds (n, 6), and the weight of each node (n,).
 
-    It is not `named` if the scene does not declare it: the plane of a plane body.
+    `named` is false if the scene does not declare the support, as for the plane of a plane body.
     """
 
     name: str
@@ -132,7 +134,7 @@ class SupportedNodes:
 def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Sequence[tuple[Declared, Energy]],
             small: bool, turns_freely: bool = True, axial: bool = False,
             muscles: Sequence[Energy] = ()) -> NodalForces:  # fmt: skip
-    """Return the nodal forces on a mesh with displacements u (3 n,), m, which come first in the `state`."""
+    """Return the nodal forces on a mesh with displacements u (3 n,), m, which are the first entries of the `state`."""
     exact = np.asarray(state, dtype=np.float64)
     moved = np.ascontiguousarray(u, dtype=np.float64).reshape(-1, 3)
     left = assembly.gradient(exact, 1.0)[: mesh.points.size].reshape(-1, 3)
@@ -151,7 +153,7 @@ def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Seq
 
 
 def add_foundation_forces(carried: NodalForces, beds: Mapping[str, Energy]) -> NodalForces:
-    """Add the forces of foundations; the strain energy remains that of the body."""
+    """Return the nodal forces with those of foundations added; the strain energy remains that of the body."""
     u = carried.u.ravel()
     stored = sum(bed.value(u) for bed in beds.values())
     each = {name: _without_moments(reported_forces(bed, force_at_nodes(bed, u))) for name, bed in beds.items()}
@@ -159,12 +161,15 @@ def add_foundation_forces(carried: NodalForces, beds: Mapping[str, Energy]) -> N
 
 
 def reported_forces(bed: Energy, forces: Floats) -> Floats:
-    """Return the reported forces (n, 3), N, of a foundation; between pieces, those on all but the first piece."""
+    """Return the forces (n, 3), N, that are reported for a foundation or tie.
+
+    For a tie between pieces these are the forces on all pieces but the first.
+    """
     return forces if bed.told is None else np.where(bed.told[:, None], forces, 0.0)
 
 
 def add_rigid_contact_forces(carried: NodalForces, contacts: Mapping[str, RigidContact], case: Case) -> NodalForces:
-    """Add the forces of rigid bodies in contact."""
+    """Return the nodal forces with those of contacts with rigid bodies added."""
     from softmark.interpreter.models.postprocessing.contact_results import contact_result
 
     u = carried.u.ravel()
@@ -181,7 +186,7 @@ def force_at_nodes(load: Energy, u: Floats) -> Floats:
 
 
 def _without_moments(forces: Floats) -> Floats:
-    """Return forces with zero moments (n, 6)."""
+    """Return nodal forces (n, 3) extended by zero moments, as (n, 6)."""
     return np.hstack([forces, np.zeros_like(forces)])
 
 
@@ -189,7 +194,7 @@ def _without_moments(forces: Floats) -> Floats:
 
 
 def supported_nodes(case: Case, mesh: Mesh | None, thing: Any) -> list[SupportedNodes]:
-    """Return the supports of a model on a mesh, or else of beams, in the order of the scene, with what each holds."""
+    """Return the nodes that each support holds, on a mesh or, without one, on beams, in the order of the scene."""
     if mesh is not None:
         return [_nodes_of_support(case, support, mesh) for support in case.supports]
     if case.shape.wired:
@@ -209,14 +214,14 @@ def supported_nodes(case: Case, mesh: Mesh | None, thing: Any) -> list[Supported
 
 
 def _represented_lengths(stations: Floats, nodes: Bools) -> Floats:
-    """Return the length that each held node of a beam represents (n,); 1 if there is none between held nodes."""
+    """Return the length (n,), m, that each held node of a beam represents; 1 if no segment is held."""
     half = 0.5 * np.diff(stations) * (nodes[:-1] & nodes[1:])
     found: Floats = np.concatenate([half, [0.0]]) + np.concatenate([[0.0], half])
     return found if found.any() else nodes.astype(float)
 
 
 def _nodes_of_support(case: Case, support: Declared, mesh: Mesh) -> SupportedNodes:
-    """Return what a support holds on a mesh."""
+    """Return the nodes that a support holds on a mesh, with weights."""
     from softmark.interpreter.models.shared.support_constraints import selected_nodes
 
     nodes = selected_nodes(case, support, mesh)
@@ -265,7 +270,7 @@ def reactions(carried: NodalForces, supports: Sequence[SupportedNodes]) -> dict[
 
 
 def _foundation_reaction(carried: NodalForces, forces: Floats) -> Reaction:
-    """Return the reaction of a foundation; its moment is about the centre of force magnitudes."""
+    """Return the reaction of a foundation, with its moment about the centre of the force magnitudes."""
     own, sizes = carried.wrench(forces), np.linalg.norm(forces[:, :3], axis=1)
     at: Floats = sizes @ carried.x / (float(sizes.sum()) or 1.0)
     at = at * (0.0, 1.0, 0.0) if carried.axial else at

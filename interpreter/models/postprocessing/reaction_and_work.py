@@ -30,7 +30,7 @@ def forces_and_energies(declared: Declared, case: Case, prepared: Prepared, solu
 
 
 def _unknown(declared: Declared, case: Case, solution: Solution) -> str | None:
-    """Return the reason why a solution has no forces; None if it has."""
+    """Return the reason why a solution has no forces; None if it has forces."""
     if solution.displacement is None:
         return "there is no solution"
     if solution.carried is None:

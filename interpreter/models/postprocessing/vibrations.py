@@ -1,4 +1,4 @@
-"""Small vibrations of a model about its equilibrium, computed when a metric needs them."""
+"""Small vibrations of a model about its equilibrium, computed only when a metric needs them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ UNSTABLE = 1e-9  # of the largest value found: below it, under zero, a motion gr
 
 
 def without_frequencies(reason: str) -> Callable[[int], Floats]:
-    """Return the frequency function of a state without frequencies; it raises Undefined with the reason."""
+    """Return the frequency function of a solution that has none; it raises Undefined with the reason."""
 
     def refused(count: int) -> Floats:
         raise Undefined(reason)
@@ -28,16 +28,19 @@ def without_frequencies(reason: str) -> Callable[[int], Floats]:
 def frequencies_about(
     assembly: Assembly, x: Floats, mass: Callable[[], Any], linear: Linear
 ) -> Callable[[int], Floats]:
-    """Return a function of `count` that returns the lowest frequencies (count,), Hz, in the state x at full load.
+    """Return a function of `count` that returns the lowest frequencies (count,), Hz, about the state x at full load.
 
-    `mass` returns the mass matrix or its diagonal for the first degrees of freedom; the others have none. It raises
-    Undefined with a reason. Each count is computed once, because reports are made repeatedly.
+    `mass` returns the mass matrix, or its diagonal, of the first degrees of freedom; the others have no mass. The
+    function raises Undefined with a reason. It computes each count once, because reports are made repeatedly.
     """
     return cache(lambda count: _frequencies(assembly, x, mass(), linear, count))
 
 
 def matrix(mass: Any, assembly: Assembly) -> Any:
-    """Return a mass matrix, or its diagonal, of the first dofs as a matrix of the free ones (n, n), kg."""
+    """Return the mass matrix of the free degrees of freedom (n, n), kg.
+
+    `mass` is the matrix, or its diagonal, of the first degrees of freedom.
+    """
     from scipy import sparse
 
     whole = sparse.csr_matrix(sparse.diags(mass) if mass.ndim == 1 else mass)
@@ -46,6 +49,7 @@ def matrix(mass: Any, assembly: Assembly) -> Any:
 
 
 def _frequencies(assembly: Assembly, x: Floats, mass: Any, linear: Linear, count: int) -> Floats:
+    """Return the lowest frequencies (count,), Hz, about the state x."""
     import numpy as np
 
     from softmark.solvers.dynamics.vibration_modes import CLOSE, ModesNotFound, lowest_modes, mode_residual

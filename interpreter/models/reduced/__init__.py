@@ -1,1 +1,1 @@
-"""Reduced models of finite elements: declaration, reduced space, training scenes and states, builder."""
+"""Reduced-order models of finite element models: declaration, reduced space, training scenes and states, builder."""

@@ -1,4 +1,4 @@
-"""Construction and solution of reduced models."""
+"""Construction and solution of reduced-order models."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ NONE: Ints = np.zeros(0, dtype=np.int64)
 
 @dataclass(frozen=True)
 class Equations:
-    """Reduced equations: energies over the unknowns of a basis, from all cells or from sampled cells."""
+    """Reduced equations: energies in terms of the coefficients of a basis, from all cells or from sampled cells."""
 
     static: PreparedSolid
     basis: Basis
@@ -72,29 +72,31 @@ class Equations:
 
     @property
     def r(self) -> int:
-        """Number of unknowns, including that of imposed displacements."""
+        """Number of unknowns, including the one that scales imposed displacements."""
         return int(self.basis.fields.shape[1])
 
     @cached_property
     def cells(self) -> Ints:
-        """Evaluated cells."""
+        """Indices of the cells that are evaluated."""
         return np.arange(len(self.static.mesh.cells)) if self.sample is None else self.sample.cells
 
     @cached_property
     def nodes(self) -> Ints:
-        """Nodes of these cells."""
+        """Indices of the nodes of evaluated cells."""
         return np.unique(self.static.mesh.cells[self.cells])
 
     def _rows(self, nodes: Ints) -> Floats:
+        """Return the rows of the basis at the displacements of these nodes."""
         fields = self.basis.fields.reshape(-1, 3, self.r)
         return np.ascontiguousarray(fields[nodes].reshape(-1, self.r))
 
     def _some(self, energy: Energy) -> Energy:
+        """Return an energy restricted to the evaluated cells, with their weights."""
         weights = np.ones(len(self.cells)) if self.sample is None else self.sample.weights
         return restrict_to_cells(energy, self.cells, weights, self.nodes)
 
     def internal(self, energies: Sequence[Energy]) -> list[Energy]:
-        """Return the energies of cells in the reduced space."""
+        """Return the energies of cells in terms of reduced unknowns."""
         found: list[Energy] = [ProjectedEnergy(self._some(e), self._rows(self.nodes)) for e in energies]
         if self.static.model.strain != "small":
             return found
@@ -103,7 +105,7 @@ class Equations:
         return [QuadraticEnergy(whole.tangent(zero, 0.0).toarray(), whole.rounding(zero))]
 
     def load(self, load: Energy) -> Energy:
-        """Return a load in the reduced space, exactly that of the full model."""
+        """Return a load in terms of reduced unknowns, evaluated exactly as in the full model."""
         if isinstance(load, DeadForces):
             return DeadForces(load.f @ self.basis.fields)
         if isinstance(load, FollowerPressure):
@@ -112,16 +114,16 @@ class Equations:
         return ProjectedEnergy(load, self.basis.fields)
 
     def assembly(self, internal: Sequence[Energy], loads: Sequence[Energy]) -> Assembly:
-        """Return energies and loads of the full model in the reduced space; imposed displacements are held."""
+        """Return energies and loads of the full model in terms of reduced unknowns; imposed displacements are held."""
         return Assembly(self.r, self.fixed, self.internal(internal), [self.load(load) for load in loads])
 
     @property
     def fixed(self) -> Ints:
-        """Index of the unknown of imposed displacements, the last one; empty if nothing is imposed."""
+        """Index of the unknown that scales imposed displacements, the last one; empty if nothing is imposed."""
         return NONE if self.basis.lift is None else np.array([self.r - 1])
 
     def sound(self) -> Any:
-        """Test whether no evaluated cell is inverted."""
+        """Function that tests whether no evaluated cell is inverted."""
         elastic: Any = restrict_to_cells(self.static.elastic, self.cells, np.ones(len(self.cells)), self.nodes)
         rows, whole = self._rows(self.nodes), fem_builder.inversion_test(self.static.model, elastic)
         return lambda q: whole(rows @ q)
@@ -148,7 +150,7 @@ class Equations:
 
 
 def _reduced_equations(model: Modal | Pod, rest: FullModelAtRest, basis: Basis) -> Equations:
-    """Return the reduced equations, with sampled cells if the model requests them. Raises NotConverged."""
+    """Return the reduced equations, with sampled cells if the model requests sampling. Raises NotConverged."""
     whole = Equations(rest.static, basis)
     if model.cells == "all":
         return whole
@@ -157,7 +159,7 @@ def _reduced_equations(model: Modal | Pod, rest: FullModelAtRest, basis: Basis) 
 
 
 def _own_states(whole: Equations) -> Floats:
-    """Return states (s, dofs) of the reduced model at fractions of the load, with all cells. Raises NotConverged."""
+    """Return solutions (s, dofs) of the reduced model with all cells, at fractions of the load. Raises NotConverged."""
     problem, found = whole.statics(), []
     for share in PARTS:
         full = whole.static.problem.assembly
@@ -169,7 +171,7 @@ def _own_states(whole: Equations) -> Floats:
 
 @dataclass(frozen=True)
 class _ScaledLoad(Energy):
-    """Load times a factor."""
+    """Load multiplied by a factor."""
 
     load: Energy
     factor: float
@@ -200,7 +202,7 @@ class _ScaledLoad(Energy):
 
 @dataclass(frozen=True)
 class RecoveredMesh(MeshData):
-    """Mesh of the full model with the displacements of its points, computed on first use."""
+    """Mesh of the full model with nodal displacements recovered from the reduced unknowns on first use."""
 
     fields: Floats
     q: Floats
@@ -219,13 +221,16 @@ class RecoveredMesh(MeshData):
         return (self.fields @ self.q).reshape(-1, 3)
 
     def at(self, X: Floats) -> Floats:
-        """Return the displacements (n, 3) of material points, m."""
+        """Return the displacements (n, 3), m, of material points X (n, 3), m."""
         return displacement_of(self.mesh, self.displacement)(X)
 
 
 @dataclass(frozen=True)
 class PreparedReduced:
-    """Reduced model: basis, reduced equations and report of both; `failure` is the reason if there are none."""
+    """Reduced model ready to solve: basis, reduced equations and report of both.
+
+    `failure` is the reason if there are no equations.
+    """
 
     declared: Declared
     rest: FullModelAtRest
@@ -245,7 +250,7 @@ class PreparedReduced:
         return {"nodes": nodes, "elements": evaluated, "dofs": self.equations.basis.V.shape[1]}
 
     def warm(self) -> None:
-        """Compile the kernels of the solution, outside the timing."""
+        """Compile the kernels that the solution needs, before timing starts."""
         self.rest.static.warm()
         if self.problem is not None:
             with suppress(NotConverged):  # it is for the solution to say so
@@ -258,7 +263,7 @@ class PreparedReduced:
 
     @property
     def assembly(self) -> Assembly:
-        """Assembly of the full model."""
+        """Energies and loads of the full model."""
         return self.rest.static.assembly
 
     @property
@@ -267,19 +272,19 @@ class PreparedReduced:
         return self.rest.static.points
 
     def forces(self) -> list[tuple[Declared, Floats]]:
-        """Return the nodal forces (n, 3), N, of every load separately, on the full model."""
+        """Return each load with its nodal forces (n, 3), N, on the full model."""
         return self.rest.static.forces()
 
     def outside(self, X: Floats) -> float:
-        """Return the largest distance of points X (n, 3), m, outside a mesh that was read from a file, m."""
+        """Return the largest distance, m, by which points X (n, 3), m, lie outside a mesh read from a file; else 0."""
         return self.rest.static.outside(X)
 
     def after(self, before: DeformedMesh) -> Self:
-        """Return the model itself, because it starts from rest."""
+        """Return the model itself, because it always starts from rest."""
         return self
 
     def solve(self, watch: Watch) -> Solution:
-        """Find the static equilibrium of the reduced equations, from rest."""
+        """Return the static equilibrium of the reduced equations, starting from rest."""
         if self.problem is None:
             return Solution("not_converged", self.failure, {"reduced": self.facts})
         problem = replace(self.problem, watch=watch)
@@ -288,6 +293,7 @@ class PreparedReduced:
         return replace(found, facts=found.facts | {"reduced": self.facts})
 
     def _finish(self, found: Equilibrium) -> Solution:
+        """Return the solution of an equilibrium, with its residual in the full model's equations."""
         fields = self.problem_fields
         mesh = RecoveredMesh(self.rest.static.mesh, fields, found.x)
         solution = static_result.solution_of(found, mesh.at)
@@ -298,7 +304,7 @@ class PreparedReduced:
 
     @property
     def problem_fields(self) -> Floats:
-        """Displacement fields of the unknowns (dofs, r)."""
+        """Displacement fields (dofs, r), one for each unknown."""
         if self.equations is None:
             raise ValueError("the reduced model has no equations")
         return self.equations.basis.fields
@@ -306,19 +312,19 @@ class PreparedReduced:
 
 @dataclass(frozen=True)
 class MovingReduced(PreparedMotion):
-    """Dynamic analysis of a reduced model; `whole` is that of the full model."""
+    """Dynamic analysis of a reduced model; `whole` is the dynamic problem of the full model."""
 
     static: PreparedReduced
     fields: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     whole: Dynamics | None = None
 
     def warm(self) -> None:
-        """Compile what the solution needs by two time steps, outside the timing."""
+        """Compile the code that the solution needs, by two time steps, before timing starts."""
         if self.static.equations is not None:
             super().warm()
 
     def solve(self, watch: Watch) -> Solution:
-        """Integrate in time from the start to the end."""
+        """Return the solution by time integration from the start to the end of the analysis."""
         if self.static.equations is None:
             return Solution("not_converged", self.static.failure, {"reduced": self.static.facts})
         found = super().solve(watch)
@@ -403,7 +409,7 @@ def _built(
     facts: dict[str, Any],
     notes: tuple[Diagnostic, ...],
 ) -> PreparedReduced:
-    """Build the reduced model, or one with the reason why there are no equations. Raises Fault."""
+    """Return the reduced model, or one with the reason why there are no equations. Raises Fault."""
     try:
         equations = _reduced_equations(model, rest, _make_basis(rest, space()))
     except NotConverged as failed:
@@ -413,7 +419,7 @@ def _built(
 
 
 def _make_basis(rest: FullModelAtRest, basis: Basis) -> Basis:
-    """Return the basis. Raises NotConverged if loads have no effect in it beyond rounding."""
+    """Return the basis. Raises NotConverged if the effect of the loads in the basis is only rounding."""
     forces = [gradient_of(load, np.zeros(rest.assembly.dofs)) for load in rest.assembly.loads]
     whole = np.linalg.norm(forces)
     inside = np.linalg.norm(np.array(forces) @ (basis.V / np.abs(basis.V).max(axis=0)))
@@ -423,7 +429,7 @@ def _make_basis(rest: FullModelAtRest, basis: Basis) -> Basis:
 
 
 def _said_of_equations(equations: Equations) -> dict[str, Any]:
-    """Return the report of the space and of the cells."""
+    """Return the report of the basis and of the sampled cells."""
     found = {"dimension": int(equations.basis.V.shape[1]), **equations.basis.facts}
     found |= {"cells": len(equations.cells), "of_cells": len(equations.static.mesh.cells)}
     if equations.static.model.strain == "small":
@@ -434,7 +440,7 @@ def _said_of_equations(equations: Equations) -> dict[str, Any]:
 
 
 def _build_dynamics(still: PreparedReduced, full: Declared, case: Case, workshop: BuildContext) -> MovingReduced:
-    """Build the dynamic analysis in the same space. Raises Fault."""
+    """Build the dynamic analysis with the basis of the static model. Raises Fault."""
     whole: Any = fem_builder.prepare(full.thing, full, case, workshop)
     problem, equations = whole.problem, still.equations
     if equations is None:
@@ -458,7 +464,7 @@ def _build_dynamics(still: PreparedReduced, full: Declared, case: Case, workshop
 
 
 def _start(equations: Equations, M: sparse.csr_matrix, velocity: Floats) -> Floats:
-    """Return the reduced velocities nearest to a velocity of the body, in the norm of its mass."""
+    """Return the reduced velocities that are nearest to a velocity field of the body, in the mass norm."""
     V = equations.basis.V
     own = V.T @ (M @ velocity)
     return np.append(own, np.zeros(len(equations.fixed)))

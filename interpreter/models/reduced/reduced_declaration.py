@@ -1,4 +1,4 @@
-"""Declarations of reduced models: a finite element model in a space of a few displacement fields."""
+"""Declarations of reduced-order models: a finite element model in a space of a few displacement fields."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ PARTS = (0.25, 0.5, 0.75, 1.0)  # of all loads: what a training goes through whe
 
 
 class Reduced(Model):
-    """Base class of reduced models."""
+    """Base class of reduced-order models."""
 
     graded = True
     of: str
 
     @property
     def reduces(self) -> str:  # type: ignore[override]
-        """Name of the finite element model whose equations it reduces."""
+        """Name of the finite element model whose equations are reduced."""
         return self.of
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Return errors about reducing that model."""
+        """Return errors if the named finite element model cannot be reduced."""
         found = (
             _not_reducible(scene, declared, case),
             _linear(scene, declared),
@@ -75,7 +75,7 @@ class Modal(Reduced):
     body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Return errors that do not depend on the scene."""
+        """Return the errors of the model that do not depend on other declarations."""
         return []
 
     def outline(self, case: Case) -> str:
@@ -123,16 +123,16 @@ class Pod(Reduced):
 
     @property
     def parts(self) -> tuple[float, ...]:
-        """Fractions of all loads in the training."""
+        """Fractions of the loads at which training states are computed."""
         return PARTS if self.training is None else tuple(float(v) for v in self.training.values)
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Return errors that do not depend on the scene."""
+        """Return the errors of the model that do not depend on other declarations."""
         found = (self._training(declared), self._too_many(declared), self._beyond(declared))
         return [d for d in found if d is not None]
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Return errors about reducing that model and about the training."""
+        """Return errors about the finite element model to be reduced and about the training."""
         found = super().scene_doubts(scene, declared, case)
         swept = self._no_sweep(scene, declared)
         if swept is None and not found:
@@ -201,7 +201,7 @@ def _cells(model: Modal | Pod) -> str:
 
 
 def _not_reducible(scene: Scene, declared: Declared, case: Case) -> Diagnostic | None:
-    """Return an error unless the reduced model is a finite element model of the same body."""
+    """Return an error unless the model to be reduced is a finite element model of the same body."""
     full = scene.declared[declared.thing.of]
     if not isinstance(full.thing, Fem):
         word = full.constructor.name
@@ -218,7 +218,7 @@ def _not_reducible(scene: Scene, declared: Declared, case: Case) -> Diagnostic |
 
 
 def _linear(scene: Scene, declared: Declared) -> Diagnostic | None:
-    """Return an error for sampled cells with small strain, whose reduced equations need no cells."""
+    """Return an error for sampled cells with small strain, whose reduced equations need no cells at all."""
     full = scene.declared[declared.thing.of].thing
     if declared.thing.cells == "all" or not full.constant:
         return None
@@ -228,7 +228,7 @@ def _linear(scene: Scene, declared: Declared) -> Diagnostic | None:
 
 
 def _check_foundations(declared: Declared, case: Case) -> Diagnostic | None:
-    """Return an error for sampled cells with an elastic foundation, whose springs are not cells."""
+    """Return an error for sampled cells together with an elastic foundation, whose springs cannot be sampled."""
     if not case.beds:
         return None
     problem = f"`{declared.name}` cannot reduce a body on the elastic foundation `{case.beds[0].name}`"
@@ -236,7 +236,7 @@ def _check_foundations(declared: Declared, case: Case) -> Diagnostic | None:
 
 
 def _check_contacts(declared: Declared, case: Case) -> Diagnostic | None:
-    """Return an error for contacts, because the displacement fields are those of a body without contact."""
+    """Return an error for contacts, because the basis is that of a body without contact."""
     if not case.contacts:
         return None
     touch = case.contacts[0]
@@ -245,7 +245,7 @@ def _check_contacts(declared: Declared, case: Case) -> Diagnostic | None:
 
 
 def _check_imposed_displacements(declared: Declared, case: Case) -> Diagnostic | None:
-    """Return an error for explicit integrators with imposed displacements, whose mass is coupled to all unknowns."""
+    """Return an error for an explicit integrator with imposed displacements, which couple the mass of all unknowns."""
     analysis = case.analysis
     moved = any(s.thing.tracked is not None or any(s.thing.displacement) for s in case.supports)
     if not isinstance(analysis, Dynamic) or not analysis.explicit or not moved:

@@ -1,4 +1,4 @@
-"""Reduced spaces: stiffness, mass and responses of the full model about rest, and the basis made from them."""
+"""Reduced spaces: stiffness, mass and linear responses of the full model at rest, and the basis made from them."""
 
 from __future__ import annotations
 
@@ -33,19 +33,19 @@ SMALL = 1e-6  # of the body's size: displacements between which forces are compa
 
 @dataclass(frozen=True)
 class FullModelAtRest:
-    """Finite element model about rest: stiffness and mass of free dofs, responses, imposed displacements."""
+    """Finite element model linearized at rest, with stiffness, mass and linear responses of its free unknowns."""
 
     static: PreparedSolid
     mass: sparse.csr_matrix  # (dofs, dofs), kg
 
     @property
     def assembly(self) -> Assembly:
-        """Energies and loads of the model."""
+        """Energies and loads of the finite element model."""
         return self.static.problem.assembly
 
     @property
     def free(self) -> Ints:
-        """Degrees of freedom that no support holds."""
+        """Indices of the degrees of freedom that no support holds."""
         return self.assembly.free
 
     @property
@@ -55,26 +55,26 @@ class FullModelAtRest:
 
     @cached_property
     def M(self) -> sparse.csr_matrix:
-        """Mass of the free degrees of freedom, kg."""
+        """Mass matrix of the free degrees of freedom, kg."""
         return self.mass[self.free][:, self.free].tocsr()
 
     @cached_property
     def K(self) -> sparse.csr_matrix:
-        """Stiffness of the free degrees of freedom at rest, N/m."""
+        """Stiffness matrix of the free degrees of freedom at rest, N/m."""
         K = self.assembly.tangent(np.zeros(self.assembly.dofs), 0.0)
         return (0.5 * (K + K.T)).tocsr()
 
     @cached_property
     def factor(self) -> Factor:
-        """Factorisation of K."""
+        """Factorization of the stiffness matrix K."""
         return factor(self.K)
 
     def gradient(self, u: Floats) -> Floats:
-        """Return internal forces on free degrees of freedom, N, for their displacements u."""
+        """Return the internal forces on free degrees of freedom, N, for displacements u (free,), m, of these."""
         return self.assembly.gradient(self.placed(u), 0.0)[self.free]
 
     def placed(self, fields: Floats) -> Floats:
-        """Return fields over all degrees of freedom, zero where these are held."""
+        """Return fields given on free degrees of freedom as fields on all of them, zero at supports."""
         whole = np.zeros((self.assembly.dofs, *fields.shape[1:]))
         whole[self.free] = fields
         return whole
@@ -93,7 +93,7 @@ class FullModelAtRest:
 
     @cached_property
     def responses(self) -> Floats:
-        """Linear response to each load (free, loads), m."""
+        """Linear response (free, loads), m, to each load."""
         zero = np.zeros(self.assembly.dofs)
         forces = [gradient_of(load, zero)[self.free] for load in self.assembly.loads]
         found = [-self.factor.solve(f) for f in forces if np.any(f)]
@@ -112,9 +112,10 @@ def gradient_of(energy: Energy, x: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Basis:
-    """Basis V (dofs, r) with V^T M V = I, the lift (dofs,) of imposed displacements, and its report.
+    """Basis V (dofs, r) with V^T M V = I, the lift (dofs,) of imposed displacements, and a report of the basis.
 
-    `states` (s, dofs) are those that sampled cells are fitted to; None means the reduced model's own states.
+    `states` (s, dofs) are the states that sampled cells are fitted to; None stands for the reduced model's own
+    solutions.
     """
 
     V: Floats
@@ -124,7 +125,7 @@ class Basis:
 
     @property
     def fields(self) -> Floats:
-        """V, with the lift as its last column if displacements are imposed."""
+        """Basis V, with the lift as an additional last column if displacements are imposed."""
         return self.V if self.lift is None else np.column_stack([self.V, self.lift])
 
 
@@ -143,7 +144,10 @@ def modal_space(model: Modal, declared: Declared, rest: FullModelAtRest) -> Basi
 
 
 def _modal_derivatives(model: Modal, rest: FullModelAtRest, static: Floats, omega: Floats, modes: Floats) -> Floats:
-    """Return the principal modal derivatives, as many as modes; modes are scaled to the response to loads."""
+    """Return the principal modal derivatives, as many as modes.
+
+    The modes are scaled to the linear response `static` to the loads.
+    """
     reach = np.sqrt(np.max(np.sum(static * (rest.M @ static), axis=0), initial=0.0)) or 1.0
     sized = modes * reach * (omega[0] / omega) ** 2
     found = modal_derivatives(rest.gradient, rest.factor.solve, np.column_stack([static, sized]), rest.size)
@@ -151,7 +155,7 @@ def _modal_derivatives(model: Modal, rest: FullModelAtRest, static: Floats, omeg
 
 
 def pod_space(model: Pod, declared: Declared, rest: FullModelAtRest, training: Training) -> Basis:
-    """Return the principal fields of the training states, without imposed displacements.
+    """Return the basis of the principal fields of the training states, without the lift of imposed displacements.
 
     Raises Fault, and NotConverged if training has failed.
     """
@@ -173,6 +177,7 @@ def pod_space(model: Pod, declared: Declared, rest: FullModelAtRest, training: T
 
 
 def _lift(rest: FullModelAtRest) -> Floats | None:
+    """Return the linear response (dofs,) to the imposed displacements, m; None if nothing is imposed."""
     target = rest.static.problem.target
     return rest.lift(target) if np.any(target) else None
 

@@ -22,7 +22,7 @@ UNMESHED = ("load", "analysis", "material", "metric", "probe")  # kinds that no 
 
 @dataclass(frozen=True)
 class Setting:
-    """One scene of the sweep, with its description and its values by target."""
+    """One scene of the sweep: the scene, its description, and its values by target of the sweep."""
 
     words: str
     scene: Scene
@@ -34,7 +34,7 @@ def scenes(over: str | None, scene: Scene) -> Iterator[Setting]:
     if over is None:
         yield Setting("", scene)
         return
-    links = sweep_expansion.chain(scene, scene.declared[over])
+    links = sweep_expansion.combined_sweeps(scene, scene.declared[over])
     for chosen in itertools.product(*(link.thing.over for link in links)):
         pairs = [(link.thing, variant) for link, variant in zip(links, chosen, strict=True)]
         other, _ = recompile(scene, [sweep_expansion.override_of(sweep, variant) for sweep, variant in pairs])
@@ -44,12 +44,12 @@ def scenes(over: str | None, scene: Scene) -> Iterator[Setting]:
 
 
 def check_same_mesh(scene: Scene, declared: Declared) -> Diagnostic | None:
-    """Return an error for a sweep that varies the mesh of the reduced model, found without making a mesh."""
+    """Return an error if the sweep varies the mesh of the reduced model; no mesh is generated for this."""
     model = declared.thing
     if model.over is None:
         return None
     own = _mesh(scene, model.of)
-    for link in sweep_expansion.chain(scene, scene.declared[model.over]):
+    for link in sweep_expansion.combined_sweeps(scene, scene.declared[model.over]):
         owner = link.thing.target.name.rpartition(".")[0]
         if owner in scene.declared and scene.declared[owner].kind in UNMESHED:
             continue
@@ -69,7 +69,7 @@ def check_same_mesh(scene: Scene, declared: Declared) -> Diagnostic | None:
 
 
 def _mesh(scene: Scene, model: str) -> tuple[Any, ...] | None:
-    """Return the values that determine the mesh of a model; None if a value of the sweep is in error."""
+    """Return the values that determine the mesh of a model; None if a value of the sweep is invalid."""
     full = scene.declared.get(model)
     if full is None:
         return None

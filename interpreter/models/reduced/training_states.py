@@ -30,10 +30,10 @@ SAME = 1e-9  # of a range: values that far outside are within
 
 @dataclass(frozen=True)
 class Training:
-    """States x (s, dofs) of the full model, m, the displacements imposed in each, and their report.
+    """Training states of the full model x (s, dofs), m, with the displacements imposed in each, and a report.
 
-    `ranges` are the values of what was varied: numbers, lists of numbers or texts. `failed` are settings without an
-    equilibrium. `seconds` are wall and CPU time.
+    `ranges` are the values of the varied quantities: numbers, lists of numbers or texts. `failed` are settings
+    without an equilibrium. `seconds` are wall and CPU time.
     """
 
     states: Floats
@@ -44,7 +44,7 @@ class Training:
 
 
 def train(model: Pod, declared: Declared, case: Case, mesh: Mesh, workshop: BuildContext) -> Training:
-    """Return the training states of a model, computed once for all models that share them. Raises Fault."""
+    """Return the training states of a model, computed once for all models with the same training. Raises Fault."""
     scene = scene_of(workshop, declared)
     key: Any = ("training", model.of, model.parts, model.over)
     if key not in workshop.meshes:
@@ -59,7 +59,7 @@ def train(model: Pod, declared: Declared, case: Case, mesh: Mesh, workshop: Buil
 
 
 def stored_training(workshop: BuildContext, key: Any) -> Training:
-    """Return the training that a workshop has stored."""
+    """Return the training that is stored in a workshop under a key."""
     found: Training = workshop.meshes[key]
     return found
 
@@ -74,6 +74,7 @@ def scene_of(workshop: BuildContext, declared: Declared) -> Scene:
 def _compute_training(
     model: Pod, declared: Declared, case: Case, mesh: Mesh, scene: Scene, workshop: BuildContext
 ) -> Training:
+    """Return the training states of a model, computed for every setting and fraction of the load."""
     wall, cpu = time.perf_counter(), time.process_time()
     states, settings, failed = [], [], []
     ranges: dict[str, list[Any]] = {"load": sorted(set(model.parts))}
@@ -101,18 +102,18 @@ def _compute_training(
 
 
 def values_outside_training(training: Training, scene: Scene) -> list[str]:
-    """Return which values of the scene lie outside the range of the training: `load`, or targets of its sweep."""
+    """Return the names of values of the scene outside the range of the training: `load`, or targets of the sweep."""
     here = _values_of_scene(training, scene)
     return [name for name, seen in training.ranges.items() if not _is_in_range(here[name], seen)]
 
 
 def _values_of_scene(training: Training, scene: Scene) -> dict[str, Any]:
-    """Return the values of the scene for what the training varied."""
+    """Return the values of the scene for the quantities that the training varied."""
     return {name: 1.0 if name == "load" else value_of(scene, name) for name in training.ranges}
 
 
 def repeats(training: Training, scene: Scene) -> bool:
-    """Return whether the scene was itself a setting of the training, so that its error only measures reproduction."""
+    """Return whether the scene itself was in the training set, so that its error only measures reproduction."""
     here = _values_of_scene(training, scene)
     return not training.failed and all(
         any(_is_in_range(here[name], [one]) for one in seen) for name, seen in training.ranges.items()
@@ -120,7 +121,7 @@ def repeats(training: Training, scene: Scene) -> bool:
 
 
 def _is_in_range(here: Any, seen: list[Any]) -> bool:
-    """Return whether a value lies in the range of those seen, by components; a text must be one of them."""
+    """Return whether a value lies in the range of training values, by components; a text must equal one of them."""
     if isinstance(here, str):
         return here in seen
     low, high = np.min(np.array(seen, dtype=float), axis=0), np.max(np.array(seen, dtype=float), axis=0)
@@ -129,7 +130,7 @@ def _is_in_range(here: Any, seen: list[Any]) -> bool:
 
 
 def extrapolates(declared: Declared, found: list[str]) -> tuple[Diagnostic, ...]:
-    """Return a warning if the scene lies outside the sweep that it was trained on; loads are checked in validation."""
+    """Return a warning if the scene lies outside the sweep of its training; validation checks the loads."""
     targets = [f"`{name}`" for name in found if name != "load"]
     if not targets:
         return ()

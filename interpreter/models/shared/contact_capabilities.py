@@ -44,7 +44,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
         yield diagnostic(
             "E651",
             touch.at(),
-            f"contact needs a load that is raised step by step, so `{word}` of the analysis cannot be used",
+            f"contact needs a load that increases step by step, so `{word}` of the analysis cannot be used",
             "not with a contact",
             f"remove `{word}`",
         )

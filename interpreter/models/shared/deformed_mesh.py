@@ -1,4 +1,4 @@
-"""Mesh with displacements of its points: displacement fields at material points, and data for exported files."""
+"""Deformed mesh: displacement fields interpolated from nodal displacements, and mesh data for exported files."""
 
 from __future__ import annotations
 
@@ -23,13 +23,16 @@ FRAMES = 40  # of the mesh that are kept for other programs
 
 @dataclass(frozen=True)
 class NodalDisplacementField:
-    """Displacement field that is interpolated from the displacements `nodes` (nodes, 3), m, of the nodes of a mesh."""
+    """Displacement field interpolated from nodal displacements.
+
+    `nodes` (n, 3), m, are the displacements of the nodes of `mesh`.
+    """
 
     mesh: Mesh
     nodes: Floats
 
     def __call__(self, X: Floats) -> Floats:
-        """Return the displacements of material points X (n, 3), m: (n, 3), m."""
+        """Return the displacements (n, 3), m, of material points X (n, 3), m."""
         return locate_points(self.mesh, X).interpolate(self.nodes)
 
 
@@ -46,23 +49,23 @@ class MeshData:
 
     @property
     def points(self) -> Floats:
-        """Undeformed points (n, 3), m."""
+        """Undeformed nodes (n, 3), m."""
         return self.mesh.points
 
     @property
     def cells(self) -> Any:
-        """Nodes of each cell (m, a)."""
+        """Indices of the nodes of each cell (m, a)."""
         return self.mesh.cells
 
     @property
     def kind(self) -> str:
-        """Name of the element."""
+        """Name of the element type, such as `hex8`."""
         return self.mesh.kind
 
 
 @dataclass(frozen=True)
 class DeformedBody(MeshData):
-    """Mesh with the displacements of its points."""
+    """Mesh with nodal displacements and, if known, its time history, pressures and contact state."""
 
     displacement: Floats  # (n, 3) m
     times: Floats | None = None  # (t,) s
@@ -78,9 +81,10 @@ class DeformedBody(MeshData):
 
 
 def fields_of_motion(mesh: Mesh, times: Floats, u: Floats) -> dict[str, Any]:
-    """Return the fields `course`, `displacement` and `mesh` of a dynamic `Solution`.
+    """Return the fields `course`, `displacement` and `mesh` of the `Solution` of a dynamic analysis.
 
-    The displacements u (t, n, 3), m, are those at times (t,), s.
+    `u` (t, n, 3), m, are the nodal displacements at `times` (t,), s. `course` is a function that returns the
+    displacement history of material points; `displacement` and `mesh` have the last state.
     """
 
     def course(X: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Report and warnings of a body that is a filled surface: repairs, and distance of mesh and surface."""
+"""Report and warnings about a mesh that fills a closed surface: repairs of the surface, and its distance."""
 
 from __future__ import annotations
 
@@ -29,7 +29,10 @@ PER_FACET = np.array([[1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [1,
 
 
 def filled_mesh_report(shape: Shape, mesh: Mesh | None) -> dict[str, Any]:
-    """Return the `filled` part of a report, empty for other meshes; cached in the mesh."""
+    """Return the `filled` part of a report, about a mesh that fills a closed surface.
+
+    The result is empty for other meshes. It is cached in the mesh.
+    """
     if not isinstance(mesh, FilledMesh) or mesh.filling is None:
         return {}
     if "filled" not in mesh.selections:
@@ -51,9 +54,11 @@ def _facts(shape: Shape, mesh: FilledMesh) -> dict[str, Any]:
 
 
 def _surface_distances(mesh: Mesh, points: Floats, triangles: Any) -> tuple[float, float, list[float]]:
-    """Return the largest distance from the mesh to a surface, and from the surface to the mesh, m, and the place, m.
+    """Return the two one-sided Hausdorff distances between a mesh and a triangulated surface, m.
 
-    These are the two one-sided Hausdorff distances, sampled at corners, edges and centres of facets.
+    The first is the largest distance from the mesh to the surface, the second from the surface to the mesh. The
+    third value is the point (x, y, z), m, of the surface that is farthest from the mesh. Distances are sampled at
+    corners, edges and centres of facets.
     """
     own = SurfaceSearch(*boundary_surface(mesh))
     there = SurfaceSearch(points, triangles)
@@ -95,7 +100,10 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
 
 
 def repair_warning(case: Case, surface: ClosedSurface) -> Diagnostic | None:
-    """Return a warning about a surface that was repaired: what, how much, and the possible volume error."""
+    """Return a warning about a surface that was repaired; None if no repair was needed.
+
+    The warning names the repairs, their extent, and the volume error that they may cause.
+    """
     if not surface.repairs:
         return None
     volume = units.format_value(float(f"{surface.volume:.5g}"), VOLUME)
@@ -110,9 +118,10 @@ def repair_warning(case: Case, surface: ClosedSurface) -> Diagnostic | None:
 
 
 def thickness_warning(declared: Declared, case: Case, surface: ClosedSurface) -> Diagnostic | None:
-    """Return a warning if cells are large for the thickness of the body.
+    """Return a warning if cells are too large for the thickness of the body, else None.
 
-    The thickness is estimated as twice its volume over its area, which is exact for a plate.
+    The thickness is estimated as twice the volume of the body over its surface area, which is exact for a thin
+    plate.
     """
     thick, size = 2.0 * surface.volume / surface.area, declared.thing.size
     if size is None or size <= thick:

@@ -31,7 +31,7 @@ LINEAR = ("conjugate_gradients", "multigrid")
 
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors of a model of a body that contains fluid."""
+    """Yield errors if the model, its options or its analysis do not support a poroelastic body."""
     if case.planar == "plane_stress":
         yield diagnostic(
             "E435",
@@ -63,14 +63,14 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
             case.body.at("material"),
             f"`{case.body.name}` is poroelastic, but its material varies in space",
             "needs one material",
-            "remove its regions and fields",
+            "remove the regions and fields of the body",
         )
     else:
         yield from _refuse_solid_options(model, declared, case)
 
 
 def refuse_unused_drains(case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for fluid supports on a body without fluid."""
+    """Yield an error for every drained boundary (fluid support) of a body without fluid."""
     for drain in case.drains:
         yield diagnostic(
             "E371",
@@ -137,7 +137,7 @@ def _refuse_solid_options(model: Any, declared: Declared, case: Case) -> Iterato
                          "use `displaced(...)` instead")  # fmt: skip
     if not case.drains:
         yield diagnostic("W395", case.body.at(), f"no fluid can leave `{case.body.name}`: all its faces are sealed",
-                         "keeps its volume", "let it out: `support open = drained("
+                         "keeps its volume", "let the fluid out: `support open = drained("
                          f"{case.body.name}, where = z >= 10 mm)`")  # fmt: skip
     if case.planar == "plane_stress":
         yield diagnostic("E374", case.body.at(), f"`{case.body.name}` is in plane stress, so fluid would "
@@ -146,7 +146,10 @@ def _refuse_solid_options(model: Any, declared: Declared, case: Case) -> Iterato
 
 
 def _refuse_option(declared: Declared, lever: str, given: Any, case: Case) -> Diagnostic:
-    """Return the error for an option of the model that does not support fluid."""
+    """Return the error for one option of the model that does not support fluid.
+
+    `lever` is the name of the option and `given` its value in the scene.
+    """
     return diagnostic(
         "E374",
         declared.at(lever),

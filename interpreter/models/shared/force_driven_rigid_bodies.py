@@ -1,7 +1,7 @@
-"""Force-driven rigid bodies in static analyses, with one free direction: their position is one unknown number.
+"""Rigid bodies driven by a force along one free direction in static analyses.
 
-The equilibrium position is found by solvers/statics/force_controlled_rigid_body.py. Afterwards the rigid bodies are
-treated as if a support had moved them there.
+Their position along that direction is one scalar unknown, which solvers/statics/force_controlled_rigid_body.py
+finds. Afterwards the rigid bodies are treated as if a support had prescribed that position.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def force_driven_problem(case: Case, contacts: Mapping[str, Any]) -> ForceContro
 
 
 def _at_travel(contact: Any, d: float) -> Any:
-    """Return a contact whose rigid body has moved by d, m, along its free direction."""
+    """Return a contact whose rigid body has moved by the distance d, m, along its free direction."""
     moving: PrescribedPosition = contact.posed
     posed = replace(moving, touch=replace(moving.touch, gone=d))
     known: dict[str, Any] = {"posed": posed}
@@ -44,15 +44,18 @@ def _at_travel(contact: Any, d: float) -> Any:
 
 
 def _shift(body: Any) -> tuple[float, float, float]:
-    """Return the translation of a rigid body from where it was declared, m."""
+    """Return the translation (x, y, z), m, of a rigid body from its declared position."""
     return body.pose.shift if isinstance(body, MovedGap) else RigidMotion().shift
 
 
 def move_rigid_bodies(case: Case, beside: Mapping[str, Any]) -> Case:
-    """Return a case whose force-driven rigid bodies have the positions of a state, given by contact."""
+    """Return a case with its force-driven rigid bodies moved to their positions in a solved state.
+
+    `beside` has the rigid bodies in that state, by name of the contact.
+    """
 
     def each(touch: Touch) -> Touch:
-        """Return a contact with its rigid body moved, or the same contact if no load drives its body."""
+        """Return a contact with its rigid body moved; the contact itself if its rigid body is not driven by a load."""
         if touch.along is None or touch.name not in beside:
             return touch
         return replace(touch, gone=float(_shift(beside[touch.name])[touch.along]))
@@ -61,9 +64,9 @@ def move_rigid_bodies(case: Case, beside: Mapping[str, Any]) -> Case:
 
 
 def rigid_body_report(case: Case, known: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the `rigid` part of a report, by name of the force-driven rigid body.
+    """Return the `rigid` part of a report: results of each force-driven rigid body, by its name.
 
-    `known` has the results of the solver, such as `travel_m`.
+    `known` has the results of the solver, such as the travel `travel_m`.
     """
     touch = next(touch for touch in case.contacts if touch.along is not None)
     assert touch.along is not None

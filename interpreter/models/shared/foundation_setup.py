@@ -1,4 +1,4 @@
-"""Elastic foundations under a body, and plates that stay plane: from the scene to springs on facets of a mesh."""
+"""Setup of elastic foundations and of rigid plates, as springs on facets of a mesh."""
 
 from __future__ import annotations
 
@@ -31,7 +31,10 @@ EXACT, FINE = 4, 10  # squared: Gauss points on flat facets, where products of s
 
 
 def create_foundations(case: Case, mesh: Mesh) -> dict[str, ElasticFoundation]:
-    """Return the springs and dashpots of every foundation, by name. Raises Fault where a foundation has no area."""
+    """Return the springs and dashpots of every elastic foundation and rigid plate, by name.
+
+    Raises Fault if a foundation has no area.
+    """
     each = (
         (bed, _plane_keeping_springs if isinstance(bed.thing, RigidPlate) else _distributed_springs)
         for bed in case.beds
@@ -40,9 +43,9 @@ def create_foundations(case: Case, mesh: Mesh) -> dict[str, ElasticFoundation]:
 
 
 def constraint_rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[Ints, Floats]]:
-    """Yield constraint rows (r, 6) of foundations for rigid motions about a centre, scaled by lengths only.
+    """Yield how each foundation restricts rigid motions about a centre: nodes (r,) and constraint rows (r, 6).
 
-    Each comes with a node (r,) of the piece of the body that its row belongs to.
+    Rows contain lengths but no stiffnesses. The nodes tell to which piece of the body each row belongs.
     """
     from softmark.interpreter.models.beam.rigid_motions import point_rows
 
@@ -59,7 +62,10 @@ def constraint_rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[In
 
 
 def _distributed_springs(case: Case, bed: Declared, mesh: Mesh) -> ElasticFoundation:
-    """Return the foundation integrated over each facet, or its selected part. Raises Fault on a plane of symmetry."""
+    """Return an elastic foundation integrated over its facets, or over the selected part of each facet.
+
+    Raises Fault if the foundation lies on a plane of symmetry.
+    """
     surface = surface_of(case, bed, bed.thing.where, mesh)
     X = mesh.points[surface.touched]
     must_not_act_on_plane(case, bed, X, mesh.points)
@@ -79,9 +85,9 @@ def _distributed_springs(case: Case, bed: Declared, mesh: Mesh) -> ElasticFounda
 
 
 def _plane_keeping_springs(case: Case, plate: Declared, mesh: Mesh) -> ElasticFoundation:
-    """Return springs between every point of a plane face and the mean of all points, which keep the face plane.
+    """Return springs that keep a face plane: they connect each point of the face to the mean of all its points.
 
-    They couple all nodes of the face in one block. Raises Fault.
+    The springs couple all nodes of the face in one dense block. Raises Fault.
     """
     facets, N, dA, normal = _quadrature_points(surface_of(case, plate, plate.thing.where, mesh), case.depth)
     along = int(np.abs(normal.sum(axis=0)).argmax())
@@ -107,7 +113,7 @@ def _plane_keeping_springs(case: Case, plate: Declared, mesh: Mesh) -> ElasticFo
 
 
 def plate_stiffness(case: Case, mesh: Mesh, area: float) -> float:
-    """Return the stiffness per area, Pa/m, of the springs that keep a plate flat; `area` is that of the plate, m^2.
+    """Return the stiffness per area, Pa/m, of the springs that keep a plate of the given `area`, m^2, plane.
 
     It follows from the stiffness and height of the body behind the plate; verification uses the same number.
     """
@@ -120,9 +126,10 @@ def plate_stiffness(case: Case, mesh: Mesh, area: float) -> float:
 
 
 def _quadrature_points(part: LoadedSurface, depth: float = 0.0) -> tuple[Ints, Floats, Floats, Floats]:
-    """Return quadrature points: facets (p, k), shape functions (p, k), areas (p,), m^2, and unit normals (p, 3).
+    """Return the quadrature points of a loaded surface: their facets, shape functions, areas and normals.
 
-    With a `depth`, m, of a slice through a body of revolution, areas are those of whole rings.
+    Shapes are (p, k), (p, k), (p,), m^2, and (p, 3). Facets are given by their node indices. For a body of
+    revolution `depth`, m, is the depth of its slice; areas are then those of whole rings.
     """
     flat = Patches(part.points[part.whole], 1.0).affine
     each = [(part.nodes, part.xi, part.w)]

@@ -1,4 +1,4 @@
-"""Dynamic analyses with free rigid bodies, whose unknowns follow those of the nodes."""
+"""Dynamic analyses with free rigid bodies, whose unknowns follow those of the mesh nodes."""
 
 from __future__ import annotations
 
@@ -41,9 +41,10 @@ FINER = 1e-2  # of the tolerance: moments are smaller than forces, in N m and N,
 
 @dataclass(frozen=True)
 class MotionWithRigidBodies(PreparedMotion):
-    """Dynamic analysis of a deformable body with `dofs` unknowns and of free rigid bodies.
+    """Dynamic analysis of a deformable body with `dofs` unknowns together with free rigid bodies.
 
-    `names` are the rigid bodies in the order of the `chart`, which maps unknowns to positions and rotations.
+    `names` are the free rigid bodies. The `chart` maps the unknowns of the rigid bodies, in the same order, to
+    positions and rotations.
     """
 
     chart: Any = None  # Bodies
@@ -51,20 +52,23 @@ class MotionWithRigidBodies(PreparedMotion):
     dofs: int = 0
 
     def _resolution(self) -> None:
-        """Return None: the resolution of the time step is not known, because contact times are unknown."""
+        """Return None: the resolution of the time step is unknown, because contact durations are unknown."""
 
     def _step_error(self) -> None:
-        """Return None: the time-step error is not known, because contact times depend on what the body meets."""
+        """Return None: the time-step error is unknown, because it depends on when rigid bodies come into contact."""
 
     def _state(self, motion: Motion) -> Floats:
-        """Return displacements, and centre of mass, axes, velocity and spin of every rigid body (18 each,)."""
+        """Return the displacements of the deformable body, followed by 18 numbers for each rigid body.
+
+        The 18 numbers are the centre of mass (3), m, the axes (3 x 3), the velocity (3), m/s, and the spin (3), rad/s.
+        """
         told = self.chart.state(motion.x).reshape(-1, 12)
         own = motion.v[self.dofs :].reshape(-1, 2, 3)
         spins = np.einsum("bij,bj->bi", told[:, 3:].reshape(-1, 3, 3), own[:, 1])
         return np.concatenate([motion.x[: self.dofs], np.hstack([told, own[:, 0], spins]).ravel()])
 
     def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
-        """Return the fields of a solution for the deformable body."""
+        """Return the solution fields of the deformable body from stored states (t, ...)."""
         return super()._shown(times, states[:, : self.dofs])
 
     def _finish(self, track: Trajectory, every: int) -> Solution:
@@ -89,7 +93,10 @@ class MotionWithRigidBodies(PreparedMotion):
 
 
 def _report_motion(times: Floats, states: Floats) -> dict[str, Any]:
-    """Return the motion of a free rigid body for a report, from states (t, 18); rotations are relative to the start."""
+    """Return the motion of one free rigid body for a report, from its states (t, 18) at times (t,), s.
+
+    Rotations are relative to the first state.
+    """
     from scipy.spatial.transform import Rotation
 
     axes = states[:, 3:12].reshape(-1, 3, 3)
@@ -143,7 +150,7 @@ def add_free_rigid_bodies(motion: PreparedMotion, case: Case) -> MotionWithRigid
 
 
 def _create_free_body(touch: Touch, first: int) -> FreeRigidBody:
-    """Return a free rigid body with its mass and inertia; `first` is its first unknown."""
+    """Return a free rigid body with its mass and inertia; `first` is the index of its first unknown."""
     thing: Any = touch.rigid.thing
     gap = gap_of(thing.shape)
     volume = None if gap is None else mass_properties_of(gap)
@@ -154,13 +161,16 @@ def _create_free_body(touch: Touch, first: int) -> FreeRigidBody:
 
 
 def _initial_velocity(body: FreeRigidBody, touch: Touch) -> Floats:
-    """Return initial velocities (6,): of the centre of mass, m/s, and the spin about its own axes, rad/s."""
+    """Return the initial velocities (6,) of a rigid body.
+
+    They are the velocity of its centre of mass (3), m/s, and its spin in body axes (3), rad/s.
+    """
     thing: Any = touch.rigid.thing
     return np.concatenate([thing.velocity, np.array(thing.spin) @ body.axes])
 
 
 def _rigid_body_loads(chart: FreeBodyChart, touches: Mapping[str, Touch]) -> tuple[list[Energy], list[Amplitude]]:
-    """Return the loads on rigid bodies, and the amplitude of each."""
+    """Return the loads on free rigid bodies, and the amplitude of each load."""
     pulls, amplitudes = list[Energy](), list[Amplitude]()
     for which, touch in enumerate(touches.values()):
         for load in touch.loads:
@@ -170,7 +180,7 @@ def _rigid_body_loads(chart: FreeBodyChart, touches: Mapping[str, Touch]) -> tup
 
 
 def _rigid_body_load(chart: FreeBodyChart, which: int, load: Declared) -> RigidBodyLoad:
-    """Return one load on a rigid body: its weight at the centre of mass, a point force, or a moment."""
+    """Return one load on the rigid body with index `which`: weight at its centre of mass, point force, or moment."""
     body = chart.bodies[which]
     acting = load.thing.action.on_rigid_body(body.mass)
     if acting is None:  # refused when the scene is checked
@@ -181,7 +191,10 @@ def _rigid_body_load(chart: FreeBodyChart, which: int, load: Declared) -> RigidB
 
 
 def _mass(mass: Any, bodies: Sequence[FreeRigidBody]) -> Any:
-    """Return the mass of all unknowns, kg and kg m^2, as a matrix or its diagonal."""
+    """Return the mass of all unknowns of the deformable body (`mass`) and of the rigid bodies, kg and kg m^2.
+
+    The result is a diagonal (dofs,) if `mass` is one, else a sparse matrix.
+    """
     own = np.concatenate([[b.mass, b.mass, b.mass, *b.J] for b in bodies])
     if isinstance(mass, np.ndarray):
         return np.concatenate([mass, own])

@@ -1,4 +1,4 @@
-"""Dynamic analyses with free rigid bodies, imported only if a scene has such bodies."""
+"""Entry point to dynamic analyses with free rigid bodies, which imports their code only if a scene needs it."""
 
 from __future__ import annotations
 

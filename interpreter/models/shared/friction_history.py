@@ -1,4 +1,4 @@
-"""Friction history from state to state: what a state records of anchors, and contacts that continue from it."""
+"""Friction history: anchors, slip and dissipation recorded with a state, and contacts that continue from them."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FrictionHistory:
-    """Friction history of one contact after a state.
+    """Friction history of one contact after a solved state.
 
-    `anchors` (m, 3), m, are the points of the rigid body, as declared, at which the `points` of the surface last stuck;
-    for contact between deformable surfaces they are `Since`. `slid` (m,) is the accumulated slip of each point or
-    sample, m. `work` is the heat dissipated by friction up to this state, J, and `now` the part of it of this state.
+    For contact with a rigid body, `anchors` (m, 3), m, are the points of the rigid body in its declared position at
+    which the `points` of the surface last stuck. For contact between deformable surfaces, `anchors` is an object
+    `Since`. `slid` (m,) is the accumulated slip of each point or contact sample, m. `work` is the heat dissipated
+    by friction up to and including this state, J, and `now` the heat of this state only, J.
     """
 
     anchors: Any
@@ -42,7 +43,10 @@ Past = Mapping[str, FrictionHistory]
 
 
 def histories_after(contacts: Mapping[str, Energy], u: Floats, before: Past) -> dict[str, FrictionHistory]:
-    """Return the history of every contact with friction after displacements u (dofs,), m."""
+    """Return the friction history of every contact with friction at displacements u (dofs,), m.
+
+    `before` has the histories of the previous state, by contact.
+    """
     found = {}
     for name, contact in contacts.items():
         anchors: Any
@@ -64,7 +68,10 @@ def histories_after(contacts: Mapping[str, Energy], u: Floats, before: Past) -> 
 def add_friction_result(
     touch: ContactNumbers, contact: RigidContact, u: Floats, own: FrictionHistory | None
 ) -> ContactNumbers:
-    """Return a contact result extended by slip, sticking share and dissipation; unchanged without friction."""
+    """Return a contact result with slip, sticking share and dissipation added; unchanged for a frictionless contact.
+
+    `own` is the friction history of this contact.
+    """
     if own is None or not isinstance(contact, RigidFriction):
         return touch
     pressed, sticks, share = contact.sticking(u)
@@ -78,11 +85,14 @@ def add_friction_result(
 
 
 def _nodal_friction(contact: RigidContact, push: Floats, sticks: Bools, slid: Floats, nodes: int) -> dict[str, Floats]:
-    """Return the slip and the sticking state at nodes."""
+    """Return the nodal slip and sticking state of a contact with a rigid body.
+
+    `push` (p,), N, are normal forces of contact points, `sticks` (p,) their state and `slid` (p,), m, their slip.
+    """
     from softmark.interpreter.models.postprocessing.contact_results import nodal_friction_results
 
     def to_nodes(values: Floats) -> Floats:
-        """Sum values of contact points at nodes."""
+        """Return nodal sums of values (p,) of contact points."""
         found = np.zeros(nodes)
         np.add.at(found, contact.of, np.abs(contact.shares) * values[:, None])
         return found
@@ -91,13 +101,14 @@ def _nodal_friction(contact: RigidContact, push: Floats, sticks: Bools, slid: Fl
 
 
 def resume_contacts(contacts: Mapping[str, Energy], past: Past) -> dict[str, Energy]:
-    """Return contacts that continue from the anchors that a state has recorded."""
+    """Return contacts that continue from the friction history of an earlier state."""
     return {
         name: _resume_contact(contact, past[name]) if contact.rubs else contact for name, contact in contacts.items()
     }
 
 
 def _resume_contact(contact: Any, own: FrictionHistory) -> Energy:
+    """Return one contact that continues from the anchors and the slip of its friction history `own`."""
     found: Energy = (
         replace(contact, since=own.anchors)
         if isinstance(contact, DeformableFriction)

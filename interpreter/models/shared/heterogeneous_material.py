@@ -1,9 +1,8 @@
-"""Materials whose constants vary in space: their values at points of a mesh, and the integrals over its cells.
+"""Materials whose constants vary in space: values of the constants on a mesh, and their integrals over cells.
 
-Constants are evaluated at integration points, so that they are integrated as the law is. Cells with constant gradients
-need one point for the law; they get the means of their two moduli, by a rule that is exact for quadratic variation.
-Warnings report what cells do not resolve: large changes of a constant within a cell, and integrals that differ from
-those of a finer rule.
+The constants are evaluated at the integration points of the material law. Cells with constant strain need only
+one point for the law; they get the means of their two moduli, by a rule that is exact for quadratic variation.
+Warnings report cells in which a constant changes much, and integrals that differ from those of a finer rule.
 """
 
 from __future__ import annotations
@@ -56,7 +55,7 @@ LOST = 1e-6  # of an integral: what a finer rule finds less is rounding, or next
 
 
 def evaluate_profile(profile: Profile, X: Floats) -> Floats:
-    """Return a constant at points X (..., 3), m: (...). Raises Fault if a file that it is read from cannot be used."""
+    """Return the values (...) of a varying constant at points X (..., 3), m. Raises Fault if its file is unusable."""
     try:
         found: Floats = profile.values(X.reshape(-1, 3), read_field).reshape(X.shape[:-1])
     except Unreadable as error:
@@ -65,21 +64,21 @@ def evaluate_profile(profile: Profile, X: Floats) -> Floats:
 
 
 def unreadable_constant(profile: Profile, error: Unreadable) -> Fault:
-    """Return the Fault for a file that a constant cannot be read from."""
+    """Return the Fault for a constant whose file cannot be read."""
     problem = f"the field of `{profile.name}` cannot be used: {error.name}: {error.reason}"
     return Fault(diagnostic("E410", profile.at, problem, "cannot be used", error.remedy))
 
 
 class Part(Protocol):
-    """Cells of one material (material_regions.py)."""
+    """Interface of the cells of one material; `MaterialRegion` (material_regions.py) implements it."""
 
     @property
     def case(self) -> Case:
-        """Case with this material only."""
+        """Case in which the whole body has this material."""
 
     @property
     def mesh(self) -> Mesh:
-        """Mesh of these cells, over all nodes."""
+        """Mesh of the cells of this material, with all nodes of the whole mesh."""
 
     @property
     def which(self) -> Any:
@@ -94,10 +93,10 @@ Parts = Callable[[], Sequence[Part]]  # parts of a mesh, evaluated once because 
 
 
 def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | None]:
-    """Return the case of cells whose material varies, with its constants at integration points. Raises Fault.
+    """Return the case of one material with its varying constants evaluated at integration points. Raises Fault.
 
-    The second value has these points if cells need more than those of their element, else None. With `pressures` in
-    the cells, the inverses of volumetric constants are integrated.
+    The second value is the integration at these points; it is None if they are the element's. With `pressures` as
+    unknowns, the inverse of the bulk modulus is integrated.
     """
     mesh, rule = own.mesh, _rule(own.mesh)
     must_be_in_range(own.case, mesh)
@@ -117,14 +116,15 @@ def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | N
 
 
 def _parts(mesh: Mesh, rule: CellRule | None) -> Integration | None:
+    """Return the gradients and volumes of a quadrature rule on a mesh; None without a rule."""
     return None if rule is None else rule.integration(mesh)
 
 
 def stiffness_of(case: Case, mesh: Mesh, pressures: bool) -> CellQuadrature | None:
-    """Return how cells integrate the constants in the energy of one material; None if these constants do not vary.
+    """Return the quadrature of the constants in the strain energy of one material; None if they do not vary.
 
-    For muscle these are its `tension` or `shortening`, at the points of the element itself: they are not averaged over
-    a cell, as moduli of `tet4` are. Its passive law does not vary.
+    For muscle the varying constants are `tension` or `shortening`. They are evaluated at the points of the element
+    and are not averaged over a cell, as moduli of `tet4` are. The passive law of a muscle does not vary.
     """
     material = case.material
     found = profiles(material)
@@ -149,12 +149,12 @@ def moduli_vary(case: Case) -> bool:
 
 
 def moduli_of(material: Any, pressures: bool) -> Functions:
-    """Return the functions of the moduli of a material that `stiffness_of` integrates."""
+    """Return the moduli of a material as functions of position, which `stiffness_of` integrates."""
     return stiffness_functions(material.young, material.poisson, pressures, evaluate_profile)
 
 
 def density_resolved(case: Case, mesh: Mesh) -> CellQuadrature | None:
-    """Return how cells integrate the density of one material; None if it is a single number."""
+    """Return the quadrature of the density of one material; None if the density is a single number."""
     rho = case.material.density
     return (
         choose_quadrature(mesh, constant_functions(rho, evaluate_profile), mesh.element.mass_quadrature(), True)
@@ -164,12 +164,12 @@ def density_resolved(case: Case, mesh: Mesh) -> CellQuadrature | None:
 
 
 def _rule(mesh: Mesh) -> Rule:
-    """Return the rule that integrates constants: the element's, or a finer one if the law needs one point."""
+    """Return the quadrature rule of constants: that of the element, or a finer one if the element has one point."""
     return (CELLS[mesh.element.finer] if mesh.element.constant else mesh.element).quadrature()
 
 
 def must_be_in_range(case: Case, mesh: Mesh) -> None:
-    """Raise Fault if a constant is out of range at integration points, nodes or points of a finer rule."""
+    """Raise Fault if a constant is out of its range at an integration point, a node or a point of a finer rule."""
     for profile in profiles(case.material).values():
         for X in (
             rule_positions(mesh, _rule(mesh)),
@@ -180,7 +180,7 @@ def must_be_in_range(case: Case, mesh: Mesh) -> None:
 
 
 def _sample_constants(case: Case, X: Floats) -> Any:
-    """Return the material with varying constants as arrays (m, q) at points X (m, q, 3). Raises Fault."""
+    """Return the material with its varying constants evaluated at points X (m, q, 3), m, as (m, q). Raises Fault."""
     new = {}
     for name, profile in profiles(case.material).items():
         if name in OF_LAWS:
@@ -190,7 +190,7 @@ def _sample_constants(case: Case, X: Floats) -> Any:
 
 
 def with_fiber_directions(case: Case, mesh: Mesh, X: Floats) -> Any:
-    """Return the material with its fibre directions at points X (m, q, 3), m, of its mesh. Raises Fault."""
+    """Return the material with fibre directions evaluated at points X (m, q, 3), m, of cells. Raises Fault."""
     from softmark.interpreter.models.shared.undefined_fiber_directions import must_have_directions
     from softmark.solvers.materials.material_axes import InvalidDirection
 
@@ -213,7 +213,7 @@ def with_fiber_directions(case: Case, mesh: Mesh, X: Floats) -> Any:
 
 
 def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
-    """Return a material with arrays for what varies: at points of a rule (m, q), or one value per cell (m, 1)."""
+    """Return a material with arrays (m, q) of its varying constants and fibre directions at the points of a rule."""
     if getattr(material, "turning", False):
         own = mesh.element.quadrature() if mesh.element.constant else rule
         found = material.placed(rule_positions(mesh, own), read_field)
@@ -228,13 +228,13 @@ def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
 
 
 def rule_positions(mesh: Mesh, rule: Rule) -> Floats:
-    """Return the points of a rule in every cell (m, q, 3), m."""
+    """Return the positions (m, q, 3), m, of the points of a quadrature rule in every cell."""
     found: Floats = np.einsum("qa,mai->mqi", mesh.element.shape(rule[0]), mesh.points[mesh.cells])
     return found
 
 
 def _must_be_allowed(case: Case, profile: Profile, found: Floats, X: Floats) -> None:
-    """Raise Fault if a constant is out of its range, naming the place where it is farthest out."""
+    """Raise Fault if the values `found` of a constant at points X are out of its range; name the worst point."""
     odd = np.flatnonzero(~np.isfinite(found))
     for i in odd[:1] if len(odd) else (found.argmin(), found.argmax()):
         value = float(found.flat[i])
@@ -243,7 +243,7 @@ def _must_be_allowed(case: Case, profile: Profile, found: Floats, X: Floats) -> 
 
 
 def must_be_compressible(declared: Declared, own: Part) -> None:
-    """Raise Fault if Poisson's ratio reaches 0.5 at points of a model without pressure unknowns."""
+    """Raise Fault if Poisson's ratio reaches 0.5 at a point of a model that has no pressure unknowns."""
     nu = own.case.material.poisson
     if isinstance(nu, np.ndarray) and nu.max() >= 0.5:
         raise fault(
@@ -259,13 +259,13 @@ def must_be_compressible(declared: Declared, own: Part) -> None:
 
 @dataclass(frozen=True)
 class Density:
-    """Density that varies in space."""
+    """Density that varies in space, as given by `profile`."""
 
     profile: Profile
     case: Case
 
     def points(self, mesh: Mesh) -> tuple[Floats, Floats, Floats]:
-        """Return shape functions (q, a) or (m, q, a), volumes (m, q), m^3, positions (m, q, 3), m, for masses."""
+        """Return shape functions (q, a) or (m, q, a), volumes (m, q), m^3, and positions (m, q, 3), m, for masses."""
         from softmark.solvers.dynamics.mass_matrices import mass_points
 
         seen = density_resolved(self.case, mesh)
@@ -275,14 +275,14 @@ class Density:
         return N, w, np.einsum("qa,mai->mqi", N, mesh.points[mesh.cells])
 
     def at(self, X: Floats) -> Floats:
-        """Return the density at points X (m, q, 3), m: (m, q), kg/m^3. Raises Fault where the value is not allowed."""
+        """Return the density (m, q), kg/m^3, at points X (m, q, 3), m. Raises Fault where the value is out of range."""
         found = evaluate_profile(self.profile, X)
         _must_be_allowed(self.case, self.profile, found, X)
         return found
 
 
 def density_of(case: Case) -> Any:
-    """Return the density of the material of a case, kg/m^3; a `Density` if it varies."""
+    """Return the density of the material of a case, kg/m^3: a number, or a `Density` if it varies in space."""
     rho = case.material.density
     return Density(rho, case) if isinstance(rho, Profile) else rho
 
@@ -292,12 +292,13 @@ def density_of(case: Case) -> Any:
 
 @dataclass(frozen=True)
 class ConstantStatistics:
-    """Statistics of a varying constant on a mesh: least, largest and mean value, SI, and what cells do not resolve.
+    """Statistics of a varying constant on a mesh: extremes and mean, SI, and measures of its resolution.
 
-    `steep` is the volume share of cells in which it changes by more than a factor STEEP, and `contrast` the largest
-    change within a cell. `lost` is the sum of the differences of integrals over cells from those of a finer rule,
-    relative to the integral over the body. `outside` is the volume share outside the fields that it is read from, and
-    `there` the least and largest value used there.
+    `steep` is the volume fraction of cells in which the constant changes by more than the factor STEEP; `contrast`
+    is the largest change within a cell. `lost` is the quadrature error: the sum over cells of the difference
+    between the integral by the cell's rule and by a finer rule, relative to the integral over the body. For a
+    constant that is read from a field file, `outside` is the volume fraction outside the field, and `there` has the
+    least and largest value used outside.
     """
 
     least: float
@@ -311,7 +312,7 @@ class ConstantStatistics:
     read: bool = False
 
     def facts(self) -> dict[str, Any]:
-        """Return the entries for a report."""
+        """Return the statistics as entries of a report."""
         found: dict[str, Any] = {
             "least": self.least, "most": self.most, "mean": self.mean, "within_cells": self.contrast,
             "steep_share": self.steep, "integral_lost": self.lost,
@@ -331,7 +332,7 @@ def _finer_rule(kind: str) -> Rule:
 
 
 def constant_statistics(case: Case, mesh: Mesh, profile: Profile) -> ConstantStatistics:
-    """Return the statistics on a mesh of a constant of the material of a case."""
+    """Return the statistics of one varying constant of the material of a case on a mesh."""
     own, fine = _rule(mesh), _finer_rule(mesh.kind)
     X, w = rule_positions(mesh, fine), integrate_cells(mesh, rule=fine).w
     c = evaluate_profile(profile, X)
@@ -371,7 +372,7 @@ def constant_statistics(case: Case, mesh: Mesh, profile: Profile) -> ConstantSta
 
 
 def _known_stiffness(case: Case, mesh: Mesh) -> CellQuadrature | None:
-    """Return how cells integrate stiffness, as for a model with pressures if one was built on the mesh."""
+    """Return the quadrature of the moduli, from the cache of a model on this mesh if there is one."""
     for pressures in (True, False):
         key = key_of(moduli_of(case.material, pressures), _rule(mesh), False) if moduli_vary(case) else None
         if key in mesh.selections:
@@ -381,7 +382,7 @@ def _known_stiffness(case: Case, mesh: Mesh) -> CellQuadrature | None:
 
 
 def _stiffness_measure(profile: Profile, found: Floats) -> Floats:
-    """Return the quantity whose change within a cell counts: the constant; of Poisson's ratio, M / mu up to HARD."""
+    """Return the constant whose change within a cell is judged; for Poisson's ratio, M / mu limited by HARD."""
     if profile.name != "poisson":
         return found
     told: Floats = 2.0 * (1.0 - found) / np.maximum(1.0 - 2.0 * found, 1.0 / HARD)
@@ -389,13 +390,13 @@ def _stiffness_measure(profile: Profile, found: Floats) -> Floats:
 
 
 def _outside_fields(profile: Profile, X: Floats) -> Any:
-    """Return which points X (m, q, 3) lie outside a field of the constant (m, q); None without a field."""
+    """Return which points X (m, q, 3), m, lie outside the field file of a constant, as (m, q); None without a field."""
     found = [load_field(field).outside(X.reshape(-1, 3)).reshape(X.shape[:-1]) for field in profile.fields]
     return np.any(found, axis=0) if found else None
 
 
 def _varying_constants(case: Case, mesh: Mesh, parts: Parts) -> Iterator[tuple[str, Profile, ConstantStatistics]]:
-    """Yield every varying constant of the body and its parts, with the name of its owner; cached in the mesh."""
+    """Yield each varying constant with the name of its owner and its statistics, which are cached in the mesh."""
     key = constant_statistics, case.materials, case.leaning
     if key not in mesh.selections:
         names, found = (case.body.name, *(part.name for part in case.parts)), []
@@ -408,7 +409,7 @@ def _varying_constants(case: Case, mesh: Mesh, parts: Parts) -> Iterator[tuple[s
 
 
 def cell_means(mesh: Mesh, each: Sequence[Part]) -> dict[str, Floats]:
-    """Return means over cells (m,), SI, of every varying constant of the body; `each` has cells of one material."""
+    """Return cell means (m,), SI, of the varying constants, by name; `each` has the cells of every material."""
     names = dict.fromkeys(name for own in each for name in profiles(own.case.material))
     found = {name: np.empty(len(mesh.cells)) for name in names}
     rule = _finer_rule(mesh.kind)
@@ -423,7 +424,7 @@ def cell_means(mesh: Mesh, each: Sequence[Part]) -> dict[str, Floats]:
 
 
 def varying_constants_report(case: Case, mesh: Mesh, parts: Parts) -> dict[str, Any]:
-    """Return the `graded` part of a report."""
+    """Return the `graded` part of a report: statistics of the varying constants."""
     return {
         "graded": {
             f"{of}.{profile.name}": spread.facts() for of, profile, spread in _varying_constants(case, mesh, parts)
@@ -432,7 +433,7 @@ def varying_constants_report(case: Case, mesh: Mesh, parts: Parts) -> dict[str, 
 
 
 def _warn_of_locking(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnostic]:
-    """Yield a warning if the element locks at the largest Poisson's ratio of its cells, unless reported earlier."""
+    """Yield a warning if the element locks at this largest Poisson's ratio of cells, unless validation did so."""
     before, known = (
         declared.thing.locking(declared, replace(case, other_material=replace(case.typical[0], poisson=nu), parts=()))
         for nu in (case.largest_poisson, poisson)
@@ -442,7 +443,7 @@ def _warn_of_locking(declared: Declared, case: Case, poisson: float) -> Iterator
 
 
 def representative_materials(case: Case, mesh: Mesh, parts: Parts) -> tuple[Any, ...]:
-    """Return the materials of a case with cell means of varying constants; for Poisson's ratio, the largest."""
+    """Return the materials of a case with varying constants replaced by mesh means; Poisson's ratio by its maximum."""
     names, found = [case.body.name, *(part.name for part in case.parts)], list(case.materials)
     for of, profile, spread in _varying_constants(case, mesh, parts):
         number = names.index(of)
@@ -452,13 +453,13 @@ def representative_materials(case: Case, mesh: Mesh, parts: Parts) -> tuple[Any,
 
 
 def largest_quadrature_error(case: Case, mesh: Mesh, parts: Parts) -> float:
-    """Return the largest relative quadrature error of a constant's integral; 0 if it is only rounding."""
+    """Return the largest relative error of the integral of a varying constant; 0 if it is only rounding."""
     found = max((spread.lost for _, _, spread in _varying_constants(case, mesh, parts)), default=0.0)
     return found if found > LOST else 0.0
 
 
 def notes(declared: Declared, case: Case, mesh: Mesh, parts: Parts) -> Iterator[Diagnostic]:
-    """Yield warnings where a mesh is too coarse for varying constants, or the body reaches beyond a field."""
+    """Yield warnings if the mesh is too coarse for a varying constant, or the body extends beyond a field file."""
     if any(getattr(material, "turning", False) for material in case.materials):
         from softmark.interpreter.models.shared import undefined_fiber_directions
 

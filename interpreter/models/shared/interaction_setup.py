@@ -1,4 +1,7 @@
-"""Interactions of a body's surface: foundations, ties, self-contact and rigid contacts, imported only if present."""
+"""Interactions of a body's surface: foundations, ties, self-contact and rigid contacts.
+
+Their code is imported only if a scene has them.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +45,7 @@ def create_surface_interactions(case: Case, mesh: Mesh) -> dict[str, Any]:
 
 
 def create_rigid_contacts(case: Case, mesh: Mesh) -> dict[str, RigidContact]:
-    """Return the energies of the contacts with rigid bodies, by name. Raises Fault."""
+    """Return the energies of the contacts of a body with rigid bodies, by name. Raises Fault."""
     if not case.contacts:
         return {}
     from softmark.interpreter.models.shared.rigid_contact_setup import contacts_on
@@ -53,7 +56,10 @@ def create_rigid_contacts(case: Case, mesh: Mesh) -> dict[str, RigidContact]:
 def find_unsupported_body(
     case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
 ) -> UnsupportedBody | None:
-    """Return the stabilization of a body that only contact holds; None if not needed. Raises Fault."""
+    """Return the stabilization of a body that supports leave free and contact must hold. Raises Fault.
+
+    The result is None if supports hold the body.
+    """
     if not (case.contacts or case.pairs) or isinstance(case.analysis, Dynamic):
         return None
     from softmark.interpreter.models.shared import unsupported_bodies
@@ -62,13 +68,13 @@ def find_unsupported_body(
 
 
 def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:
-    """Find the equilibrium of a solid in contact, and of a force-driven rigid body. Raises NotConverged."""
+    """Return the equilibrium of a solid with contacts, and of its force-driven rigid body. Raises NotConverged."""
     from softmark.solvers.statics.barrier_continuation import PassedThrough, solve_with_stiffer_barriers
     from softmark.solvers.statics.rigid_substeps import count_substeps, presses_on_nodes, solve_in_substeps
     from softmark.solvers.statics.static_equilibrium import equilibrium
 
     def whole(problem: Statics) -> Equilibrium:
-        """Solve with barrier continuation, and with stabilization if supports leave the body free."""
+        """Return the equilibrium by barrier continuation, with stabilization if supports leave the body free."""
         if solid.loose is None:
             return solve_with_stiffer_barriers(problem, equilibrium)
         from softmark.solvers.statics.free_body_stabilization import solve_with_vanishing_spring
@@ -76,7 +82,10 @@ def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:
         return solve_with_stiffer_barriers(problem, lambda own: solve_with_vanishing_spring(own, equilibrium))
 
     def find(problem: Statics) -> Equilibrium:
-        """Solve in one step, or in substeps of the rigid body's motion if it has passed through the surface."""
+        """Return the equilibrium in one step.
+
+        If a rigid body has passed through the surface, its motion is divided into substeps.
+        """
         try:
             return whole(problem)
         except PassedThrough as failure:
@@ -100,7 +109,10 @@ def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:
 
 
 def _are_wide(solid: Any) -> bool:
-    """Return whether every rigid body is as wide as the facets it may press on; a narrower one fits between nodes."""
+    """Return whether every rigid body is at least as wide as the facets that it may press on.
+
+    A narrower rigid body fits between the nodes of a facet.
+    """
     import numpy as np
 
     from softmark.interpreter.models.shared.rigid_contact_setup import longest
@@ -119,7 +131,7 @@ def _are_wide(solid: Any) -> bool:
 
 
 def rigid_body_report(solid: Any, known: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return the report of a force-driven rigid body from the solver's results `known`; empty if there is none."""
+    """Return the report of a force-driven rigid body from the solver's results `known`; empty without such a body."""
     if known is None:
         return {}
     from softmark.interpreter.models.shared import force_driven_rigid_bodies
@@ -128,7 +140,10 @@ def rigid_body_report(solid: Any, known: Mapping[str, Any] | None) -> dict[str, 
 
 
 def with_moved_rigid_bodies(case: Case, mesh: DeformedMesh | None) -> Case:
-    """Return a case with its force-driven rigid bodies at their positions in a state; unchanged without such bodies."""
+    """Return a case with its force-driven rigid bodies moved to their positions in a solved state, given by `mesh`.
+
+    A case without such bodies is returned unchanged.
+    """
     if mesh is None or not case.pressed:
         return case
     from softmark.interpreter.models.shared import force_driven_rigid_bodies
@@ -137,7 +152,7 @@ def with_moved_rigid_bodies(case: Case, mesh: DeformedMesh | None) -> Case:
 
 
 def contacts_at_equilibrium(solid: Any, found: Equilibrium) -> dict[str, RigidContact]:
-    """Return the contacts of a solid at equilibrium, with stiffened barriers and added contact points."""
+    """Return the contacts of a solid at the equilibrium `found`, with stiffened barriers and added contact points."""
     contacts: dict[str, RigidContact] = solid.contacts
     return dict(zip(contacts, found.beside, strict=True)) if found.beside else contacts
 
@@ -145,7 +160,10 @@ def contacts_at_equilibrium(solid: Any, found: Equilibrium) -> dict[str, RigidCo
 def describe_free_motions(
     solid: Any, contacts: Mapping[str, RigidContact], x: Floats
 ) -> tuple[tuple[Diagnostic, ...], str]:
-    """Return warnings about a solid that supports leave free, in a state x (3 n,), m, and its free motions."""
+    """Return warnings about a solid that its supports leave free, and a description of its free motions.
+
+    The motions are judged with the contacts in a state x (3 n,), m. Without free motions the description is empty.
+    """
     if solid.loose is None:
         return (), ""
     from softmark.solvers.energies.energy import DynamicPatternEnergy
@@ -156,7 +174,7 @@ def describe_free_motions(
 
 
 def assembly_without_stabilization(solid: Any, contacts: Mapping[str, RigidContact]) -> Assembly:
-    """Return the assembly of a solid with these contacts and without the stabilization spring."""
+    """Return the assembly of a solid with the given contacts but without the stabilization spring."""
     known: Assembly = solid.assembly
     if any(contact is not solid.contacts[name] for name, contact in contacts.items()):
         known = _replace_contacts(known, contacts)
@@ -164,7 +182,10 @@ def assembly_without_stabilization(solid: Any, contacts: Mapping[str, RigidConta
 
 
 def recenter_stabilization(solid: Solid, x: Floats) -> Solid:
-    """Return the same solid with its stabilization spring, if it has one, unstressed in a state x (dofs,), m."""
+    """Return a solid whose stabilization spring is unstressed in a state x (dofs,), m.
+
+    A solid without such a spring is returned unchanged.
+    """
     known: Any = solid
     if known.loose is None:
         return solid
@@ -175,13 +196,16 @@ def recenter_stabilization(solid: Solid, x: Floats) -> Solid:
 
 
 def _replace_contacts(assembly: Assembly, contacts: Mapping[str, RigidContact]) -> Assembly:
-    """Return the assembly with its own contacts, which are its last loads, replaced by these."""
+    """Return an assembly with the given contacts in place of its own contacts, which are the last of its loads."""
     plain = assembly.loads[: len(assembly.loads) - len(contacts)]
     return assembly.joined([*plain, *contacts.values()])
 
 
 def resume_interactions(made: Solid, before: DeformedMesh) -> Solid:
-    """Return a solid whose contacts continue from the state before: rigid body positions, friction history."""
+    """Return a solid whose contacts continue from the previous state.
+
+    Rigid body positions and friction history are taken from `before`.
+    """
     known: Any = made  # a dataclass with a problem, its beds and its contacts
     if not (before.beside or before.rubbed):
         return made
@@ -195,7 +219,7 @@ def resume_interactions(made: Solid, before: DeformedMesh) -> Solid:
         beds, contacts = (friction_history.resume_contacts(own, before.rubbed) for own in (beds, contacts))
 
     def going_on(assembly: Assembly) -> Assembly:
-        """Return an assembly with the updated foundations and contacts."""
+        """Return an assembly with the foundations and contacts of the previous state."""
         internal = list(assembly.internal)
         internal[len(known.solid) : len(known.solid) + len(beds)] = beds.values()
         return _replace_contacts(assembly.with_internal(internal), contacts)
@@ -209,9 +233,9 @@ def resume_interactions(made: Solid, before: DeformedMesh) -> Solid:
 def contact_state(
     solid: Any, u: Floats, contacts: Mapping[str, RigidContact], facts: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return the contact state of a solid after displacements u (n, 3), m.
+    """Return the contact state of a solid at displacements u (n, 3), m.
 
-    It has the rigid body positions, the friction history, the barrier stiffening and the added contact points.
+    It consists of rigid body positions, friction history, barrier stiffening and added contact points.
     """
     remembered = friction_histories({**solid.beds, **contacts}, u.ravel(), solid.rubbed)
     joined = {name: contact.extra for name, contact in contacts.items() if contact.extra is not None}
@@ -220,7 +244,10 @@ def contact_state(
 
 
 def friction_histories(contacts: Mapping[str, Energy], u: Floats, before: Past) -> Past:
-    """Return the friction history after displacements u (3 n,), m; empty without friction."""
+    """Return the friction history of each contact at displacements u (3 n,), m; empty without friction.
+
+    `before` is the history of the previous state.
+    """
     if not any(contact.rubs for contact in contacts.values()):
         return {}
     from softmark.interpreter.models.shared.friction_history import histories_after
@@ -231,7 +258,10 @@ def friction_histories(contacts: Mapping[str, Energy], u: Floats, before: Past) 
 def add_contact_forces(
     found: NodalForces, contacts: Mapping[str, RigidContact], solid: Any, rubbed: Past
 ) -> NodalForces:
-    """Add contact forces of rigid bodies, self-contact and friction to the nodal forces of a solid."""
+    """Return the nodal forces of a solid with the forces of rigid contacts, self-contact and friction added.
+
+    `rubbed` is the friction history, by contact.
+    """
     case, u = solid.pieces[0].case, found.u.ravel()
     if contacts:
         from softmark.interpreter.models.postprocessing import nodal_forces
@@ -250,5 +280,5 @@ def add_contact_forces(
 
 
 def rigid_bodies_by_contact(contacts: Mapping[str, RigidContact]) -> dict[str, Gap]:
-    """Return the rigid bodies at their present positions, by contact."""
+    """Return the gap function of the rigid body of every contact in its present position, by contact."""
     return {name: contact.body for name, contact in contacts.items()}

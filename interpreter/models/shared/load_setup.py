@@ -1,4 +1,4 @@
-"""Loads on solid meshes: from the scene to nodal forces and follower pressures."""
+"""Loads on solid meshes, created from the scene as nodal forces and follower pressures."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ Distribution = Literal["consistent", "lumped", "uniform"]
 
 
 def merge_loads(applied: Sequence[tuple[Declared, Energy]], dofs: int) -> list[Energy]:
-    """Return the energies of all loads, with all dead forces merged into one."""
+    """Return the energies of all loads, with all dead forces (those of fixed direction) merged into one energy."""
     found = [energy for _, energy in applied]
     dead = sum((e.f for e in found if isinstance(e, DeadForces)), np.zeros(dofs))
     return [DeadForces(dead), *(e for e in found if not isinstance(e, DeadForces))]
 
 
 def nodal_forces_at_rest(load: Energy, points: Floats) -> Floats:
-    """Return the nodal forces (n, 3), N, of a load on the undeformed body with these nodes (n, 3), m."""
+    """Return the nodal forces (n, 3), N, of a load on the undeformed body, whose nodes are `points` (n, 3), m."""
     g = np.zeros(points.size)
     load.add_gradient(np.zeros_like(g), g)
     return -g.reshape(-1, 3)
@@ -43,7 +43,7 @@ def nodal_forces_at_rest(load: Energy, points: Floats) -> Floats:
 def single_loads(
     case: Case, mesh: Mesh, parts: Integration, small: bool, mass: Distribution = "consistent"
 ) -> list[tuple[Declared, Energy]]:
-    """Return each load with its energy at full size. Raises Fault.
+    """Return the energy of each load separately, at full size. Raises Fault.
 
     If `small`, pressure acts on the undeformed surface.
     """
@@ -183,10 +183,11 @@ class SolidLoads:
 
 
 def nodal_mass(mesh: Mesh, parts: Integration, density: Any, mass: Distribution, depth: float = 0.0) -> Floats:
-    """Return the mass of each node (n,), kg: row sums of the consistent matrix, its diagonal, or equal shares.
+    """Return the mass of each node (n,), kg.
 
-    `density` is a number, kg/m^3, or an object with a method `at`. With a `depth`, m, of a slice through a body of
-    revolution, the masses are those of whole rings, by the consistent matrix.
+    `mass` selects how it is computed: row sums of the consistent matrix, its diagonal, or equal shares of cells.
+    `density` is a number, kg/m^3, or an object with a method `at`. For a body of revolution `depth`, m, is the
+    depth of its slice; masses are then those of whole rings, by the consistent matrix.
     """
     if mass == "uniform":
         whole = (
@@ -223,10 +224,10 @@ def _whole_rings(mesh: Mesh, N: Floats, w: Floats, depth: float) -> Floats:
 
 
 def _mass_quadrature(mesh: Mesh, density: Any) -> tuple[Floats, Floats, float]:
-    """Return shape functions (q, a), volumes (m, q), m^3, of the points of mass integrals, and the density, kg/m^3.
+    """Return the quadrature of mass integrals: shape functions (q, a), volumes (m, q), m^3, and the density, kg/m^3.
 
-    A varying density is multiplied into the volumes, and the returned density is one. Shape functions are (m, q, a) if
-    cells need points of their own.
+    A varying density is multiplied into the volumes, and the returned density is then one. Shape functions are (m,
+    q, a) if cells have different points.
     """
     from softmark.solvers.dynamics.mass_matrices import mass_points
 

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 
 
 def surface_of(case: Case, acting: Declared, where: Condition, mesh: Mesh) -> LoadedSurface:
-    """Return the surface that a load or a foundation acts on. Raises Fault if it has no area, or is not an edge."""
+    """Return the surface that a load or a foundation acts on.
+
+    Raises Fault if the surface has no area or, for a plane body, is not an edge of its plane.
+    """
     found = find_loaded_surface(case.shape, mesh, where)
     if found.empty:
         raise fault(
@@ -34,7 +37,10 @@ def surface_of(case: Case, acting: Declared, where: Condition, mesh: Mesh) -> Lo
 
 
 def _must_be_edge(case: Case, load: Declared, X: Floats) -> None:
-    """Raise Fault if a load on a plane body selects its faces; the facets have nodes X (f, k, 3), m."""
+    """Raise Fault if a load on a plane body selects its faces rather than its edges.
+
+    X (f, k, 3), m, are the nodes of the selected facets.
+    """
     z = X[..., 2]
     if bool((np.ptp(z, axis=1) <= 1e-9 * np.ptp(z)).any()):
         raise fault(

@@ -1,4 +1,4 @@
-"""Cells of a mesh grouped by material. A body of one material is one group, at no extra cost."""
+"""Cells of a mesh grouped by material. A body of one material is a single group, without extra cost."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MaterialRegion:
-    """Cells of one material: a case with that material only, and a mesh of these cells over all nodes.
+    """Cells of one material, as a case with only that material and a mesh of these cells with all nodes.
 
-    `which` (k,) are their indices in the whole mesh, and `number` is the index of the material. Where constants vary in
-    space, `sampled` returns the same with arrays for them, and keeps the original material as `graded`.
+    `which` (k,) are the indices of the cells in the whole mesh, and `number` is the index of the material. `parts`
+    is the integration over the cells. If constants of the material vary in space, `sample_regions` replaces them by
+    arrays in `case` and keeps the original case as `graded`.
     """
 
     case: Case
@@ -33,7 +34,7 @@ class MaterialRegion:
 
     @property
     def density(self) -> Any:
-        """Density, kg/m^3; a `Density` if it varies (heterogeneous_material.py)."""
+        """Density of the region, kg/m^3: a number, or a `Density` (heterogeneous_material.py) if it varies."""
         case = self.graded or self.case
         if case.uniform:
             return case.material.density
@@ -43,15 +44,16 @@ class MaterialRegion:
 
 
 def sample_regions(each: tuple[MaterialRegion, ...], pressures: bool = False) -> tuple[MaterialRegion, ...]:
-    """Return the pieces with varying constants evaluated at their integration points. Raises Fault.
+    """Return the regions with varying constants evaluated at their integration points. Raises Fault.
 
-    If cells need more points than those of their element, `parts` has these; with `pressures`, they also integrate the
-    pressures.
+    Regions whose cells need more points than those of their element get these as `parts`. With `pressures`, the
+    same points integrate the pressure unknowns.
     """
     return each if all(own.case.uniform for own in each) else tuple(_sample_region(own, pressures) for own in each)
 
 
 def _sample_region(own: MaterialRegion, pressures: bool) -> MaterialRegion:
+    """Return one region with its varying constants evaluated at integration points. Raises Fault."""
     from softmark.interpreter.models.shared import heterogeneous_material
 
     if own.case.uniform:
@@ -64,9 +66,9 @@ LocalPoints = tuple[Any, Any]  # of each cell, (m, q, 3), and their weights (m, 
 
 
 def own_points(case: Case, mesh: Mesh, which: Any, pressures: bool) -> LocalPoints | None:
-    """Return the points at which cells integrate stiffness constants; None if they are those of their element.
+    """Return the points at which cells of one material integrate stiffness; None for the points of their element.
 
-    `which` selects the cells of the mesh that have the material of the `case`.
+    `which` are the cells of the mesh that have the material of the `case`.
     """
     if case.uniform:
         return None
@@ -77,7 +79,10 @@ def own_points(case: Case, mesh: Mesh, which: Any, pressures: bool) -> LocalPoin
 
 
 def mass_points(case: Case, mesh: Mesh, which: Any) -> LocalPoints | None:
-    """Return the points at which the `which` cells integrate density; None if they are those of their element."""
+    """Return the points at which cells of one material integrate density; None for the points of their element.
+
+    `which` are the cells of the mesh that have the material of the `case`.
+    """
     if case.uniform:
         return None
     from softmark.interpreter.models.shared import heterogeneous_material
@@ -87,13 +92,14 @@ def mass_points(case: Case, mesh: Mesh, which: Any) -> LocalPoints | None:
 
 
 def some_cells(mesh: Mesh, which: Any) -> Mesh:
-    """Return a mesh of the cells of one material; the whole mesh if `which` is a slice."""
+    """Return a mesh of the cells with indices `which`; the whole mesh if `which` is a slice."""
     from softmark.interpreter.models.shared.region_cells import submesh
 
     return mesh if isinstance(which, slice) else submesh(mesh, which)
 
 
 def _local(seen: Any, own: Mesh) -> LocalPoints | None:
+    """Return the special points of a cell quadrature in local coordinates; None if it has none."""
     return None if seen is None or seen.rule is None else seen.rule.local(own)
 
 
@@ -109,7 +115,10 @@ def must_be_mirrored(each: tuple[MaterialRegion, ...]) -> None:
 
 
 def regions_by_material(case: Case, mesh: Mesh, parts: Integration) -> tuple[MaterialRegion, ...]:
-    """Return the cells of every material that has some; for one material, the whole mesh. Raises Fault."""
+    """Return the cells of every material that fills at least one cell. Raises Fault.
+
+    For a body of one material this is the whole mesh.
+    """
     if not case.parts:
         return (MaterialRegion(case, mesh, parts, slice(None)),)
     from softmark.interpreter.models.shared import region_cells
@@ -118,23 +127,24 @@ def regions_by_material(case: Case, mesh: Mesh, parts: Integration) -> tuple[Mat
 
 
 def _regions_of_elements(case: Case, mesh: Mesh) -> tuple[MaterialRegion, ...]:
-    """Return the cells of every material, with the quadrature of their element."""
+    """Return the cells of every material, integrated with the quadrature of their element."""
     from softmark.solvers.mesh.element_interpolation import integrate_cells
 
     return regions_by_material(case, mesh, integrate_cells(mesh))
 
 
 def largest_quadrature_error(case: Case, mesh: Mesh) -> float:
-    """Return the largest relative quadrature error of an integral of a varying constant."""
+    """Return the largest relative quadrature error of the integral of a varying constant; 0 for uniform materials."""
     from softmark.interpreter.models.shared import heterogeneous_material
 
     return heterogeneous_material.largest_quadrature_error(case, mesh, partial(_regions_of_elements, case, mesh))
 
 
 def representative_materials(case: Case, mesh: Mesh | None) -> tuple[Any, ...]:
-    """Return the representative materials as `Case.typical` does, but from the cells of a mesh.
+    """Return one material with constant properties for each material of a case.
 
-    Files are read, and values outside the body do not count.
+    With a mesh, varying constants are replaced by means over its cells, so that files are read and values outside
+    the body do not count. Without a mesh the result is `Case.typical`.
     """
     if case.uniform or mesh is None:
         return case.typical
@@ -144,7 +154,7 @@ def representative_materials(case: Case, mesh: Mesh | None) -> tuple[Any, ...]:
 
 
 def material_report(case: Case, mesh: Mesh | None) -> dict[str, Any]:
-    """Return the report of parts and of varying constants on a mesh; empty for a homogeneous body."""
+    """Return the report of material regions and varying constants on a mesh; empty for a homogeneous body."""
     found: dict[str, Any] = {}
     if case.parts and mesh is not None:
         from softmark.interpreter.models.shared import region_cells
@@ -158,7 +168,7 @@ def material_report(case: Case, mesh: Mesh | None) -> dict[str, Any]:
 
 
 def notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
-    """Return warnings about parts and varying constants on a mesh; none for a homogeneous body."""
+    """Return warnings about material regions and varying constants on a mesh; none for a homogeneous body."""
     found: tuple[Diagnostic, ...] = ()
     if case.parts:
         from softmark.interpreter.models.shared import region_cells
@@ -172,9 +182,9 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
 
 
 def softer_by(case: Case, mesh: Mesh, u: Any, pressures: bool) -> float:
-    """Return the share of stiffness by which a body in displacements u (n, 3), m, may be softer than its cells.
+    """Return an upper bound of how much softer the body can be than its mesh, as a fraction of stiffness.
 
-    The cause are moduli that vary within cells.
+    The cause is moduli that vary within cells. u (n, 3), m, are nodal displacements.
     """
     if case.uniform or case.porous:
         return 0.0
@@ -184,9 +194,10 @@ def softer_by(case: Case, mesh: Mesh, u: Any, pressures: bool) -> float:
 
 
 def stiffer_by(case: Case, mesh: Mesh, u: Any, p: Any) -> float:
-    """Return the share by which a body may be stiffer than its cells with pressures p (m, b), Pa.
+    """Return an upper bound of how much stiffer the body can be than its mesh, as a fraction of stiffness.
 
-    The cause are bulk moduli that vary within cells.
+    The cause is bulk moduli that vary within cells. u (n, 3), m, are nodal displacements and p (m, b), Pa,
+    pressures.
     """
     if case.uniform or case.porous:
         return 0.0
@@ -198,9 +209,10 @@ def stiffer_by(case: Case, mesh: Mesh, u: Any, p: Any) -> float:
 def softness_note(
     declared: Declared, each: tuple[MaterialRegion, ...], u: Any, p: Any = None
 ) -> tuple[Diagnostic, ...]:
-    """Return warnings that a body may be softer or stiffer than its cells, because moduli vary within them.
+    """Return warnings that the body may be softer or stiffer than its mesh, because moduli vary within cells.
 
-    `u` (n, 3) are displacements, m, and `p` (m, b) the pressures of cells, Pa, if these are unknowns.
+    `each` has the cells of every material, u (n, 3), m, are nodal displacements and p (m, b), Pa, the pressures of
+    cells if these are unknowns.
     """
     if all(own.graded is None or own.case.porous for own in each):
         return ()
@@ -211,7 +223,10 @@ def softness_note(
 
 
 def cell_constants(case: Case, mesh: Any) -> Any:
-    """Return a function of the varying constants of the cells of a deformed mesh, for files; None without any."""
+    """Return a function that computes the cell means of varying constants of a deformed mesh, for exported files.
+
+    The result is None if no constant varies or there is no mesh.
+    """
     if case.uniform or mesh is None:
         return None
     from softmark.interpreter.models.shared import heterogeneous_material

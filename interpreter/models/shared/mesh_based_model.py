@@ -1,4 +1,4 @@
-"""Base class of prepared models that solve on the nodes of a mesh."""
+"""Base class of prepared models whose unknowns are displacements of mesh nodes."""
 
 from __future__ import annotations
 
@@ -16,14 +16,17 @@ if TYPE_CHECKING:
 
 
 class MeshBasedModel:
-    """Prepared model on a mesh: the body's `shape`, its `mesh`, and every load `applied` separately, at full size."""
+    """Prepared model on a mesh: the `shape` of the body, its `mesh`, and the loads `applied`.
+
+    `applied` has each load separately, at full size.
+    """
 
     shape: Shape
     mesh: Mesh
     applied: tuple[tuple[Declared, Energy], ...]
 
     def after(self, before: DeformedMesh) -> Self:
-        """Return the model itself, because it starts from rest."""
+        """Return the model itself, because it solves each state from the undeformed body."""
         return self
 
     @property
@@ -32,9 +35,9 @@ class MeshBasedModel:
         return self.mesh.points
 
     def forces(self) -> list[tuple[Declared, Floats]]:
-        """Return the nodal forces (n, 3), N, of every load separately, on the undeformed body."""
+        """Return each load with its nodal forces (n, 3), N, on the undeformed body."""
         return [(load, nodal_forces_at_rest(energy, self.points)) for load, energy in self.applied]
 
     def outside(self, X: Floats) -> float:
-        """Return the largest distance of points X (n, 3), m, outside a mesh that was read from a file, m."""
+        """Return the largest distance, m, by which points X (n, 3), m, lie outside a mesh read from a file; else 0."""
         return float(locate_points(self.mesh, X).outside.max(initial=0.0)) if self.shape.file else 0.0

@@ -1,4 +1,4 @@
-"""Report and warnings of cell quality, and meshes with deliberately poor cells."""
+"""Report and warnings about cell quality, and deliberate distortion of meshes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SLIVER = 1e-3  # quality below which a cell of a file is named
 
 
 def distort_to_quality(mesh: Mesh, model: Fem, declared: Declared) -> Mesh:
-    """Return the mesh with nodes moved until its worst cell has the quality that the model requests. Raises Fault."""
+    """Return the mesh with nodes moved until its worst cell has the quality that the scene requests. Raises Fault."""
     if model.quality is None:
         return mesh
     try:
@@ -37,17 +37,17 @@ def distort_to_quality(mesh: Mesh, model: Fem, declared: Declared) -> Mesh:
             declared.at("quality"),
             f"the worst cell of the mesh of `{declared.name}` already has a quality of {has}",
             f"{model.quality:g} is higher",
-            "write a smaller number, or remove it: `quality` only makes cells worse",
+            "write a smaller number, or remove `quality`: it only makes cells worse",
         ) from has
 
 
 def mesh_facts(mesh: Mesh) -> dict[str, Any]:
-    """Return the `mesh` part of a report."""
+    """Return the `mesh` part of a report: the quality of the worst cell."""
     return {"mesh": {"quality": worst_cell(mesh)[0]}}
 
 
 def space_facts(shape: Shape, mesh: Mesh) -> dict[str, Any]:
-    """Return the `body` part of a report: exact volume and surface if known, and those of the mesh."""
+    """Return the `body` part of a report: volume and surface area of the shape, if known, and of its mesh."""
     if "body" not in mesh.selections:
         mesh.selections["body"] = {
             "volume_m3": shape.volume,
@@ -59,7 +59,7 @@ def space_facts(shape: Shape, mesh: Mesh) -> dict[str, Any]:
 
 
 def sliver_note(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnostic, ...]:
-    """Return warnings about cells of a file that are nearly flat, or inverted at a corner."""
+    """Return warnings about cells, of a mesh read from a file, that are nearly flat or inverted at a corner."""
     if not shape.file:
         return ()
     return (*_corner_notes(declared, mesh), *_sliver_notes(declared, shape, mesh))
@@ -85,6 +85,7 @@ def _corner_notes(declared: Declared, mesh: Mesh) -> tuple[Diagnostic, ...]:
 
 
 def _sliver_notes(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnostic, ...]:
+    """Return warnings about nearly flat cells."""
     found = cell_qualities(_as_wide(mesh) if shape.flat else mesh)
     found[has_folded_corner(mesh)] = 1.0  # its negative quality at that corner is already reported
     count = int((found < SLIVER).sum())
@@ -106,7 +107,7 @@ def _sliver_notes(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnos
 
 
 def _as_wide(mesh: Mesh) -> Mesh:
-    """Return the cells of a plane slice, each as thick as it is wide: thickness does not affect quality."""
+    """Return a plane slice with each cell as thick as it is wide, because thickness does not affect cell quality."""
     corners = mesh.points[mesh.cells]
     depth = np.ptp(mesh.points[:, 2])
     corners[:, :, 2] *= (np.sqrt(np.abs(mesh.volumes) / depth) / depth)[:, None]
@@ -114,7 +115,7 @@ def _as_wide(mesh: Mesh) -> Mesh:
 
 
 def filled_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
-    """Return warnings about a mesh that fills a surface."""
+    """Return warnings about a mesh that fills a closed surface."""
     if not case.shape.enclosed:
         return ()
     from softmark.interpreter.models.shared import filled_mesh_notes  # nothing of it where no surface is filled
@@ -123,7 +124,7 @@ def filled_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic
 
 
 def volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
-    """Return a warning if the volume of a mesh differs much from that of the body."""
+    """Return a warning if the volume of a mesh differs much from the volume of the body."""
     if case.shape.volume is None:
         return ()
     lost = 1.0 - float(mesh.volumes.sum()) / case.shape.volume

@@ -1,7 +1,7 @@
-"""Base class `Model` of the declarations of all models, with defaults that each model overrides where it differs.
+"""Base class `Model` of the declarations of all models. Each model overrides the defaults that differ.
 
-No code asks which model one is. Declarations answer what a scene may apply to it, how finely it solves, which family
-it belongs to and how it is made plain. What needs arrays is answered by the prepared model
+No code asks for the class of a model. A declaration states what a scene may apply to the model, its resolution,
+its family and how its shortcuts are removed. Questions that need arrays are answered by the prepared model
 (`shared/prepared_model.py`).
 """
 
@@ -33,7 +33,7 @@ UNKNOWN = "load not supported"
 
 
 class Model:
-    """Base class of a model as declared in a scene, with the defaults of its capabilities and properties."""
+    """Base class of a model declared in a scene, with default capabilities and properties."""
 
     # what the model supports: `refusals` reports everything else in validation
     loads: tuple[type[Any], ...] = (SolidAction,)  # kinds of load
@@ -63,65 +63,65 @@ class Model:
 
     @property
     def own_mesh(self) -> Shape | None:
-        """Mesh from a file, used in place of one generated from the body's shape; else None."""
+        """Mesh read from a file, which replaces a mesh generated from the body's shape; None if there is no file."""
         return None
 
     @property
     def other_material(self) -> Any:
-        """Material that replaces that of the body; None if the model uses the body's material."""
+        """Material of the model in place of the body's material; None if the model uses the body's material."""
         return None
 
     @property
     def capped_at(self) -> int | None:
-        """Number of Newton iterations after which a state or time step is accepted even if it is not converged."""
+        """Number of Newton iterations after which an unconverged state is accepted; None if none is accepted."""
         return None
 
     @property
     def shortcuts(self) -> tuple[str, ...]:
-        """Fields that leave steps unconverged, use single precision, or do not start from rest."""
+        """Names of fields that leave steps unconverged, use single precision, or do not start from rest."""
         return ()
 
     @property
     def stress_law(self) -> tuple[str, str] | str:
-        """Strain measure and volumetric formulation from which stress follows, or a message why there is no stress."""
+        """Strain measure and volumetric formulation of the stress law, or the reason why the model has no stress."""
         return "only finite elements and beams have a stress at every point of the body"
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Return the errors and warnings about this model in a case that need no arrays."""
+        """Return the errors and warnings about this model in a case that can be found without building arrays."""
         return list(self.refusals(declared, case))
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Return the errors and warnings that need the whole scene."""
+        """Return the errors and warnings about this model that depend on other declarations of the scene."""
         return []
 
     def outline(self, case: Case) -> str:
-        """Return a one-line description of what will be built."""
+        """Return a one-line description of the model as it will be built for a case."""
         raise NotImplementedError(f"{type(self).__name__} has no outline")
 
     def kind(self, case: Case) -> ModelKind | None:
-        """Return the family of the model, that is all but its size and Poisson's ratio; None if it has no family."""
+        """Return the family of the model: its properties except size and Poisson's ratio; None without a family."""
         return None
 
     def mesh_key(self) -> tuple[Any, ...] | None:
-        """Return the key in which two models of a body must agree to share a mesh; None for a model without a mesh."""
+        """Return a key that is equal for models of a body that can share a mesh; None for a model without a mesh."""
         return None
 
     def cuts(self, case: Case, shape: Shape | None = None) -> Cuts:
-        """Return the planes and surfaces that its meshes must conform to."""
+        """Return the planes and surfaces inside the body that its meshes must conform to."""
         return cuts_of(case, shape)
 
     def mesh_words(self, case: Case) -> str:
-        """Return a description of its mesh."""
+        """Return a description of the mesh of the model."""
         return ""
 
     def plain(self, **changes: Any) -> Self:
-        """Return the model without the options that trade accuracy for speed, and with `changes` of its fields."""
+        """Return the model without options that trade accuracy for speed; `changes` are new values of its fields."""
         changed: Any = replace(self, **changes)  # type: ignore[type-var]
         made: Self = changed
         return made
 
     def orders(self) -> dict[str, int]:
-        """Return the theoretical convergence order of smooth displacements for its fields in `finely`."""
+        """Return the theoretical convergence order of smooth displacements, by resolution field (`finely`)."""
         return {}
 
     def refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
@@ -172,11 +172,14 @@ class Model:
 
     @property
     def _most(self) -> str:
-        """Help text: which models accept the loads and supports that this one does not."""
+        """Help text that names models with support for the loads and supports that this model lacks."""
         return OF_NETWORKS if self.wired else MOST
 
     def forgets(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """Yield errors for unsupported fluid and stress relaxation; warn if time steps are too long."""
+        """Yield errors if the model does not support the poroelastic or viscoelastic material of the body.
+
+        Warn if time steps are too long for the relaxation of the material.
+        """
         if case.porous or case.drains:
             from softmark.interpreter.models.shared import fluid_capabilities
 

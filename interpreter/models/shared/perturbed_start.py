@@ -1,4 +1,4 @@
-"""Static analyses that start from a perturbed state: which models support them, and how each model is perturbed."""
+"""Static analyses from a perturbed start: which models support them, and how each model is perturbed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Disturbance:
-    """Perturbed start state of an analysis: its kind, its amount and the seed of random numbers."""
+    """Perturbation of the start state: its `kind`, its `amount` and the `seed` of the random numbers."""
 
     kind: str
     amount: float
@@ -33,7 +33,7 @@ def disturbance_of(case: Case) -> Disturbance | None:
 
 
 def check_perturbed_start(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
-    """Return errors for a perturbed start of a model."""
+    """Return the errors of a model in a case with a perturbed start."""
     known = disturbance_of(case)
     if known is None:
         return []
@@ -57,7 +57,7 @@ def check_perturbed_start(scene: Scene, declared: Declared, case: Case) -> list[
 
 
 def solid_state(known: Disturbance, problem: Statics, points: Floats, cells: Ints) -> Floats:
-    """Return perturbed displacements (dofs,), m, that satisfy the supports; other unknowns are zero."""
+    """Return a perturbed state (dofs,) with displacements, m, that satisfy the supports; other unknowns are 0."""
     import numpy as np
 
     from softmark.solvers.statics.perturbed_states import PerturbedNodes, perturb
@@ -69,7 +69,7 @@ def solid_state(known: Disturbance, problem: Statics, points: Floats, cells: Int
 
 
 def recover_solid(known: Disturbance, problem: Statics, points: Floats, elastic: Elastic) -> Equilibrium:
-    """Find the equilibrium to which a perturbed solid returns. Raises NotConverged."""
+    """Return the equilibrium that a solid reaches from its perturbed start. Raises NotConverged."""
     from softmark.solvers.statics.recovery_from_perturbation import (
         PerturbedBody,
         find_inverted_cells,
@@ -87,10 +87,10 @@ def recover_solid(known: Disturbance, problem: Statics, points: Floats, elastic:
 
 
 def recover_springs(known: Disturbance, problem: Statics, points: Floats, elastic: Elastic) -> Equilibrium:
-    """Find the equilibrium of a perturbed spring network along the cells of `elastic`. Raises NotConverged.
+    """Return the equilibrium that a spring network reaches from its perturbed start. Raises NotConverged.
 
-    The law of `elastic` is not used. Springs do not distinguish inside from outside: only their own energy guides the
-    solution, and a network that has folded is reported.
+    `elastic` provides the cells of the network; its law is not used. Springs do not distinguish the inside of a
+    cell from its outside: only their own energy guides the solution, and a network that has folded is reported.
     """
     from softmark.solvers.statics.recovery_from_perturbation import (
         PerturbedBody,
@@ -104,9 +104,9 @@ def recover_springs(known: Disturbance, problem: Statics, points: Floats, elasti
 
 
 def recover_rod(known: Disturbance, problem: Statics, rest: Floats) -> Equilibrium:
-    """Find the equilibrium of a perturbed rod. Raises NotConverged.
+    """Return the equilibrium that a rod reaches from its perturbed start. Raises NotConverged.
 
-    Its sections are rotated at random if it is scrambled or spun.
+    The cross-sections are also rotated at random if the kind of perturbation is `scrambled` or `spun`.
     """
     import numpy as np
 

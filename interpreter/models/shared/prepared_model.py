@@ -1,4 +1,4 @@
-"""Interfaces of a prepared model, which is ready to solve, and of its solution."""
+"""Interfaces of a prepared model, that is a model built for a case and ready to solve, and of its solution."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ Status = Literal["converged", "capped", "read", "not_converged", "diverged", "fa
 
 
 class DeformedMesh(Protocol):
-    """Mesh with nodal displacements and contact state, for exported files and for the next state.
+    """Interface of a mesh with nodal displacements and contact state, for exported files and for the next state.
 
-    `shared/deformed_mesh.py` has an implementation.
+    `shared/deformed_mesh.py: DeformedBody` implements it.
     """
 
     @property
@@ -51,11 +51,11 @@ class DeformedMesh(Protocol):
 
     @property
     def cells(self) -> Any:
-        """Nodes of each cell (m, a)."""
+        """Indices of the nodes of each cell (m, a)."""
 
     @property
     def kind(self) -> str:
-        """Name of the element."""
+        """Name of the element type, such as `hex8`."""
 
     @property
     def displacement(self) -> Floats:
@@ -63,40 +63,40 @@ class DeformedMesh(Protocol):
 
     @property
     def times(self) -> Floats | None:
-        """Times (t,), s, of stored states of a dynamic analysis."""
+        """Times (t,), s, of the stored states of a dynamic analysis; None for a static analysis."""
 
     @property
     def frames(self) -> Floats | None:
-        """Displacements of the nodes at these times (t, n, 3), m."""
+        """Nodal displacements (t, n, 3), m, at the stored times; None for a static analysis."""
 
     @property
     def pressures(self) -> Floats | None:
-        """Pressure unknowns (m, b), Pa, positive in tension: at four corners of each cell, or one per cell."""
+        """Pressures of mixed elements (m, b), Pa, positive in tension: at four corners of a cell, or one per cell."""
 
     @property
     def left(self) -> Floats | None:
-        """Next Newton step (n, 3), m, if known."""
+        """Nodal displacements (n, 3), m, of the next Newton step, if known."""
 
     @property
     def rubbed(self) -> Past:
-        """Friction history of the states so far, by contact."""
+        """Friction history up to this state, by name of the contact."""
 
     @property
     def beside(self) -> Mapping[str, Gap]:
-        """Rigid bodies at their present positions, by name of the contact."""
+        """Gap functions of the rigid bodies at their present positions, by name of the contact."""
 
     @property
     def stiffer(self) -> float:
-        """Factor by which the barriers of rigid contacts are stiffer than at the start."""
+        """Present stiffness of the barriers of rigid contacts, relative to their initial stiffness."""
 
     @property
     def joined(self) -> Mapping[str, AddedContactPoints]:
-        """Added contact points on facets, by name of the contact."""
+        """Contact points that the solver has added on facets, by name of the contact."""
 
 
 @dataclass(frozen=True)
 class ElapsedTime:
-    """Wall and CPU time, s, of a solution by an external program; if `most`, they are upper bounds."""
+    """Wall and CPU time, s, that an external program took for its solution; upper bounds if `most` is true."""
 
     wall_s: float
     cpu_s: float
@@ -104,19 +104,19 @@ class ElapsedTime:
 
     @property
     def basis(self) -> str:
-        """Description of the clock."""
+        """Description of how the time was measured."""
         return "of the whole process, an upper bound" if self.most else "measured by the program itself"
 
 
 @dataclass(frozen=True)
 class ModalErrors:
-    """Time-step error of a dynamic analysis as a sum of vibration modes, with the displacement field of each mode."""
+    """Time-step error of a dynamic analysis, as a sum over vibration modes with the displacement field of each mode."""
 
     modes: StepError
     shapes: tuple[Callable[[Floats], Floats], ...]
 
     def at(self, X: Floats, times: Floats) -> Floats:
-        """Return displacement errors (t, n, 3), m, of material points X (n, 3), m, at `times` (t,), s."""
+        """Return the displacement errors (t, n, 3), m, of material points X (n, 3), m, at `times` (t,), s."""
         import numpy as np
 
         found = np.zeros((len(times), *X.shape))
@@ -127,7 +127,7 @@ class ModalErrors:
 
 @dataclass(frozen=True)
 class Solution:
-    """Solution of a model: displacements of material points, or a message why there are none."""
+    """Solution of a model: a displacement field and its report, or the reason why there is none."""
 
     status: Status
     message: str | None
@@ -149,42 +149,42 @@ class Solution:
 
 
 class Prepared(Protocol):
-    """Model built for a case. `Meshless` has the defaults of a model without a mesh."""
+    """Interface of a model built for a case and ready to solve; `Meshless` has defaults for a model without a mesh."""
 
     @property
     def size(self) -> Mapping[str, int]:
-        """Numbers of nodes, elements and dofs."""
+        """Numbers of nodes, elements and degrees of freedom, by name."""
 
     @property
     def notes(self) -> tuple[Diagnostic, ...]:
-        """Warnings about what was built."""
+        """Warnings found while the model was built."""
 
     @property
     def mesh(self) -> Mesh | None:
-        """Mesh on which supports and loads were evaluated; None for a model without a mesh."""
+        """Mesh of the body, on which supports and loads were evaluated; None for a model without a mesh."""
 
     @property
     def assembly(self) -> Assembly | None:
-        """Energies and loads over the displacements of all nodes of the mesh; None if the model has other unknowns."""
+        """Energies and loads in terms of nodal displacements; None if the model has other unknowns."""
 
     @property
     def points(self) -> Floats:
-        """Undeformed points at which loads act (n, 3), m."""
+        """Undeformed points (n, 3), m, at which loads act."""
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """Return the forces (n, 3), N, of every load separately at these points, on the undeformed body."""
+        """Return each load with its forces (n, 3), N, at `points`, on the undeformed body."""
 
     def outside(self, X: Floats) -> float:
-        """Return the largest distance of points X (n, 3), m, outside a mesh that was read from a file, m; else 0."""
+        """Return the largest distance, m, by which points X (n, 3), m, lie outside a mesh read from a file; else 0."""
 
     def warm(self) -> None:
-        """Compile or load whatever the solution needs, outside the timing."""
+        """Compile or load the code that the solution needs, before timing starts."""
 
     def after(self, before: DeformedMesh) -> Prepared:
-        """Return the model with the state before as its start; the model itself if it starts from rest."""
+        """Return the model with the previous state as its start; the model itself if it always starts from rest."""
 
     def solve(self, watch: Watch) -> Solution:
-        """Solve from rest, or from the state before; another call repeats the same work."""
+        """Return the solution, starting from rest or from the previous state. Repeated calls repeat the same work."""
 
 
 class Meshless:
@@ -192,25 +192,25 @@ class Meshless:
 
     @property
     def notes(self) -> tuple[Diagnostic, ...]:
-        """Warnings: none."""
+        """Warnings found while the model was built: none."""
         return ()
 
     @property
     def mesh(self) -> None:
-        """Mesh: None."""
+        """Mesh of the body: None."""
         return
 
     @property
     def assembly(self) -> None:
-        """Assembly: None."""
+        """Energies in terms of nodal displacements: None."""
         return
 
     def outside(self, X: Floats) -> float:
-        """Return 0: points are checked earlier against the declared shape."""
+        """Return 0, because validation has checked the points against the declared shape."""
         return 0.0
 
     def after(self, before: DeformedMesh) -> Self:
-        """Return the model itself, because it starts from rest."""
+        """Return the model itself, because it always starts from rest."""
         return self
 
     def warm(self) -> None:
@@ -219,7 +219,7 @@ class Meshless:
 
 @dataclass
 class BuildContext:
-    """Meshes that models of one run share, and the scene, for a model that needs the metrics it is assessed by."""
+    """Resources for building models of one run: shared meshes, and the scene with the metrics that assess a model."""
 
     meshes: dict[tuple[Any, ...], Any] = field(default_factory=dict)
     seconds: dict[tuple[Any, ...], tuple[float, float]] = field(default_factory=dict)  # wall, CPU

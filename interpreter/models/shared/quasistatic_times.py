@@ -1,4 +1,4 @@
-"""Times of a quasistatic analysis of viscoelastic or poroelastic bodies, and the loads and supports at each time."""
+"""Time steps of quasistatic analyses of viscoelastic or poroelastic bodies, and the loads at each step."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ BEFORE = 1e-9  # of a step: where a course is looked at before it jumps
 
 
 def case_at_full_size(case: Case) -> Case:
-    """Return the case with all loads, supports and drains at full size."""
+    """Return the case with all loads, supports and fluid drains at full size."""
 
     def full(declared: Declared) -> Declared:
-        """Return a load or support at full size."""
+        """Return one load or support at full size."""
         return replace(declared, thing=at_full_size(declared.thing))
 
     body, parts = with_full_material(case.body), tuple(map(with_full_material, case.parts))
@@ -46,9 +46,10 @@ def case_at_full_size(case: Case) -> Case:
 
 @dataclass(frozen=True)
 class AmplitudeSchedule:
-    """Loads and supports over time: `amplitudes` of loads, `movers`, and full support displacements `target` (c,).
+    """Amplitudes of loads and supports over time.
 
-    Muscle and tendon amplitudes follow those of loads. A mover is an amplitude and the indices in the target that
+    `amplitudes` belong to the loads, followed by muscles and tendons. `target` (c,) are the imposed values of
+    supports at full size. Each of the `movers` is an amplitude with the indices of the entries of `target` that
     follow it.
     """
 
@@ -60,9 +61,10 @@ class AmplitudeSchedule:
     @classmethod
     def of(cls, case: Case, driven: Iterable[tuple[Declared, Energy]], owners: Iterable[Declared], target: Floats
            ) -> AmplitudeSchedule:  # fmt: skip
-        """Return the amplitudes of a case at full size.
+        """Return the schedule of a case whose loads and supports are at full size.
 
-        `driven` has each load separately, and `owners` the support that imposes each entry of the target (c,).
+        `driven` has each load separately. `owners` has, for each entry of the `target` (c,), the support that imposes
+        it.
         """
         analysis: Any = case.analysis
         moved: dict[Amplitude, list[int]] = {}
@@ -72,18 +74,24 @@ class AmplitudeSchedule:
         return cls(analysis, tuple(amplitude_of(load) for load, _ in driven), movers, target)
 
     def acting(self, driven: Iterable[tuple[Declared, Energy]], t: float) -> list[tuple[Declared, Energy]]:
-        """Return each load, scaled to a time, s."""
+        """Return each load scaled by its amplitude at a time t, s."""
         shares = self.at(t, False).shares
         return [(load, ScaledLoad(energy, share)) for (load, energy), share in zip(driven, shares, strict=True)]
 
     def after(self, begin: float | None) -> list[InstantLoading]:
-        """Return loads and supports at the end of every step up to now, after a time `begin`, s, or from the start."""
+        """Return loads and supports at the end of every step after a time `begin`, s, up to the present output time.
+
+        If `begin` is None, the steps begin at the start of the analysis.
+        """
         near, first = SAME * self.analysis.step, -1.0 if begin is None else begin
         now = self.analysis.now
         return [self.at(t, jumps) for t, jumps in self.grid() if first + near < t <= now + near]
 
     def grid(self) -> Iterator[tuple[float, bool]]:
-        """Yield the times of steps, outputs and amplitude breaks, s, and whether each is just before a jump."""
+        """Yield the times of steps, outputs and amplitude breaks, s, with a flag.
+
+        The flag is true for the state just before a jump of an amplitude at that time.
+        """
         analysis, near = self.analysis, SAME * self.analysis.step
         times = {analysis.step * i for i in range(int(np.ceil(analysis.duration / analysis.step * (1.0 - SAME))))}
         times |= {analysis.duration, *map(float, analysis.moments)}
@@ -106,7 +114,7 @@ class AmplitudeSchedule:
             last = t
 
     def at(self, t: float, before: bool) -> InstantLoading:
-        """Return loads and supports at a time, s, or just before it."""
+        """Return loads and supports at a time t, s, or just before a jump at that time if `before`."""
         at = t - BEFORE * self.analysis.step if before else t
         target = self.target.copy()
         for amplitude, which in self.movers:

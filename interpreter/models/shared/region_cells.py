@@ -1,6 +1,6 @@
-"""Cells of the regions of a body: the material of every cell, and the volume error of each region.
+"""Material regions of a body on a mesh: the material of every cell, and the volume error of each region.
 
-A cell has the material that fills most of it. Fractions of cells are computed as for supports
+A cell has the material that fills most of it. Volume fractions of cells are computed as for supports
 (support_selection.py): they are exact for plane borders and straight cells.
 """
 
@@ -36,11 +36,12 @@ THIN = 0.25  # of a cell: more than that no curve leaves between nodes that foll
 
 @dataclass(frozen=True)
 class RegionVolume:
-    """Volume of a region, m^3: `asked` by the scene, and `taken` by its cells on a mesh.
+    """Volume of a region, m^3: `asked` is the volume in the scene, and `taken` that of its cells on a mesh.
 
-    `missed` lies in cells of another material, and `beyond` in its own cells but outside the region. `bent` is the part
-    of both between a curved border and the flat sides of the cells that follow it. `beside` is the smallest volume,
-    m^3, of the body and the other regions: what is missed of a large region may be most of a small one.
+    `missed` is the part of the region in cells of another material; `beyond` is the part of its cells outside the
+    region. `bent` is the part of both that lies between a curved border and the flat sides of the cells that follow
+    it. `beside` is the smallest volume, m^3, of the body and the other regions, because a small error of a large
+    region may be large for a small neighbour.
     """
 
     asked: float
@@ -52,25 +53,28 @@ class RegionVolume:
 
     @property
     def off(self) -> float:
-        """Volume with the wrong material, relative to the region, or to the smallest neighbour if that is smaller."""
+        """Volume with the wrong material, relative to the region or to its smallest neighbour, whichever is smaller."""
         return self._share(self.missed + self.beyond)
 
     @property
     def cut(self) -> float:
-        """Part of `off` in cells that the border cuts, without that between a curved border and flat sides of cells."""
+        """Relative volume with the wrong material in cells that the border crosses.
+
+        It is `off` without the volume between a curved border and the flat sides of cells that follow it.
+        """
         return self._share(max(self.missed + self.beyond - self.bent, 0.0))
 
     def _share(self, wrong: float) -> float:
-        """Return a volume relative to the smaller of the region and its smallest neighbour."""
+        """Return a volume `wrong`, m^3, relative to the region or to its smallest neighbour, whichever is smaller."""
         return wrong / min(self.asked, self.beside) if wrong else 0.0
 
 
 @dataclass(frozen=True)
 class CellMaterials:
-    """Index of the material of every cell (m,), 0 for the body, and the volumes of each region.
+    """Material of every cell of a mesh, and the volumes of each region.
 
-    `shares` (r + 1, m) are the volume fractions of every material in each cell, first the body; `sizes` (m,) are cell
-    volumes, m^3.
+    `cells` (m,) are indices of materials, 0 for the body. `shares` (r + 1, m) are the volume fractions of every
+    material in each cell, first of the body. `sizes` (m,) are cell volumes, m^3.
     """
 
     cells: Ints
@@ -79,7 +83,10 @@ class CellMaterials:
     sizes: Floats
 
     def side(self, part: int) -> int:
-        """Return which side, 1 (all) or -1 (none), changes more volume if it gets the cut cells of a region."""
+        """Return which assignment of the cells cut by the border of region `part` changes more volume.
+
+        1 means that the region gets all cut cells, -1 that it gets none.
+        """
         most = _dominant_material(self.shares)
         more, less = (
             float(self.sizes[_assign_cut_cells(self.shares, most, part, way) != most].sum()) for way in (1, -1)
@@ -88,7 +95,11 @@ class CellMaterials:
 
 
 def region_meshes(case: Case, mesh: Mesh, parts: Integration) -> Iterator[tuple[Case, Mesh, Integration, Ints, int]]:
-    """Yield the cells of every material that has some, as fields of `Piece` (material_regions.py). Raises Fault."""
+    """Yield the cells of every material that fills at least one cell. Raises Fault.
+
+    The values are fields of `MaterialRegion` (material_regions.py): case, mesh, integration, cell indices and index
+    of the material.
+    """
     for number, material in enumerate(case.materials):
         which = np.flatnonzero(materials_of_cells(case, mesh).cells == number)
         if len(which):
@@ -98,7 +109,7 @@ def region_meshes(case: Case, mesh: Mesh, parts: Integration) -> Iterator[tuple[
 
 
 def submesh(mesh: Mesh, which: Ints) -> Mesh:
-    """Return a mesh of some cells over all nodes; repeated calls return the same mesh with its cached results."""
+    """Return a mesh of the cells `which` with all nodes; repeated calls return the same mesh with its caches."""
     kept: list[tuple[Ints, Mesh]] = mesh.selections.setdefault(submesh, [])
     for own, found in kept:
         if np.array_equal(own, which):
@@ -108,7 +119,7 @@ def submesh(mesh: Mesh, which: Ints) -> Mesh:
 
 
 def materials_of_cells(case: Case, mesh: Mesh) -> CellMaterials:
-    """Return the material of every cell, cached in the mesh. Raises Fault for regions that overlap or are empty."""
+    """Return the material of every cell, cached in the mesh. Raises Fault if regions overlap or are empty."""
     key = CellMaterials, tuple((part.thing.where, part.thing.over) for part in case.parts), case.leaning
     if key not in mesh.selections:
         mesh.selections[key] = _found(case, mesh)
@@ -117,6 +128,7 @@ def materials_of_cells(case: Case, mesh: Mesh) -> CellMaterials:
 
 
 def _found(case: Case, mesh: Mesh) -> CellMaterials:
+    """Return the material of every cell. Raises Fault if regions overlap or are empty."""
     kind = cells_of(mesh, case.depth)
     _must_be_disjoint(case, mesh)
     parts = remaining_conditions(case)
@@ -140,7 +152,7 @@ def _found(case: Case, mesh: Mesh) -> CellMaterials:
 
 
 def _follows_curve(where: Condition, mesh: Mesh, share: Floats) -> Bools:
-    """Return which cells (m,) have nodes on a border but none beyond it: a curve cuts only a thin part of them."""
+    """Return which cells (m,) have nodes on a border but none beyond it; a curve cuts only slivers off them."""
     found = np.minimum(share, 1.0 - share) <= THIN
     on = np.zeros_like(found)
     for border in where.borders:
@@ -152,7 +164,11 @@ def _follows_curve(where: Condition, mesh: Mesh, share: Floats) -> Bools:
 
 
 def _assign_cut_cells(shares: Floats, most: Ints, part: int, side: int) -> Ints:
-    """Return the materials of cells (m,) if all cells cut by the border of a region belong to it, or none of them."""
+    """Return the materials (m,) of cells with all cut cells of region `part` assigned to one side of its border.
+
+    A positive `side` assigns them to the region; otherwise they get the dominant one of their other materials.
+    `most` (m,) are the materials of the cells that are not cut.
+    """
     own, others = shares[part], shares.copy()
     others[part] = -1.0
     crossed = (own > SMALL) & (own < 1.0 - WHOLE)
@@ -161,7 +177,10 @@ def _assign_cut_cells(shares: Floats, most: Ints, part: int, side: int) -> Ints:
 
 
 def _dominant_material(shares: Floats) -> Ints:
-    """Return the material with the largest fraction of each cell (m,); among equal ones a region precedes the body."""
+    """Return the material (m,) with the largest volume fraction of each cell.
+
+    A region takes precedence over the body if their fractions are equal.
+    """
     found: Ints = len(shares) - 1 - np.argmax(np.round(shares, 9)[::-1], axis=0)
     return found
 
@@ -181,7 +200,7 @@ def _region_volume(part: Declared, sizes: Floats, share: Floats, own: Any, along
 
 
 def _must_be_disjoint(case: Case, mesh: Mesh) -> None:
-    """Raise Fault if regions of different materials share a volume and none is declared to lie over the other."""
+    """Raise Fault if regions of different materials overlap and no order of precedence is declared for them."""
     kind = cells_of(mesh, case.depth)
     for a, b in unordered_overlaps(case):
         both = fractions(Condition.junction("and", a.thing.where, b.thing.where), kind, mesh)
@@ -194,7 +213,7 @@ def _must_be_disjoint(case: Case, mesh: Mesh) -> None:
 
 
 def region_report(case: Case, mesh: Mesh) -> dict[str, Any]:
-    """Return the `regions` part of a report."""
+    """Return the `regions` part of a report: the volume errors of material regions."""
     found = {}
     for part, own in zip(case.parts, materials_of_cells(case, mesh).taken, strict=True):
         found[part.name] = {
@@ -204,7 +223,7 @@ def region_report(case: Case, mesh: Mesh) -> dict[str, Any]:
 
 
 def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
-    """Yield warnings where cells do not follow a region."""
+    """Yield a warning for every region whose border the cells do not follow."""
     for part, own in zip(case.parts, materials_of_cells(case, mesh).taken, strict=True):
         if own.off <= MISSED:
             continue
@@ -215,15 +234,16 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
             f"cells of `{declared.name}` with {100 * own.off:.3g} % of the volume of {of} have the wrong "
             "material",
             f"{100 * own.missed / own.asked:.3g} % missing, {100 * own.beyond / own.asked:.3g} % too much",
-            "use a finer mesh, or one with nodes along the border of the region; `--stated` tells the effect",
+            "use a finer mesh, or one with nodes along the border of the region; `--stated` reports the effect",
         )  # fmt: skip
 
 
 def region_errors(case: Case, prepared: Prepared) -> list[tuple[float, tuple[int, int]]]:
-    """Return for every region that cells do not follow its relative volume error, and the side of a bounding solution.
+    """Return the relative volume error of every region that cells do not follow, and how to bound its effect.
 
-    The error is infinite unless the border cuts next to no volume from cells, as a polygon does from a circle. The side
-    is (0, 0), which changes no cell, where the error is negligible.
+    The bound is a second solution with changed materials of cut cells, given as (index of the region, side) for
+    `_assign_cut_cells`; it is (0, 0), no change, if the error is negligible. The error is infinite if the border
+    cuts through cells; it is finite if only slivers are cut off, as between a circle and an inscribed polygon.
     """
     if not case.parts or prepared.mesh is None:
         return []

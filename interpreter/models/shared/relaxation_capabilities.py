@@ -1,4 +1,4 @@
-"""Checks of which models and analyses support viscoelastic materials."""
+"""Checks of which models, options and analyses support viscoelastic materials."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ PLAIN = {
 
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors of a model of a viscoelastic body, and a warning if time steps are too long."""
+    """Yield errors if a model does not support a viscoelastic body, and a warning if time steps are too long."""
     bad = [_invalid_series(material) for material in case.materials if isinstance(material, Viscoelastic)]
     if problem := next(filter(None, bad), None):
         yield diagnostic("E360", case.body.at("material"), f"the Prony series of `{case.body.name}` is "
@@ -55,7 +55,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
 
 
 def _invalid_series(material: Viscoelastic) -> tuple[str, str, str] | None:
-    """Return the problem, label and help of an error about a Prony series; None if it is valid."""
+    """Return the problem, label and help of an error about a Prony series; None if the series is valid."""
     g, tau = material.g.values, material.tau.values
     if isinstance(material.law, Viscoelastic):
         return "its law already is viscoelastic", "nested Prony series", "write the terms of both in one series"
@@ -69,7 +69,7 @@ def _invalid_series(material: Viscoelastic) -> tuple[str, str, str] | None:
 
 
 def _incompatible_options(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for options and supports that exclude viscoelastic materials."""
+    """Yield errors for options of the model and for supports that exclude viscoelastic materials."""
     for lever, plain in PLAIN.items():
         if getattr(model, lever, plain) != plain:
             given = f"{lever} = {getattr(model, lever)}"
@@ -87,7 +87,10 @@ def _incompatible_options(model: Any, declared: Declared, case: Case) -> Iterato
 
 
 def _material_owner(declared: Declared, case: Case) -> tuple[Location, str]:
-    """Return where the material of a model is declared, and the name of its owner: the model, or else the body."""
+    """Return where the material of a model is declared, and the name of the declaration.
+
+    The declaration is the model if it has its own material, else the body.
+    """
     if getattr(declared.thing, "material", None) is not None:
         return declared.at("material"), declared.name
     return case.body.at("material"), case.body.name
@@ -128,7 +131,7 @@ def _check_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnos
 
 
 def _check_law(model: Any, declared: Declared, case: Case, material: Viscoelastic) -> Iterator[Diagnostic]:
-    """Yield errors for a law without the relaxing part, or a strain measure in which that part is not defined."""
+    """Yield errors if the material law has no part that can relax, or is used in an unsuitable strain measure."""
     from softmark.solvers.materials.viscoelastic_increment import relaxing_part
 
     if material.of == "whole" and model.formulation != "displacement":
@@ -151,7 +154,7 @@ def _check_law(model: Any, declared: Declared, case: Case, material: Viscoelasti
 
 
 def _steps(case: Case) -> Iterator[Diagnostic]:
-    """Yield a warning if a time step is longer than the relaxation that it should resolve."""
+    """Yield a warning if a time step is longer than the shortest relaxation time that it should resolve."""
     analysis: Any = case.analysis
     times = [tau for material in case.materials for _, tau in material.branches]
     fast = [tau for tau in times if analysis.step > COARSE * tau]
@@ -167,16 +170,16 @@ def _steps(case: Case) -> Iterator[Diagnostic]:
 
 
 def dissipation_warnings(declared: Declared, lost: Floats, work: float, unknown: bool) -> Iterator[Diagnostic]:
-    """Yield a warning if dissipated energy `lost` (t,), J, is unknown, or decreases in time.
+    """Yield a warning if the dissipated energy `lost` (t,), J, is unknown or decreases in time.
 
-    `work` is the scale of energy in the motion, J.
+    `work`, J, is the scale of the energies in the motion.
     """
     from softmark.solvers.energies.viscoelastic_memory import largest_decrease
 
     if unknown:
         yield diagnostic("W368", declared.at(), f"the stored and dissipated energy of `{declared.name}` is "
                                                 "not known",
-                         "its law is not convex there", "use only forces, which follow the law; or another "
+                         "its law is not convex there", "forces are still valid; for energies use another "
                                                         "law, for rubber with `of = shape`")  # fmt: skip
         return
     fall, most = largest_decrease(lost), float(abs(lost).max())

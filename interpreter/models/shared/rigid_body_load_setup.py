@@ -1,4 +1,4 @@
-"""Loads on rigid bodies: weight and point forces."""
+"""Loads on rigid bodies: weight and point forces, and the mass that they need."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from softmark.solvers.contact.signed_distance import gap_of
 
 
 def force_on(touch: Touch) -> float:
-    """Return the force on a rigid body along its free direction, N: the sum of its weight and its point forces."""
+    """Return the force on a rigid body along its free direction, N: the sum of weight and point forces."""
     assert touch.along is not None
     total = 0.0
     for load in touch.loads:

@@ -1,4 +1,4 @@
-"""Contacts of a body with rigid bodies: from the scene to energies of the nodes of its surface."""
+"""Setup of contacts of a body with rigid bodies, as energies of the nodes of its surface."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ BEARS = 0.5  # times Young's modulus: the stiffness of the barrier
 
 
 def contacts_on(case: Case, mesh: Mesh) -> dict[str, RigidContact]:
-    """Return the energy of every contact, by name.
+    """Return the energy of every contact with a rigid body, by name.
 
-    Raises Fault if a contact has no surface, shares facets with another, or overlaps at the start.
+    Raises Fault if a contact has no surface, shares facets with another contact, or overlaps at the start.
     """
     _must_be_once(case, mesh)
     return {touch.name: _contact_energy(case, touch, mesh) for touch in case.contacts}
 
 
 def _must_be_once(case: Case, mesh: Mesh) -> None:
-    """Raise Fault if two contacts with a rigid body select the same whole facets."""
+    """Raise Fault if two contacts with one rigid body select the same whole facets."""
     for i, later in enumerate(case.contacts):
         for first in (c for c in case.contacts[:i] if c.rigid.name == later.rigid.name):
             own, others = (find_loaded_surface(case.shape, mesh, t.thing.where).whole for t in (later, first))
@@ -55,29 +55,29 @@ def _must_be_once(case: Case, mesh: Mesh) -> None:
                 later.at("where" if "where" in later.declared.fields else ""),
                 f"`{later.name}` selects facets of `{case.body.name}` that `{first.name}` selects too",
                 f"same facets, same rigid body `{later.rigid.name}`",
-                "remove one of them, or select different parts of the surface",
+                "remove one contact, or select different parts of the surface",
             )
 
 
 @dataclass(frozen=True)
 class PrescribedPosition:
-    """Prescribed position of a rigid body at a load fraction: first rotated, then shifted."""
+    """Prescribed position of a rigid body as a function of the load fraction: first rotated, then translated."""
 
     gap: Gap
     touch: Touch
 
     def __call__(self, share: float) -> Gap:
-        """Return the gap function of the rigid body at its position."""
+        """Return the gap function of the rigid body at its position for a load fraction `share`."""
         pose = pose_at(self.touch, share)
         return self.gap if pose is None else MovedGap(self.gap, pose)
 
     def pose(self, share: float) -> RigidMotion:
-        """Return its motion from where it is declared."""
+        """Return the rigid motion from the declared position to the position at a load fraction `share`."""
         return pose_at(self.touch, share) or RigidMotion()
 
 
 def pose_at(touch: Touch, share: float) -> RigidMotion | None:
-    """Return the motion of a rigid body by supports and loads at a load fraction; None if it has not moved."""
+    """Return the motion of a rigid body by its supports and loads at a load fraction; None if it has not moved."""
     shift, rotation, about = np.zeros(3), np.zeros(3), np.zeros(3)
     if touch.along is not None:
         shift[touch.along] = share * touch.gone
@@ -92,20 +92,23 @@ def pose_at(touch: Touch, share: float) -> RigidMotion | None:
 
 
 def size_of(case: Case, mesh: Mesh) -> float:
-    """Return the diagonal of the bounding box of a body, m; for a slice, that in its plane."""
+    """Return the diagonal of the bounding box of a body, m; for a plane slice, the diagonal in its plane."""
     return float(np.linalg.norm(np.ptp(mesh.points[:, :2], axis=0))) if case.planar else mesh.extent
 
 
 def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
-    """Return the barrier of a contact, with a distance from the body's size and motion, and its stiffness."""
+    """Return the barrier of a contact: its activation distance and its stiffness.
+
+    Both follow from the size of the body, its stiffness and the prescribed motion.
+    """
     return Barrier(touch.thing.distance or _thin(case, touch, mesh), BEARS * case.largest_young)
 
 
 def _thin(case: Case, touch: Touch, mesh: Mesh) -> float:
-    """Return the distance at which a barrier begins, m, so small that the remaining gap is negligible.
+    """Return the distance at which the barrier becomes active, m, so small that the remaining gap is negligible.
 
-    In static analyses it is a small fraction of the prescribed support motion, or, if there is none, of the compression
-    by loads.
+    In static analyses it is a small fraction of the prescribed support motion or, without such a motion, of the
+    compression by loads.
     """
     extent = size_of(case, mesh)
     if isinstance(case.analysis, Dynamic):
@@ -119,7 +122,8 @@ def _thin(case: Case, touch: Touch, mesh: Mesh) -> float:
 def _compression(case: Case, mesh: Mesh) -> float:
     """Return an estimate of the shortening of the body under its loads, m; 0 if no load has a force.
 
-    It is F L^2 / (E V) of a bar of the same length L, volume V and largest Young's modulus E; bending moves more.
+    It is F L^2 / (E V), the shortening of a bar of the same length L, volume V and largest Young's modulus E.
+    Bending causes larger displacements.
     """
     volume = abs(float(mesh.volumes.sum()))
     total = sum(load.thing.action.size(_MeshedBody(case, mesh, volume)) for load in case.loads)
@@ -148,7 +152,7 @@ class _MeshedBody:
 
 
 def _contact_energy(case: Case, touch: Touch, mesh: Mesh) -> RigidContact:
-    """Return the energy of one contact, with friction if declared."""
+    """Return the energy of one contact with a rigid body, with friction if declared."""
     gap = gap_of(touch.rigid.thing.shape)
     assert gap is not None  # refused when the scene is checked
     _must_meet_the_plane(case, touch, gap)
@@ -179,7 +183,7 @@ def _contact_energy(case: Case, touch: Touch, mesh: Mesh) -> RigidContact:
 
 
 def _crossable_surface(case: Case, mesh: Mesh) -> SurfaceTriangles:
-    """Return the surface through which a rigid body may enter or leave the body."""
+    """Return the surface of the body that a rigid body may pass through."""
     facets = np.asarray(mesh.facets)
     return surface_triangles(
         mesh.points, facets[is_on_border(mesh.points, facets, case.depth > 0.0)] if case.planar else facets
@@ -187,7 +191,7 @@ def _crossable_surface(case: Case, mesh: Mesh) -> SurfaceTriangles:
 
 
 def inner_steps(case: Case, touch: Touch, points: Floats, facets: Ints) -> int:
-    """Return the subdivision of the lattice of contact points on facets (f, a); 0 if their nodes are enough.
+    """Return the number of subdivisions of facets (f, a) for the lattice of contact points; 0 if nodes suffice.
 
     For plane bodies the lattice is no finer than facets need.
     """
@@ -199,7 +203,7 @@ def inner_steps(case: Case, touch: Touch, points: Floats, facets: Ints) -> int:
 
 
 def longest(points: Floats, facets: Ints) -> float:
-    """Return the longest side of the triangles that facets (f, a) are split into, m."""
+    """Return the longest side, m, of the triangles that facets (f, a) are split into."""
     corners = points[facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)]
     return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
 
@@ -207,7 +211,8 @@ def longest(points: Floats, facets: Ints) -> float:
 def _sharper(gap: Gap, points: Floats, facets: Ints, steps: int) -> bool:
     """Return whether a rigid body has edges or tips that are sharper than facets subdivided into `steps` parts.
 
-    A blunter body penetrates by at most an eighth of the distance between points, which facets can follow.
+    A blunter body penetrates between contact points by at most an eighth of their distance, which facets can
+    follow.
     """
     facet = FACETS[facets.shape[1]]
     parts = max(1, steps // (1 + (facet.nodes > facet.corners)))
@@ -215,7 +220,7 @@ def _sharper(gap: Gap, points: Floats, facets: Ints, steps: int) -> bool:
 
 
 def _finer(gap: Gap | None, longest: float) -> int:
-    """Return the number of parts of edges of the length `longest`, m, that a sharp rigid body requires."""
+    """Return into how many parts a sharp rigid body requires that edges of length `longest`, m, are divided."""
     from softmark.solvers.contact.facet_contact_points import MOST
 
     sharpest = np.inf if gap is None else gap.sharpest
@@ -223,7 +228,10 @@ def _finer(gap: Gap | None, longest: float) -> int:
 
 
 def _must_meet_the_plane(case: Case, touch: Touch, gap: Gap) -> None:
-    """Raise Fault if a rigid body from a file lies outside the plane of the body; other shapes are checked earlier."""
+    """Raise Fault if a rigid body read from a file lies outside the plane of the body.
+
+    Validation has checked other shapes already.
+    """
     points = getattr(gap, "points", None)
     if points is None:
         return
@@ -255,12 +263,12 @@ def _check_initial_overlap(case: Case, touch: Touch, made: RigidContact) -> None
 
 
 def plane_modulus(case: Case) -> float:
-    """Return the plane strain modulus E / (1 - nu^2) of the stiffest material of a body, Pa."""
+    """Return the plane strain modulus E / (1 - nu^2), Pa, of the stiffest material of a body."""
     return max(2.0 * float(m.shear_modulus) / (1.0 - float(m.poisson)) for m in case.typical)
 
 
 def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
-    """Return the facets that may come into contact (k, a). Raises Fault if there are none."""
+    """Return the nodes of the facets that may come into contact (k, a). Raises Fault if there are none."""
     facets = find_loaded_surface(case.shape, mesh, touch.thing.where).touched
     facets = np.unique(facets, axis=0)
     if case.planar:
@@ -279,7 +287,10 @@ def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
 
 
 def _fully_held_nodes(case: Case, mesh: Mesh) -> Bools:
-    """Return which nodes (n,) supports hold in all components; a rigid body may lie on them, because neither moves."""
+    """Return which nodes (n,) supports hold in all components.
+
+    A rigid body may overlap these nodes, because neither moves.
+    """
     from softmark.interpreter.models.shared.support_constraints import selected_nodes
 
     held: Bools = np.zeros((len(mesh.points), 3), dtype=np.bool_)
@@ -289,7 +300,7 @@ def _fully_held_nodes(case: Case, mesh: Mesh) -> Bools:
 
 
 def _supported_nodes(case: Case, mesh: Mesh) -> Bools:
-    """Return which nodes (n,) named supports hold; a facet with only such nodes is not in contact."""
+    """Return which nodes (n,) are held by a named support; a facet with only such nodes is not in contact."""
     from softmark.interpreter.models.shared.support_constraints import selected_nodes
 
     found: Bools = np.zeros(len(mesh.points), dtype=np.bool_)

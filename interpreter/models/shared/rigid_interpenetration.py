@@ -1,4 +1,7 @@
-"""Detection of rigid bodies that pass through each other in a motion; nothing prevents it, so a warning reports it."""
+"""Detection of rigid bodies that overlap each other in a motion.
+
+Nothing prevents the overlap; a warning reports it.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,7 @@ DEEP = 0.01  # of the largest side of that: what is less is a touch
 
 @dataclass(frozen=True)
 class MovingRigidBody:
-    """Rigid body with its motion: `states` (t, 18) of a free body, or the `amplitude` of a prescribed one."""
+    """Rigid body and its motion: `states` (t, 18) of a free body, or the `amplitude` of a prescribed motion."""
 
     touch: Touch
     gap: Gap
@@ -36,7 +39,10 @@ class MovingRigidBody:
     states: Floats | None
 
     def moved(self, X: Floats, i: int) -> Floats:
-        """Return the positions of points X (n, 3), m, of a free body as declared, at the time with index i."""
+        """Return the positions (n, 3), m, of points of a free body at the time with index i.
+
+        X (n, 3), m, are the points in the declared position of the body.
+        """
         assert self.states is not None
         now, was = self.states[i], self.states[0]
         own = (X - was[:3]) @ was[3:12].reshape(3, 3)
@@ -44,7 +50,10 @@ class MovingRigidBody:
         return found
 
     def inside(self, x: Floats, i: int, time: float) -> Floats:
-        """Return the penetration depth (n,), m, of points x (n, 3) in space at a time; negative outside."""
+        """Return the penetration depth (n,), m, of points x (n, 3), m, in space into the body; negative outside.
+
+        The position of the body is taken at the time with index i, `time` in s.
+        """
         if self.states is None:
             pose = pose_at(self.touch, self.amplitude.at(time)) or RigidMotion()
             return -self.gap.gap(pose.back(x))
@@ -56,9 +65,9 @@ class MovingRigidBody:
 def interpenetration_warnings(
     touches: Mapping[str, tuple[Touch, Amplitude]], names: tuple[str, ...], times: Floats, states: Floats
 ) -> tuple[Diagnostic, ...]:
-    """Return a warning for every pair of rigid bodies that overlap at one of some times (t,), s.
+    """Return a warning for every pair of rigid bodies that overlap at one of the `times` (t,), s.
 
-    `states` (t, b, 18) are those of the free bodies `names`.
+    `states` (t, b, 18) are the states of the free rigid bodies `names`.
     """
     things = []
     for name, (touch, amplitude) in touches.items():
@@ -86,6 +95,6 @@ def _overlap_warning(one: MovingRigidBody, other: MovingRigidBody, times: Floats
                 first.at(),
                 f"`{first.name}` passes through `{second.name}`: there is no contact between rigid bodies",
                 f"penetration at {units.format_value(time, units.TIME)}",
-                "make one of them deformable, or end the motion earlier",
+                "make one of the bodies deformable, or end the motion earlier",
             )
     return None

@@ -1,4 +1,4 @@
-"""Rotating supports: the positions of their points at each load fraction, and the options that exclude them."""
+"""Rotating supports: imposed displacements along circles, and options of models that exclude them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,11 @@ EARLY = 0.381966  # share of the load at which supports must agree too: a whole 
 
 @dataclass(frozen=True)
 class OnCircles:
-    """Points X (k, 3), m, that one support rotates: components `along` (k,), at `places` (k,) of the imposed values."""
+    """Points X (k, 3), m, that one support moves on circles.
+
+    Each entry is one displacement component `along` (k,) of a point, with its index `places` (k,) in the imposed
+    values.
+    """
 
     support: Any
     places: Ints
@@ -37,7 +41,10 @@ class OnCircles:
 
 @dataclass(frozen=True)
 class RotationPath:
-    """Path of imposed displacements with the load: in proportion to `target` (c,), and on circles."""
+    """Imposed displacements as a function of the load fraction when supports rotate.
+
+    Values of points on `circles` follow the rotation; the other values are proportional to `target` (c,).
+    """
 
     target: Floats
     circles: Sequence[OnCircles]
@@ -46,28 +53,28 @@ class RotationPath:
 
     @property
     def longest(self) -> float:
-        """Largest load step."""
+        """Largest allowed load step, as a fraction of the full load."""
         return STEP / max(math.hypot(*own.support.rotation) for own in self.circles)
 
     def at(self, share: float) -> Floats:
-        """Return the imposed values (c,), m or rad, at a load fraction."""
+        """Return the imposed values (c,), m or rad, at a load fraction `share`."""
         found: Floats = share * self.target
         for own in self.circles:
             found[own.places] = own.support.moved(own.X, share)[np.arange(len(own.along)), own.along]
         return found
 
     def lost(self, x: Floats, share: float) -> str | None:
-        """Return why a state (dofs,) does not show the whole turns that its supports have made, or None if it does."""
+        """Return the reason why a state x (dofs,) lacks full turns that its supports have made; None if it has them."""
         u = x[: 3 * (len(x) // 3)].reshape(-1, 3)  # pressures come last
         return next((why for chain in self.chains if (why := chain.lost(u, share))), None)
 
 
 def rotation_path(owners: Mapping[int, Declared], held: Ints, points: Floats, per_node: int,
              target: Floats) -> RotationPath | None:  # fmt: skip
-    """Return the path of imposed values on `held` degrees of freedom (c,); None if no support rotates.
+    """Return the path of imposed values of the `held` degrees of freedom (c,); None if no support rotates.
 
-    There are `per_node` degrees of freedom at each node (n, 3), m, and `owners` has the support of each. Rotational
-    degrees of freedom are not on circles.
+    `points` (n, 3), m, are the nodes, each with `per_node` degrees of freedom. `owners` has the support of each
+    degree of freedom. Rotational degrees of freedom are not on circles.
     """
     own: dict[str, list[int]] = {}
     for number, dof in enumerate(held.tolist()):
@@ -82,7 +89,7 @@ def rotation_path(owners: Mapping[int, Declared], held: Ints, points: Floats, pe
 
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors if a rotation cannot be followed in load steps from rest."""
+    """Yield errors if the model cannot follow a rotating support in load steps that start from rest."""
     for support in case.supports:
         if support.thing.turns and (why := _unsupported_reason(model, case)):
             yield diagnostic("E519", support.at(), f"`{declared.name}` does not support the rotation `{support.name}`: "
@@ -91,7 +98,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
 
 
 def _unsupported_reason(model: Any, case: Case) -> tuple[str, str] | None:
-    """Return the reason and the remedy; None if the rotation is supported."""
+    """Return why a model does not support rotating supports, and the remedy; None if it does."""
     analysis = case.analysis
     if model.reduces is not None:
         return (
@@ -105,5 +112,5 @@ def _unsupported_reason(model: Any, case: Case) -> tuple[str, str] | None:
     if analysis.path != "load":
         return "`path = arc_length` imposes displacements in proportion to the load", "use `path = load`"
     if analysis.disturbed != "none":
-        return "a disturbed start may return by another path", "remove `disturbed`"
+        return "a disturbed start may lead to another equilibrium path", "remove `disturbed`"
     return None

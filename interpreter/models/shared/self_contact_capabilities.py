@@ -1,4 +1,4 @@
-"""Checks of which models and analyses support self-contact and ties, imported only if present."""
+"""Checks of which models and analyses support self-contact and ties. They are imported only if a scene has these."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 
 
 def refusals(surfaced: bool, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Yield errors for models without a mesh surface (not `surfaced`), viscoelastic bodies and dynamics."""
+    """Yield errors for self-contact or ties in models without a mesh surface, viscoelastic bodies and dynamics.
+
+    `surfaced` is true if the model has a mesh surface.
+    """
     for pair in case.pairs:
         if not surfaced:
             yield _error(pair, f"`{declared.name}` has no surface for contact", "no finite elements",
@@ -48,4 +51,5 @@ def refusals(surfaced: bool, declared: Declared, case: Case) -> Iterator[Diagnos
 
 
 def _error(pair: Declared, message: str, label: str, help: str) -> Diagnostic:
+    """Return the error about one self-contact or tie."""
     return diagnostic("E633", pair.at(), message, label, help)

@@ -1,4 +1,4 @@
-"""Self-contact of a body and ties between its pieces: from the scene to energies of its surface."""
+"""Setup of self-contact of a body and of ties between its pieces, as energies of its surface."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def pairs_on(case: Case, mesh: Mesh) -> dict[str, Any]:
 
 
 def _friction_contact_energy(case: Case, pair: Declared, mesh: Mesh) -> Energy:
-    """Return the energy of one self-contact, with friction if declared."""
+    """Return the energy of one self-contact, including friction if declared."""
     pressing = _barrier_energy(case, pair, mesh)
     if not pair.thing.friction:
         return pressing
@@ -77,19 +77,22 @@ def _barrier_energy(case: Case, pair: Declared, mesh: Mesh) -> IpcContact:
         f"`distance` of `{pair.name}` is {units.format_value(asked, units.LENGTH)}, more than the "
         f"initial gap of {units.format_value(left, units.LENGTH)} between its surfaces",
         "pressure in the undeformed state",
-        "write a smaller `distance`, or remove it: the default is at most the gap",
+        "write a smaller `distance`, or remove `distance`: the default is at most the gap",
     )
 
 
 def _thickness(case: Case, mesh: Mesh, skin: ContactSurface) -> float:
-    """Return the thickness of a slice, or the circumference of the middle ring of a body of revolution, m; 1 in 3D."""
+    """Return the depth of the body that one length of its contact surface represents, m.
+
+    It is the thickness of a plane slice, the circumference of the middle ring of a body of revolution, or 1 in 3D.
+    """
     if case.depth:
         return float(2.0 * np.pi * np.abs(skin.X[:, 0]).mean())
     return float(np.ptp(mesh.points[:, 2])) if case.planar else 1.0
 
 
 def _gap(pair: Declared, made: IpcContact, size: float) -> float:
-    """Return the gap between surfaces at the start, m, at most the barrier distance. Raises Fault if they meet."""
+    """Return the gap between the surfaces at the start, m, at most the barrier distance. Raises Fault if they touch."""
     rest = np.zeros(made.skin.M.shape[1])
     found = 0.0 if made.intersects(rest) else min(made.least(rest), made.distance)
     if found > CLOSE * size:
@@ -119,7 +122,7 @@ def _must_be_installed(pair: Declared) -> None:
 
 
 def _tie_energy(case: Case, pair: Declared, mesh: Mesh) -> TieConstraint:
-    """Return the energy of one tie. Raises Fault if it joins no surfaces."""
+    """Return the energy of one tie. Raises Fault if the tie joins no surfaces."""
     said, of = pair.thing, number_mesh_pieces(mesh)
     which = _facets(case, pair, mesh)
     piece = of[mesh.facets[which, 0]]
@@ -149,7 +152,10 @@ def _tie_energy(case: Case, pair: Declared, mesh: Mesh) -> TieConstraint:
 
 
 def _facets(case: Case, pair: Declared, mesh: Mesh) -> Ints:
-    """Return the indices of the mesh facets that a condition selects; for a slice, those of its edge. Raises Fault."""
+    """Return the indices of the surface facets that the condition of a contact or tie selects.
+
+    For a plane slice these are the facets of its edge. Raises Fault.
+    """
     from softmark.interpreter.problem.surface_selection.loaded_surface_part import find_loaded_surface
 
     rows = find_loaded_surface(case.shape, mesh, pair.thing.where).touched

@@ -1,4 +1,4 @@
-"""Detection and warning of surfaces that pass through each other in a solution, by an independent test."""
+"""Independent detection of surfaces that intersect each other in a solution, with a warning."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
 
 def crossings(beds: Mapping[str, Any], x: Floats) -> dict[str, dict[str, int]]:
-    """Return the number of intersecting pairs of faces in a state x (dofs,), by contact, by an independent test."""
+    """Return the numbers of intersecting pairs of faces in a state x (dofs,), m, by contact.
+
+    The test does not use the contact solver.
+    """
     from softmark.solvers.energies.energy import DynamicPatternEnergy
 
     found = {}
@@ -27,7 +30,7 @@ def crossings(beds: Mapping[str, Any], x: Floats) -> dict[str, dict[str, int]]:
 
 
 def intersection_warnings(declared: Declared, facts: Mapping[str, Any]) -> Iterator[Diagnostic]:
-    """Yield a warning for every contact whose surfaces pass through each other."""
+    """Yield a warning for every contact whose surfaces intersect each other."""
     for name, count in facts.get("crossings", {}).items():
         if count:
             yield diagnostic(

@@ -1,4 +1,4 @@
-"""Dynamic analyses of solid models: from the scene to time integration and its solution."""
+"""Dynamic analyses of solid models: setup of time integration from the scene, and conversion to a solution."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ REMEDY = "use a smaller step, another integrator or more damping"
 
 @dataclass(frozen=True)
 class PreparedMotion:
-    """Dynamic analysis of a body, ready to solve; `static` is its static model, with the mesh."""
+    """Dynamic analysis of a body, ready to solve. `static` is the static model of the body, with its mesh."""
 
     static: Prepared
     declared: Declared
@@ -62,7 +62,7 @@ class PreparedMotion:
 
     @property
     def touching(self) -> tuple[str, ...]:
-        """Names of the contacts, in the order of the scene."""
+        """Names of the contacts with rigid bodies, in the order of the scene."""
         return () if self.case is None else tuple(touch.name for touch in self.case.contacts)
 
     @property
@@ -78,44 +78,44 @@ class PreparedMotion:
 
     @property
     def size(self) -> Mapping[str, int]:
-        """Numbers of nodes, elements and dofs."""
+        """Numbers of nodes, elements and degrees of freedom, by name."""
         return self.static.size
 
     @property
     def notes(self) -> tuple[Diagnostic, ...]:
-        """Warnings about what was built."""
+        """Warnings found while the static model was built."""
         return self.static.notes
 
     @property
     def assembly(self) -> None:
-        """Assembly: None, because it is defined only for static states."""
+        """Energies in terms of nodal displacements: None, because only static models provide them."""
         return
 
     @property
     def points(self) -> Floats:
-        """Undeformed points that loads act at (n, 3), m."""
+        """Undeformed points (n, 3), m, at which loads act."""
         return self.static.points
 
     def after(self, before: DeformedMesh) -> Self:
-        """Return the analysis itself, because dynamic analyses have no states."""
+        """Return the analysis itself, because a dynamic analysis is not a sequence of states."""
         return self
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """Return the forces (n, 3), N, of every load separately, at full size."""
+        """Return each load at full size with its forces (n, 3), N, on the undeformed body."""
         return self.static.forces()
 
     def warm(self) -> None:
-        """Compile what the solution needs by two time steps, outside the timing."""
+        """Compile the code that the solution needs, by two time steps, before timing starts."""
         self.static.warm()
         with suppress(MotionNotConverged, StepTooLong):  # it is for the solution to say so
             march(self.problem, 2 * self.analysis.step, self.analysis.step, lambda motion: None)
 
     def outside(self, X: Floats) -> float:
-        """Return the largest distance of points X (n, 3), m, outside the mesh, m."""
+        """Return the largest distance, m, by which points X (n, 3), m, lie outside the mesh."""
         return self.static.outside(X)
 
     def solve(self, watch: Watch) -> Solution:
-        """Integrate in time from the start to the end."""
+        """Return the solution by time integration from the start to the end of the analysis."""
         steps = int(np.ceil(self.analysis.duration / self.analysis.step - 1e-9))
         every = -(-steps // KEPT)
         keep = _StateRecorder(every, self._state, watch)
@@ -133,7 +133,7 @@ class PreparedMotion:
         return self._finish(track, every)
 
     def _resolution(self) -> Resolution | None:
-        """Return how the time step resolves the slowest vibration, or a rotation if that is worse; None if explicit."""
+        """Return how well the time step resolves the slowest vibration or, if worse, a rotation; None if explicit."""
         problem, times = self.problem, (self.analysis.duration, self.analysis.step)
         if problem.integrator.explicit:
             return None
@@ -146,14 +146,14 @@ class PreparedMotion:
         return found
 
     def _step_error(self) -> StepError | None:
-        """Return the time-step error of small motions as a sum of vibration modes; None if unknown."""
+        """Return the time-step error of small vibrations, as a sum over vibration modes; None if it is unknown."""
         from softmark.solvers.dynamics.time_step_error import estimate_step_error
 
         with np.errstate(all="ignore"):
             return estimate_step_error(self.problem, self.points, self.analysis.duration, self.analysis.step)
 
     def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
-        """Return the displacement field, of material points X (n, 3), m, in a vibration mode `shape` (dofs,)."""
+        """Return the displacement field, a function of points X (n, 3), m, of a vibration mode `shape` (dofs,)."""
         from softmark.interpreter.models.shared.deformed_mesh import displacement_of
 
         assert self.mesh is not None
@@ -201,7 +201,7 @@ class PreparedMotion:
         return Solution(status, message, facts, notes=notes, **known, **shown)
 
     def _followed(self, track: Trajectory) -> Followed | None:
-        """Return the history of contacts; None if there are none."""
+        """Return the contact history of a trajectory; None if the body has no contacts."""
         if track.touched is None or self.mesh is None or self.case is None:
             return None
         from softmark.interpreter.models.postprocessing.contact_history_results import Followed
@@ -213,18 +213,18 @@ class PreparedMotion:
         return Followed(self.case, contacts, meets, self.mesh, track, small)
 
     def _state(self, motion: Motion) -> Floats:
-        """Return what is stored of a motion: nodal displacements (3 n,), unless a subclass stores other variables."""
+        """Return the stored variables of a motion: nodal displacements (3 n,), m, unless a subclass adds others."""
         return motion.x.copy()
 
     def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
-        """Return fields of the solution from stored states (t, ...): `course`, `displacement` and, if any, `mesh`."""
+        """Return the solution fields `course`, `displacement` and, if any, `mesh` from stored states (t, ...)."""
         from softmark.interpreter.models.shared.deformed_mesh import fields_of_motion
 
         assert self.mesh is not None
         return fields_of_motion(self.mesh, times, states.reshape(len(states), -1, 3))
 
     def _crossings(self, mesh: Any) -> dict[str, Any]:
-        """Return the largest number of intersecting pairs of faces over some states of the `mesh`, by contact."""
+        """Return the largest number of intersecting pairs of faces over stored states of the `mesh`, by contact."""
         if mesh is None or not self.problem.meets:
             return {}
         known = [
@@ -238,20 +238,20 @@ class PreparedMotion:
 
 
 def stored_indices(track: Trajectory, every: int) -> list[int]:
-    """Return the indices of stored states of a trajectory: every `every`-th, and the last."""
+    """Return the indices of the stored states of a trajectory: every `every`-th state, and the last."""
     last = len(track.observed) - 1
     return [i for i in range(last + 1) if i % every == 0 or i == last]
 
 
 def _sums_per_step(track: Trajectory, values: NDArray[Any], step: float) -> Floats:
-    """Return sums over each requested time step; the parts of a halved step count together."""
+    """Return sums of values over each requested time step, s; the parts of a halved step are added to their step."""
     number = np.floor((track.times[:-1] + 1e-6 * step) / step).astype(int)
     return np.asarray(np.bincount(number, weights=values), dtype=np.float64)
 
 
 @dataclass
 class _StateRecorder:
-    """Observer that stores every `every`-th state, and temporarily the last; states that are not stored are freed."""
+    """Observer of time integration that stores every `every`-th state and the last; other states are freed."""
 
     every: int
     state: Callable[[Motion], Floats]
@@ -260,6 +260,7 @@ class _StateRecorder:
     last: _Row | None = None
 
     def __call__(self, motion: Motion) -> _Row:
+        """Store the state of a motion, free the state before if it is not needed, and report progress."""
         row = _Row(self.state(motion))
         if self.last is not None and (self.count - 1) % self.every:
             self.last.x = None
@@ -271,13 +272,13 @@ class _StateRecorder:
 
 @dataclass
 class _Row:
-    """State that may be freed."""
+    """Stored state, or None if it was freed."""
 
     x: Floats | None
 
 
 def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
-    """Return the `solve` part of a report; residuals of solved steps are limited to the tolerance."""
+    """Return the `solve` part of a report. Residuals of solved steps are reported as at most the tolerance."""
     left = np.where(track.solved, np.minimum(track.residuals, tolerance), track.residuals)
     facts: dict[str, Any] = {
         "iterations": int(track.iterations.sum()),
@@ -308,10 +309,10 @@ def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
 
 
 def _momentum(touched: ContactHistory) -> dict[str, Any]:
-    """Return the momentum balance of the deformable body, N s: its change, and the impulses that caused it.
+    """Return the momentum balance of the deformable body, N s: momentum change, and impulses of its causes.
 
-    `off` is the imbalance relative to the largest: about the solver tolerance, or, with supports, that of one step for
-    bdf2, generalised-alpha and implicit Euler.
+    `off` is the imbalance relative to the largest of these, about the solver tolerance. With supports, bdf2,
+    generalised-alpha and implicit Euler leave that of one step.
     """
     each = dict(zip(("contacts_Ns", "loads_Ns", "supports_Ns", "damping_Ns"), touched.impulses, strict=True))
     missing = float(np.linalg.norm(touched.change - touched.impulses.sum(axis=0)))
@@ -321,7 +322,7 @@ def _momentum(touched: ContactHistory) -> dict[str, Any]:
 
 
 def _friction_report(track: Trajectory, names: Sequence[str]) -> dict[str, Any]:
-    """Return the report of friction for every contact at the times of the energies; empty without friction."""
+    """Return the report of friction of every contact, at the times of the energies; empty without friction."""
     if not track.rubbed:
         return {}
     own = [track.rubbed[i] for i in pick_evenly(len(track.times), MOMENTS)]
@@ -331,7 +332,7 @@ def _friction_report(track: Trajectory, names: Sequence[str]) -> dict[str, Any]:
 
 
 def _energy_warning(declared: Declared, analysis: Dynamic, track: Trajectory) -> tuple[Diagnostic, ...]:
-    """Return a warning if energy appears without a source, or if numerical damping has removed most of it."""
+    """Return a warning if energy increases without a source, or if numerical damping has dissipated most of it."""
     found, at = track.balance, declared.at()
     if found.gained:
         problem = f"{100 * found.gain:.0f} % of the largest energy was created"
@@ -359,7 +360,7 @@ def _energy_warning(declared: Declared, analysis: Dynamic, track: Trajectory) ->
 
 
 def _dissipation_warning(declared: Declared, track: Trajectory, problem: Dynamics) -> Iterator[Diagnostic]:
-    """Yield a warning if viscoelastic dissipation decreases."""
+    """Yield a warning if the dissipated viscoelastic energy decreases in time."""
     if problem.remembering is None:
         return
     from softmark.interpreter.models.shared.relaxation_capabilities import dissipation_warnings
@@ -387,14 +388,14 @@ def _time_step_warning(declared: Declared, analysis: Dynamic, found: Resolution 
 
 
 def _suggested_step(found: Resolution, analysis: Dynamic) -> str:
-    """Return a time step that resolves the motion, rounded; errors are proportional to the step, or to its square."""
+    """Return a rounded time step that resolves the motion, as text; errors are of first or second order in it."""
     order = 1.0 if analysis.integrator == "implicit_euler" else 0.5
     step = min(found.period / (2.0 * found.few), analysis.step * (0.5 * WRONG / max(found.error, 1e-9)) ** order)
     return units.format_value(float(f"{step:.1g}"), units.TIME)
 
 
 def _events(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
-    """Return a warning if steps were halved."""
+    """Return a warning if time steps were halved."""
     if not track.events:
         return ()
     at, first = declared.at(), track.events[0]
@@ -410,7 +411,7 @@ def _events(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
 
 
 def integrator_of(analysis: Dynamic) -> Integrator:
-    """Return the integrator that an analysis names, with its constants."""
+    """Return the time integrator that an analysis selects, with its constants."""
     cls: Any = INTEGRATORS[analysis.integrator]
     own = "spectral_radius"
     known = any(f.name == own for f in fields(cls))
@@ -429,7 +430,7 @@ def build_solid_dynamics(
     rest: Statics,
     pulling: int = 0,
 ) -> PreparedMotion:
-    """Return the dynamic analysis of a body with its mass (kg) and each load; the last `pulling` loads are muscles."""
+    """Return the dynamic analysis of a body with this mass, kg; the last `pulling` of the `loads` are muscles."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
         raise TypeError("the analysis is static")
@@ -465,7 +466,7 @@ def build_solid_dynamics(
 
 
 def velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
-    """Return initial velocities (3 n,), m/s, from velocity and spin about the centre of mass."""
+    """Return initial nodal velocities (3 n,), m/s, from the velocity and spin about the centre of mass."""
     weights = (mass if mass.ndim == 1 else np.asarray(mass.sum(axis=1)).ravel())[::3]
     centre = weights @ points / weights.sum()
     v: Floats = np.array(analysis.velocity) + np.cross(np.array(analysis.spin), points - centre)
@@ -473,7 +474,7 @@ def velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
 
 
 def check_amplitudes(case: Case, analysis: Dynamic) -> None:
-    """Raise Fault if the table of an amplitude cannot be read or does not cover the analysis."""
+    """Raise Fault if the table of an amplitude cannot be read or is shorter than the analysis."""
     pulling = (load for touch in case.contacts for load in touch.loads)  # on rigid bodies
     for moved in (*case.loads, *case.muscles, *case.supports, *pulling):
         if (wrong := table_fault(moved, analysis.duration)) is not None:
@@ -481,19 +482,19 @@ def check_amplitudes(case: Case, analysis: Dynamic) -> None:
 
 
 def amplitude_of(load: Declared) -> Amplitude:
-    """Return the amplitude of a load or support; by default it acts in full from the start."""
+    """Return the amplitude of a load or support; by default it is 1 from the start."""
     course: Amplitude | None = load.thing.amplitude
     return course or Constant()
 
 
 def amplitude_of_rigid(touch: Touch) -> Amplitude:
-    """Return the amplitude of a rigid body's supports; a constant if it does not move."""
+    """Return the amplitude of the supports of a rigid body; a constant if the rigid body does not move."""
     first = next((s for s in touch.moved if s.thing.moves), None)
     return Constant() if first is None else amplitude_of(first)
 
 
 def support_amplitude(case: Case) -> Amplitude:
-    """Return the common amplitude of all supports that move; scenes with different ones are refused earlier."""
+    """Return the common amplitude of all moving supports. Validation refuses scenes with different amplitudes."""
     moving = (s for s in case.supports if s.thing.moves and s.thing.tracked is None)
     first = next(moving, None)
     return Constant() if first is None else amplitude_of(first)

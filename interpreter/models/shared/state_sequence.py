@@ -1,4 +1,4 @@
-"""Sequence of states of a model, solved one after another and timed as one computation."""
+"""Sequence of static states of a model, solved one after another and timed as one computation."""
 
 from __future__ import annotations
 
@@ -17,31 +17,34 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StateSequence(Meshless):
-    """Models prepared for each state (k > 1), each starting from the state before."""
+    """Sequence of models, one prepared for each of several states; each model starts from the previous state."""
 
     each: tuple[Prepared, ...]
 
     @property
     def size(self) -> Mapping[str, int]:
-        """Numbers of nodes, elements and dofs, equal in all states."""
+        """Numbers of nodes, elements and degrees of freedom, equal in all states."""
         return self.each[0].size
 
     @property
     def points(self) -> Floats:
-        """Undeformed points that loads act at (n, 3), m."""
+        """Undeformed points (n, 3), m, at which loads act."""
         return self.each[0].points
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """Return the forces of every load in the last state."""
+        """Return each load of the last state with its forces (n, 3), N."""
         return self.each[-1].forces()
 
     def warm(self) -> None:
-        """Compile or load whatever the solutions need."""
+        """Compile or load the code that the solutions need, before timing starts."""
         for prepared in self.each:
             prepared.warm()
 
     def solve(self, watch: Watch) -> Solution:
-        """Solve all states up to the first that fails; return the last solution with the iterations of all."""
+        """Solve all states in order, and stop at the first that fails.
+
+        Return the solution of the last solved state, with the sum of iterations over all states.
+        """
         found, iterations = self.each[0].solve(watch), 0
         for prepared in self.each[1:]:
             if found.displacement is None:

@@ -1,4 +1,4 @@
-"""Conversion of a static equilibrium, or of NotConverged, to a solution."""
+"""Conversion of a static equilibrium, or of a failure to converge, to a solution."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CRITERIA = {
 
 
 def uniqueness_warnings(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
-    """Return warnings about an equilibrium that may not be unique."""
+    """Return warnings if an equilibrium may not be unique."""
     at = declared.at()
     if found.facts.get("recovery", {}).get("elsewhere"):
         return (
@@ -65,7 +65,7 @@ def uniqueness_warnings(declared: Declared, found: Equilibrium) -> tuple[Diagnos
                 at,
                 f"the stability of the equilibrium of `{declared.name}` could not be determined",
                 "a load has no potential energy",
-                "compute other values of the load: the body may have several equilibria",
+                "compute other load levels: the body may have several equilibria",
             ),
         )
     return ()
@@ -77,9 +77,10 @@ def solve_static(
     finish: Callable[[Equilibrium], Solution],
     words: Callable[[Floats], str] | None = None,
 ) -> Solution:
-    """Return the solution of `find`, or a not converged one with its history if no equilibrium is found.
+    """Return the solution of the equilibrium that `find` computes, converted by `finish`.
 
-    `words` describes a motion (dofs,) that nothing resists.
+    If `find` raises NotConverged, the solution has no displacements but the history of iterations, the reason and
+    the `remedy`. `words` describes, for the reason, a motion (dofs,) that nothing resists.
     """
     try:
         found = find()
@@ -91,7 +92,7 @@ def solve_static(
 
 
 def describe_free_motion(X: Floats, d: Floats) -> str:
-    """Describe a motion d (n, 3) of points X (n, 3), m, that nothing resists."""
+    """Return a description of a motion d (n, 3) of points X (n, 3), m, that no stiffness resists."""
     size = np.linalg.norm(d, axis=1)
     moving = np.flatnonzero(size > 0.5 * size.max())
     first = ", ".join(units.format_vector(X[n].tolist(), units.LENGTH) for n in moving[:3])
@@ -100,7 +101,7 @@ def describe_free_motion(X: Floats, d: Floats) -> str:
 
 
 def solver_report(history: tuple[Iteration, ...], residual: float | None, steps: int) -> dict[str, object]:
-    """Return the `solve` part of a report."""
+    """Return the `solve` part of a report: history of iterations, last residual and number of load steps."""
     shown = [
         {"phase": i.phase, "load": i.load, "residual": _number(i.residual), "length": i.length} for i in history[-200:]
     ]
@@ -114,11 +115,12 @@ def solver_report(history: tuple[Iteration, ...], residual: float | None, steps:
 
 
 def _number(value: float) -> float | None:
+    """Return a value for a report; None if it is not finite."""
     return value if abs(value) < float("inf") else None
 
 
 def solution_of(state: Equilibrium, displacement: Callable[[Floats], Floats]) -> Solution:
-    """Return the solution of an equilibrium that met its tolerance, or that a cap stopped."""
+    """Return the solution of an equilibrium: converged, or stopped at the iteration limit with the reason."""
     known = solver_report(state.history, state.residual, state.load_steps)
     known["criterion"] = CRITERIA[state.criterion]
     known["stable"] = state.stable

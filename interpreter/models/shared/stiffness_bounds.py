@@ -1,9 +1,9 @@
-"""Bounds of how much softer a body can be than its cells, where Young's modulus varies within cells.
+"""Bounds of how much softer a body can be than its mesh, if Young's modulus varies within cells.
 
-The displacements of a cell are one polynomial, so the cell has the arithmetic mean of the modulus (Voigt 1889), as
-parallel layers do. Layers in series have the harmonic mean (Reuss 1929). The harmonic mean along a line bounds the
-stiffness of a body along that line from below: a body attains it if all columns along the line act independently.
-Layers that the line does not cross cause no loss.
+One polynomial describes the displacements of a cell, so the cell has the arithmetic mean of the modulus, as
+parallel layers do (Voigt 1889). Layers in series have the harmonic mean (Reuss 1929). The harmonic mean along a
+line is a lower bound of the stiffness of the body along that line; it is attained if all columns along the line
+act independently. Layers that the line does not cross cause no loss.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ ALL = 0.999  # of the stiffness: no more is taken for lost
 
 @dataclass(frozen=True)
 class Softness:
-    """Largest loss of stiffness of `cells` (k,) whose modulus varies within them.
+    """Largest possible loss of stiffness of `cells` (k,) whose modulus varies within them.
 
-    `loss` (k, 3) is the share of the modulus along three axes `ways` (k, 3, 3), rows of unit length. The cells are a
-    sample that represents `times` as many.
+    `loss` (k, 3) is the lost fraction of the modulus along each of three axes `ways` (k, 3, 3), whose rows have
+    unit length. The cells are a sample; each represents `times` cells.
     """
 
     cells: Ints
@@ -49,9 +49,10 @@ class Softness:
 
 @dataclass(frozen=True)
 class Moduli:
-    """Means over cells (m,) of the `shear` modulus, Pa, and of the `compliance` 1/K, 1/Pa.
+    """Cell means (m,) of the `shear` modulus, Pa, and of the volumetric `compliance` 1/K, 1/Pa.
 
-    `spread` is the mean of a modulus times the mean of its inverse; it is 1 if the modulus does not vary.
+    `spread` (m,) is the mean of the varying modulus times the mean of its inverse; it is 1 if the modulus does not
+    vary.
     """
 
     shear: Floats
@@ -60,7 +61,10 @@ class Moduli:
 
 
 def softness(mesh: Mesh, functions: Functions, seen: CellQuadrature) -> Softness:
-    """Return by how much harmonic means of the modulus along lines are below arithmetic ones; cached in the mesh."""
+    """Return how far harmonic means of the modulus along lines are below its arithmetic means.
+
+    The result is cached in the mesh.
+    """
     key = softness, functions.profiles, functions.kept
     if key not in mesh.selections:
         mesh.selections[key] = _softness(mesh, functions, seen)
@@ -69,6 +73,7 @@ def softness(mesh: Mesh, functions: Functions, seen: CellQuadrature) -> Softness
 
 
 def _softness(mesh: Mesh, functions: Functions, seen: CellQuadrature) -> Softness:
+    """Return how far harmonic means of the modulus along lines are below its arithmetic means."""
     special = np.zeros(len(mesh.cells), dtype=bool) if seen.rule is None else seen.rule.special
     rng = np.random.default_rng(len(mesh.cells))
     every = np.flatnonzero(special)
@@ -85,10 +90,10 @@ def _softness(mesh: Mesh, functions: Functions, seen: CellQuadrature) -> Softnes
 
 
 def _axes(mesh: Mesh, cells: Ints) -> tuple[Floats, Floats]:
-    """Return three axes of cells as rows (k, 3, 3): in local coordinates, and as unit vectors in space.
+    """Return three axes of each cell as rows (k, 3, 3), first in local coordinates, then as unit vectors in space.
 
-    Axes of hexahedra lie along their edges. Axes of other cells, whose edges have no fixed directions, are those of
-    space.
+    Axes of hexahedra lie along their edges. Other cells have edges without fixed directions; their axes are those
+    of space.
     """
     middle = mesh.element.gradient(np.array([mesh.element.centre]))[0]
     J = np.einsum("mai,aj->mij", mesh.points[mesh.cells[cells]], middle)
@@ -101,7 +106,10 @@ def _axes(mesh: Mesh, cells: Ints) -> tuple[Floats, Floats]:
 def _line_mean_deficit(
     mesh: Mesh, functions: Functions, cell: int, places: Floats, way: Floats, known: Floats
 ) -> float:
-    """Return 1 minus the mean ratio of harmonic to arithmetic mean along lines through local points (k, 3)."""
+    """Return 1 minus the mean ratio of harmonic to arithmetic mean of the modulus along lines in one cell.
+
+    The lines have the local direction `way` (3,) and pass through the local points `places` (k, 3).
+    """
     sides, limits = SIDES[family_of(mesh.element)]
     with np.errstate(all="ignore"):
         reach = (limits - places @ sides.T) / (sides @ way)  # to the planes of the faces (k, f)
@@ -121,10 +129,10 @@ def _line_mean_deficit(
 
 
 def energies(mesh: Mesh, u: Floats, modulus: Floats, found: Softness | None) -> tuple[float, float]:
-    """Return the possible excess of strain energy of cells in displacements u (n, 3), m, and the total, J.
+    """Return the possible excess of the strain energy of the cells, and their total strain energy, J.
 
-    `modulus` (m,), Pa, is the mean of each cell. For the loss along an axis, only the strain components on the plane
-    normal to that axis count.
+    u (n, 3), m, are nodal displacements and `modulus` (m,), Pa, is the mean modulus of each cell. For the loss
+    along an axis, only the strain components on the plane normal to that axis count.
     """
     strain = _strains(mesh, u)
     energy = modulus * mesh.volumes * (strain**2).sum(axis=(1, 2))
@@ -140,11 +148,11 @@ def energies(mesh: Mesh, u: Floats, modulus: Floats, found: Softness | None) -> 
 
 
 def pressure_energies(mesh: Mesh, u: Floats, p: Floats | None, moduli: Moduli) -> tuple[float, float]:
-    """Return twice the energy that pressures leave out, and twice the strain energy of cells, J.
+    """Return twice the energy that pressure unknowns neglect, and twice the strain energy of cells, J.
 
-    `u` (n, 3), m, are displacements. `p` (m, b), Pa, are pressures at the corners of cells or one per cell; None means
-    bulk moduli times the mean volume change. Pressures have less energy than the dilatation theta that they belong to:
-    they leave out int (K theta - p)^2 / K dV, where K varies and theta does not.
+    u (n, 3), m, are nodal displacements. p (m, b), Pa, are pressures at the corners of cells or one per cell; None
+    stands for bulk modulus times mean volume change. Pressures p have less energy than the dilatation theta: they
+    neglect int (K theta - p)^2 / K dV, where K varies and theta does not.
     """
     strain, V = _strains(mesh, u), mesh.volumes
     theta = np.trace(strain, axis1=1, axis2=2)
@@ -162,7 +170,10 @@ def pressure_energies(mesh: Mesh, u: Floats, p: Floats | None, moduli: Moduli) -
 
 
 def _neighbourhood_means(mesh: Mesh, c: Floats) -> Floats:
-    """Return means (m,) over each cell and its neighbours, because continuous pressures average over these."""
+    """Return means (m,) of cell values c (m,) over each cell and its neighbours.
+
+    Continuous pressures average over such neighbourhoods.
+    """
     corners, V = mesh.cells[:, : mesh.element.corners], mesh.volumes
     each, whole = (
         np.bincount(corners.ravel(), np.repeat(w, corners.shape[1]), minlength=len(mesh.points)) for w in (V * c, V)
@@ -172,7 +183,7 @@ def _neighbourhood_means(mesh: Mesh, c: Floats) -> Floats:
 
 
 def _strains(mesh: Mesh, u: Floats) -> Any:
-    """Return Green-Lagrange strains (m, 3, 3) at the centres of cells."""
+    """Return Green-Lagrange strains (m, 3, 3) at cell centres for nodal displacements u (n, 3), m."""
     dN = mesh.element.gradient(np.array([mesh.element.centre]))[0]
     J = np.einsum("mai,aj->mij", mesh.points[mesh.cells], dN)
     H = np.einsum("mai,aj->mij", u[mesh.cells], dN) @ np.linalg.inv(J)

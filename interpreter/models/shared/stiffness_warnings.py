@@ -1,4 +1,4 @@
-"""Warnings about bodies that may be softer or stiffer than their cells, because moduli vary within cells."""
+"""Warnings that a body may be softer or stiffer than its mesh, because moduli vary within cells."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SOFTER = 0.01  # of the stiffness of a body: less goes without a warning
 
 
 def softer_by(u: Floats, parts: Iterable[Part], pressures: bool) -> float:
-    """Return the share of the stiffness of its cells that a body may lack in displacements u (n, 3), m."""
+    """Return the largest fraction of the mesh's stiffness that the body may lack in displacements u (n, 3), m."""
     lost = total = 0.0
     for own in parts:
         varies = moduli_vary(own.case)
@@ -36,10 +36,10 @@ def softer_by(u: Floats, parts: Iterable[Part], pressures: bool) -> float:
 
 
 def stiffer_by(u: Floats, parts: Iterable[Part], p: Floats | None) -> float:
-    """Return the share by which a body may be stiffer than its cells in displacements u (n, 3), m.
+    """Return the largest fraction by which the body may be stiffer than its mesh in displacements u (n, 3), m.
 
-    `p` (m, b), Pa, are the pressures of cells. Pressures do not follow a bulk modulus that varies within a cell: they
-    take its harmonic mean. A body with uniform dilatation has the arithmetic mean, and no body is stiffer than that.
+    p (m, b), Pa, are the pressures of cells. A bulk modulus that varies within a cell enters the pressures by its
+    harmonic mean. A body of uniform dilatation has the arithmetic mean, which no body exceeds.
     """
     lost = total = 0.0
     for own in parts:
@@ -54,7 +54,7 @@ def stiffer_by(u: Floats, parts: Iterable[Part], p: Floats | None) -> float:
 
 
 def _means(own: Part, seen: CellQuadrature | None) -> Moduli | None:
-    """Return the mean moduli of the cells of one material; None if it has no Young's modulus."""
+    """Return the mean moduli of the cells of one material; None if the material has no Young's modulus."""
     young, nu = (getattr(own.case.material, name, None) for name in ("young", "poisson"))
     ones = np.ones(len(own.mesh.cells))
     if seen is None:
@@ -71,9 +71,9 @@ def _means(own: Part, seen: CellQuadrature | None) -> Moduli | None:
 def softness_note(
     declared: Declared, u: Floats, parts: Sequence[Part], p: Floats | None = None
 ) -> Iterator[Diagnostic]:
-    """Yield warnings that a body may be softer or stiffer than its cells, whose moduli vary.
+    """Yield warnings that the body may be softer or stiffer than its mesh, because moduli vary within cells.
 
-    `u` (n, 3), m, are its displacements and `p` (m, b), Pa, the pressures of its cells.
+    u (n, 3), m, are nodal displacements and p (m, b), Pa, the pressures of cells.
     """
     pressures = declared.thing.formulation != "displacement"
     stiffer = stiffer_by(u, parts, p) if pressures else 0.0

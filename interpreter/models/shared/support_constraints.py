@@ -1,4 +1,4 @@
-"""Constraints by supports: selected nodes, imposed values, conflicts, and rigid motions left free."""
+"""Constraints imposed by supports: held nodes, imposed values, conflicts, and rigid motions left free."""
 
 from __future__ import annotations
 
@@ -27,7 +27,10 @@ SAME = 1e-12  # relative difference of imposed values that rounding may make
 
 
 def selected_nodes(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
-    """Return which nodes of a mesh (n,) a support holds; with `case.wide`, all of cut cells. Raises Fault if none."""
+    """Return which nodes of a mesh (n,) a support holds. Raises Fault if it holds none.
+
+    With `case.wide`, the support holds all nodes of cells that the border of its selection cuts.
+    """
     from softmark.interpreter.models.shared.support_selection import (
         select_support,
     )  # beams, which know no meshes, come here too
@@ -47,7 +50,11 @@ def selected_nodes(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
 
 @dataclass
 class Constraints:
-    """Values that supports impose on degrees of freedom, and their constraint rows for rigid motions about a centre."""
+    """Values that supports impose on degrees of freedom, with constraint rows that restrict rigid motions.
+
+    Each row (6,) gives one displacement component in terms of three translations and three rotations about
+    `centre`.
+    """
 
     case: Case
     extent: float  # m, of the body: makes rotations comparable with displacements
@@ -58,18 +65,22 @@ class Constraints:
     nodes: list[Ints] = field(default_factory=lambda: [np.zeros(0, dtype=np.int64)])  # of each row; -1: of any piece
 
     def see(self, nodes: Ints, rows: Floats) -> None:
-        """Add constraint rows (r, 6) for rigid motions, each at a node (r,)."""
+        """Add constraint rows (r, 6) on rigid motions, each at the node with an index in `nodes` (r,)."""
         self.nodes.append(nodes)
         self.rows.append(rows)
 
     def of(self, piece: NDArray[np.bool_]) -> Floats:
-        """Return the constraint rows (r, 6) of a piece of the body with these nodes (n,)."""
+        """Return the constraint rows (r, 6) at nodes of one piece of the body, given as a mask (n,)."""
         nodes = np.concatenate(self.nodes)
         found: Floats = np.concatenate(self.rows)[piece[nodes] | (nodes < 0)]
         return found
 
     def impose(self, dof: int, value: float, support: Declared, place: Floats, along: str, angle: bool = False) -> None:
-        """Hold a degree of freedom of a point. Raises Fault if another support imposes a different value."""
+        """Impose a value, m or rad, on a degree of freedom.
+
+        Raises Fault if another support imposes a different value. `place`, `along` and `angle` describe the degree of
+        freedom in the message.
+        """
         known, owner = self.values.setdefault(dof, (value, support))
         if self.case.wide:  # nodes beyond the selection are the first's that asks
             return
@@ -77,9 +88,9 @@ class Constraints:
             raise conflict((owner, known), (support, value), place, along, units.ANGLE if angle else units.LENGTH)
 
     def turns(self, fixed: Ints, target: Floats, points: Floats, per_node: int) -> RotationPath | None:
-        """Return the path of imposed values if supports rotate, else None.
+        """Return the path of imposed values if a support rotates, else None.
 
-        `per_node` degrees of freedom belong to each node (n, 3), m.
+        `points` (n, 3), m, are the nodes, each with `per_node` degrees of freedom.
         """
         if not any(support.thing.turns for support in self.case.supports):
             return None
@@ -89,7 +100,10 @@ class Constraints:
         return rotation_path(owners, fixed, points, per_node, target)
 
     def finished(self) -> tuple[Ints, Floats]:
-        """Return the held degrees of freedom in order, and their values. Raises Fault if a static body is free."""
+        """Return the held degrees of freedom (c,), sorted, and their imposed values (c,).
+
+        Raises Fault if no degree of freedom is free, or if a static body without contacts is free to move.
+        """
         if len(self.values) == self.unknowns:
             raise self._rigid()
         if not (isinstance(self.case.analysis, Dynamic) or self.case.contacts):  # which touch may hold
@@ -110,9 +124,9 @@ class Constraints:
 
 
 def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple[Ints, Floats, RotationPath | None]:
-    """Return held dofs (c,), their displacements (c,), m, and the path of rotating supports. Raises Fault.
+    """Return held degrees of freedom (c,), their values (c,), m, and the path of rotating supports. Raises Fault.
 
-    `measured` has the tracked points that supports may follow, by the name of their reference.
+    `measured` has the tracked points that supports may follow, by name of the reference.
     """
     held = _solid_held(case, mesh, measured, 1.0)
     fixed, target = held.finished()
@@ -124,7 +138,7 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
 
 
 def _chains(case: Case, mesh: Mesh) -> tuple[CellChain, ...]:
-    """Return chains of cells between supports that hold rotations: rotating ones, and full clamps."""
+    """Return chains of cells that connect supports which prevent rotation: rotating supports and full clamps."""
     from softmark.solvers.statics.winding_number import RotationSupport, find_cell_chains
 
     holds = range(2 if case.planar else 3)
@@ -142,9 +156,10 @@ def build_constraints(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> Co
 
 
 def left_free(held: Constraints, piece: NDArray[np.bool_], more: list[Floats]) -> list[str]:
-    """Describe the rigid motions of a piece of the body, with these nodes (n,), that are left free.
+    """Return descriptions of the rigid motions that remain free for a piece of the body.
 
-    Supports and `more` constraint rows (r, 6) about the same centre restrict them.
+    `piece` (n,) marks the nodes of the piece. Supports and `more`, constraint rows (r, 6) about the same centre,
+    restrict the motions.
     """
     return free_motions(
         _scale_rotations(np.concatenate([held.of(piece), *more]), held.extent), held.centre, held.extent
@@ -152,12 +167,12 @@ def left_free(held: Constraints, piece: NDArray[np.bool_], more: list[Floats]) -
 
 
 def held_values(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> dict[int, tuple[float, Declared]]:
-    """Return the imposed value, m, and the support of every held degree of freedom. Raises Fault."""
+    """Return, by held degree of freedom, the imposed value, m, and the support that imposes it. Raises Fault."""
     return _solid_held(case, mesh, measured, 1.0).values
 
 
 def _solid_held(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: float) -> Constraints:
-    """Return the constraints at a fraction of the support motions. Raises Fault."""
+    """Return the constraints of a body on a mesh at a fraction `share` of the support motions. Raises Fault."""
     held = Constraints(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)
     if case.depth:  # of a body of revolution only the way along its axis is free: all else stretches rings
         held.see(np.full(5, -1), np.delete(np.eye(6), 1, axis=0))
@@ -180,18 +195,21 @@ def _solid_held(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: floa
 
 
 def join_motions(words: list[str]) -> str:
-    """Return descriptions of motions joined to one phrase."""
+    """Return descriptions of motions joined into one phrase."""
     return " and to ".join((", to ".join(words[:-1]), words[-1])) if len(words) > 1 else words[0]
 
 
 def _scale_rotations(rows: Floats, extent: float) -> Floats:
-    """Return constraint rows with rotations in units of 1 / extent."""
+    """Return constraint rows with rotations divided by `extent`, m, so that they compare with translations."""
     scaled: Floats = rows / extent ** np.array([0, 0, 0, 1, 1, 1])
     return scaled
 
 
 def displacements(support: Declared, X: Floats, measured: Mapping[str, Any], share: float = 1.0) -> Floats:
-    """Return the displacements (n, 3), m, that a support imposes on points X (n, 3) at a share. Raises Fault."""
+    """Return the displacements (n, 3), m, that a support imposes on points X (n, 3), m. Raises Fault.
+
+    `share` is the fraction of the full motion.
+    """
     if support.thing.tracked is not None:
         return share * _tracked_displacements(support, X, measured)
     moved: Floats = support.thing.moved(X, share)
@@ -199,7 +217,7 @@ def displacements(support: Declared, X: Floats, measured: Mapping[str, Any], sha
 
 
 def _tracked_displacements(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floats:
-    """Return displacements (n, 3) of tracked points near X, by thin plate splines. Raises Fault."""
+    """Return displacements (n, 3), m, at points X (n, 3), m, by thin plate splines of tracked points. Raises Fault."""
     from scipy.interpolate import RBFInterpolator
     from scipy.spatial import cKDTree
 
@@ -239,7 +257,10 @@ def _tracked_displacements(support: Declared, X: Floats, measured: Mapping[str, 
 
 def conflict(first: tuple[Declared, float], second: tuple[Declared, float], place: Floats, along: str,
              unit: units.Dimension = units.LENGTH) -> Fault:  # fmt: skip
-    """Return the Fault for two supports that impose different values, m or rad, on one degree of freedom."""
+    """Return the Fault for two supports that impose different values, m or rad, on one degree of freedom.
+
+    `place` (3,), m, is the point and `along` names the component.
+    """
     (one, known), (other, value) = first, second
     at = units.format_vector(place.tolist(), units.LENGTH) if np.any(place) else "(0, 0, 0) mm"
     by = [f"{units.format_value(v, unit)} along {along}" if v else f"0 along {along}" for v in (known, value)]
@@ -257,7 +278,7 @@ def conflict(first: tuple[Declared, float], second: tuple[Declared, float], plac
 
 
 def _others(along: str) -> str:
-    """Return the other two components."""
+    """Return the names of the other two components of a vector."""
     return ", ".join(axis for axis in AXES if axis != along)
 
 
@@ -270,7 +291,7 @@ def must_be_held(case: Case, rows: Floats, centre: Floats, extent: float) -> Non
 
 
 def unsupported_fault(case: Case, what: str, motions: list[str]) -> Fault:
-    """Return the Fault for supports that leave a body, or a part `what` of it, free to move."""
+    """Return the Fault for supports that leave a body, or a part of it named by `what`, free to move."""
     at = case.named_supports[0].at() if case.named_supports else case.body.at()
     return fault(
         "E306",

@@ -1,8 +1,8 @@
-"""Part of its selection that a support holds on a mesh, where held nodes represent the facets and cells they span.
+"""Comparison of the region that a support selects with the facets and cells spanned by the nodes that it holds.
 
-A selection has a volume, an area on the surface, or a length along edges. Of each, the fraction in cells (facets,
-edges) with only held nodes is computed. It is exact for plane borders, straight cells and flat facets; curved borders
-are followed by pieces of a fraction of a cell.
+A selection has a volume, an area on the surface, or a length along edges. For each of these, the fraction in
+cells (facets, edges) with only held nodes is computed. It is exact for plane borders, straight cells and flat
+facets. Curved borders are approximated by pieces much smaller than a cell.
 """
 
 from __future__ import annotations
@@ -50,10 +50,11 @@ MISSED = 0.02  # of a selection: a polygon with as many sides as a mesh has arou
 
 @dataclass(frozen=True)
 class SupportSelection:
-    """Nodes of a mesh that a support holds, compared with its selection.
+    """Nodes of a mesh that a support holds, and how well they represent its selection.
 
-    `held` is the fraction of the selection that these nodes span. `beyond` is what they span outside, relative to the
-    selection. A selection without any whole cell is a `layer`: its fraction of the mesh, and the fraction that is held.
+    `held` is the fraction of the selection that the nodes span. `beyond` is the measure that they span outside the
+    selection, relative to the selection. `layer` is set only for a selection thinner than a cell: the fraction of
+    the mesh that is selected, and the fraction that is held.
     """
 
     nodes: Bools  # (n,)
@@ -69,7 +70,7 @@ class SupportSelection:
 
 
 def select_support(condition: Condition, mesh: Mesh) -> SupportSelection:
-    """Return the nodes that a condition holds on a mesh; cached in the mesh."""
+    """Return the nodes of a mesh that a support with this condition holds. The result is cached in the mesh."""
     key = SupportSelection, condition
     if key not in mesh.selections:
         mesh.selections[key] = _found(condition, mesh)
@@ -78,16 +79,17 @@ def select_support(condition: Condition, mesh: Mesh) -> SupportSelection:
 
 
 def select_supports(case: Case, mesh: Mesh) -> dict[str, SupportSelection]:
-    """Return the held nodes of all supports of a case, by name."""
+    """Return the selections of all supports of a case on a mesh, by name of the support."""
     return {support.name: select_support(support.thing.where, mesh) for support in case.supports}
 
 
 def held_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
-    """Return warnings where a mesh holds another part of the body than its supports select."""
+    """Return warnings if the nodes that a support holds do not represent the region that it selects."""
     return tuple(_note(declared, name, own) for name, own in select_supports(case, mesh).items() if own.missed)
 
 
 def _note(declared: Declared, name: str, own: SupportSelection) -> Diagnostic:
+    """Return the warning about one support whose held nodes differ from its selection."""
     at = declared.at("size" if declared.thing.own_mesh is None else "mesh")
     if own.layer is not None and own.beyond > MISSED:
         asked, held = own.layer
@@ -97,22 +99,22 @@ def _note(declared: Declared, name: str, own: SupportSelection) -> Diagnostic:
             f"`{name}` selects {_percent(asked)} of the mesh of `{declared.name}`, a layer thinner than its "
             f"cells, so {f'cells with {_percent(held)} are' if held else 'no whole cell is'} held",
             "cells with only held nodes cannot deform",
-            "select only the surface, or use cells as thin as the layer; `--stated` tells the effect",
+            "select only the surface, or use cells as thin as the layer; `--stated` reports the effect",
         )
-    less = f"{_percent(own.held) if own.held else 'none'} of the part that `{name}` selects"
+    less = f"{_percent(own.held) if own.held else 'none'} of its selection"
     parts = [less] if own.held < 1 - MISSED else []
-    parts += [f"{_percent(own.beyond)} more than `{name}` selects"] if own.beyond > MISSED else []
+    parts += [f"{_percent(own.beyond)} more than its selection"] if own.beyond > MISSED else []
     return diagnostic(
         "W375",
         at,
-        f"the mesh of `{declared.name}` holds {' and '.join(parts)}",
+        f"on the mesh of `{declared.name}`, the support `{name}` holds {' and '.join(parts)}",
         "the selection ends inside facets or cells",
-        "use a finer mesh, or one with nodes along the border of the selection; `--stated` tells the effect",
+        "use a finer mesh, or one with nodes along the border of the selection; `--stated` reports the effect",
     )
 
 
 def _percent(share: float) -> str:
-    """Return a positive share as text with three digits or more, and without an exponent: `0.0031 %`, `1250 %`."""
+    """Return a positive fraction as a percentage in text, with three digits or more and no exponent: `0.0031 %`."""
     percent = 100.0 * share
     text = f"{percent:.{max(0, 2 - math.floor(math.log10(percent)))}f}"
     return f"{text.rstrip('0').rstrip('.') if '.' in text else text} %"
@@ -123,9 +125,11 @@ def _percent(share: float) -> str:
 
 @dataclass(frozen=True)
 class _Kind:
-    """Cells, facets or edges of a mesh: nodes (m, k) of each, size (m,), and simplices (m, s, c) of its nodes.
+    """Cells, facets or edges of a mesh, for measuring selections.
 
-    `members` returns which of them belong to a named group.
+    `nodes` (m, k) are the nodes of each, `sizes` (m,) their volumes, areas or lengths, and `simplices` (m, s, c)
+    the simplices that each is split into. `members` is a function that returns which of them belong to a named
+    group.
     """
 
     nodes: Ints
@@ -135,12 +139,13 @@ class _Kind:
     rings: bool = False  # around the y axis: every piece counts by its distance from it
 
     def sizes_of(self, pieces: Pieces) -> Floats:
-        """Return the weights of pieces (p,), in proportion to their volumes, areas or lengths."""
+        """Return the volumes, areas or lengths (p,) of pieces, weighted by radius for a body of revolution."""
         sizes: Floats = pieces.sizes * pieces.middles[:, 0] if self.rings else pieces.sizes
         return sizes
 
 
 def _found(condition: Condition, mesh: Mesh) -> SupportSelection:
+    """Return the nodes that a support with this condition holds, and how well they represent the selection."""
     nodes = np.zeros(len(mesh.points), dtype=np.bool_)
     for own, which in split_by_groups(condition, node_membership(mesh)):
         nodes[which] = selected_points(own, mesh.points[which], mesh.extent)
@@ -164,10 +169,10 @@ def _found(condition: Condition, mesh: Mesh) -> SupportSelection:
 
 
 def _up_to_border(condition: Condition, whole: Ints, held: Bools, mesh: Mesh) -> Ints:
-    """Return free nodes of whole cells (c, k) whose edges to held nodes are all selected.
+    """Return free nodes that should be held too: those of wholly selected cells `whole` (c, k).
 
-    A corner outside the selection changes the cell's volume fraction by the cube of its relative distance, which is too
-    small to detect.
+    A node counts only if its edges to held nodes are selected along their whole length. Volume fractions alone do
+    not detect a corner outside the selection: it changes the fraction by the cube of its relative distance.
     """
     cell, corner = np.nonzero(~held[whole])
     own = whole[cell, corner]
@@ -180,7 +185,11 @@ def _up_to_border(condition: Condition, whole: Ints, held: Bools, mesh: Mesh) ->
 
 
 def _layer(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float] | None:
-    """Return the volume fractions of a selection without any whole cell, and of the cells it holds; else None."""
+    """Return the fractions of the mesh that are selected and held, for a selection that contains no whole cell.
+
+    The result is None for other selections. f (m,) are the selected fractions of cells and `nodes` (n,) the held
+    nodes.
+    """
     total, spanned = float(kind.sizes.sum()), nodes[kind.nodes].all(axis=1) & (f > SMALL)
     share = float(f @ kind.sizes) / total
     thin = kind.nodes.shape[1] >= 4 and share > SMALL and f.max() < 1.0 - WHOLE
@@ -188,7 +197,10 @@ def _layer(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float] | None:
 
 
 def _spanned_fraction(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float]:
-    """Return the part of selected fractions f (m,) that nodes span, and what they span beyond the border."""
+    """Return the fraction of a selection that held nodes span, and the fraction that they span beyond its border.
+
+    f (m,) are the selected fractions of cells and `nodes` (n,) marks the held nodes.
+    """
     chosen, spanned = f * kind.sizes, nodes[kind.nodes].all(axis=1)
     total = float(chosen.sum())
     held = float(chosen[spanned].sum()) / total
@@ -198,7 +210,7 @@ def _spanned_fraction(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, floa
 
 
 def cells_of(mesh: Mesh, depth: float = 0.0) -> _Kind:
-    """Return the cells of a mesh; with a `depth`, m, of a slice through a body of revolution, as whole rings."""
+    """Return the cells of a mesh; for a body of revolution with a slice of `depth`, m, as whole rings."""
     corners = mesh.cells[:, : mesh.element.corners]
     simplices = corners[:, np.array(mesh.element.tetrahedra)]
     sizes = mesh.volumes
@@ -219,13 +231,13 @@ def _facets(mesh: Mesh) -> _Kind:
 
 
 def _edges(mesh: Mesh) -> _Kind:
-    """Return the sides of the triangles of the surface, each once."""
+    """Return the edges of the surface triangles, each once."""
     sides = mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     return _lines(np.unique(np.sort(sides, axis=1), axis=0), mesh)
 
 
 def _lines(ends: Ints, mesh: Mesh) -> _Kind:
-    """Return straight lines between nodes (m, 2), which belong to a group if both ends do."""
+    """Return straight lines between pairs of nodes `ends` (m, 2). A line belongs to a group if both its ends do."""
     lengths = np.linalg.norm(mesh.points[ends[:, 1]] - mesh.points[ends[:, 0]], axis=1)
 
     def members(name: str) -> Bools:
@@ -239,7 +251,7 @@ def _lines(ends: Ints, mesh: Mesh) -> _Kind:
 
 
 def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
-    """Return the fraction of each cell that a condition selects (m,), from 0 to 1."""
+    """Return the fraction (m,), from 0 to 1, of each cell, facet or edge that a condition selects."""
     if condition.groups:
         known = np.zeros(len(kind.nodes))
         for alone, which in split_by_groups(condition, kind.members):
@@ -271,7 +283,7 @@ def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
 
 
 def _border_following_fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
-    """Return selected fractions (m,) of curved cells with a whole face on the border and nothing beyond it; else nan.
+    """Return selected fractions (m,) of curved cells that have a whole face on the border; nan for other cells.
 
     The part of such a cell beyond the border is thin: its volume is the integral of its depth over the face.
     """
@@ -297,7 +309,10 @@ def _border_following_fractions(condition: Condition, kind: _Kind, mesh: Mesh) -
 
 
 def _volume_beyond_border(border: Border, faces: Floats, mesh: Mesh) -> Floats:
-    """Return the volume (f,), m^3, between outward faces with nodes (f, k, 3) and a border on their inner side."""
+    """Return the volumes (f,), m^3, between cell faces and a border that lies on the inner side of the faces.
+
+    `faces` (f, k, 3), m, are the nodes of faces whose normals point outward.
+    """
     facet = mesh.element.facet
     xi, w = facet.quadrature()
     X = np.einsum("qk,fki->fqi", facet.shape(xi), faces)

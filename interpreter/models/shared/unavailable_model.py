@@ -1,4 +1,4 @@
-"""Placeholder for a model that could not be built: it has no solution and returns the reason."""
+"""Placeholder for a model that could not be built; its solution consists of the reason."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class UnavailableModel(Meshless):
 
     @property
     def points(self) -> NDArray[np.float64]:
-        """Points (0, 3): none."""
+        """Points at which loads act (0, 3): none."""
         return np.zeros((0, 3))
 
     def forces(self) -> Sequence[tuple[Declared, NDArray[np.float64]]]:
-        """Return no forces: the resultants of loads are unknown, not zero."""
+        """Return no loads, because their resultants are unknown rather than zero."""
         return ()
 
     def solve(self, watch: Watch) -> Solution:
-        """Return a solution with the reason."""
+        """Return a solution without displacements, with the reason why the model could not be built."""
         return Solution(self.status, self.reason, {})

@@ -1,7 +1,8 @@
-"""Detection of places within cells where fibre directions given by expressions are undefined.
+"""Detection of places within cells at which fibre directions given by expressions are undefined.
 
-Cells are subdivided until interval arithmetic proves for each part that a direction exists in all or none of it. The
-undecided rest contains places of zero volume where the direction vanishes or is discontinuous, such as an axis.
+Cells are subdivided until interval arithmetic proves for each part that a direction exists in all of it or in
+none. The undecided parts contain places of zero volume at which the direction vanishes or is discontinuous,
+such as an axis.
 """
 
 from __future__ import annotations
@@ -34,7 +35,11 @@ BULGE = 0.1  # of the extents of a part: how far one with curved sides may reach
 
 @dataclass(frozen=True)
 class UndefinedDirections:
-    """Volume fractions of a mesh without a direction, and of cells with a singularity; and one such place, m."""
+    """Volume in which a direction is undefined.
+
+    `without` is the volume fraction without a direction, and `touched` that of cells with a singularity. `place`
+    (3,), m, is one such place.
+    """
 
     without: float
     touched: float
@@ -42,17 +47,17 @@ class UndefinedDirections:
 
 
 def rules(material: Any) -> tuple[DirectionProfile, ...]:
-    """Return the fibre and sheet directions of a material that are expressions."""
+    """Return the fibre and sheet directions of a material that are given by expressions."""
     law = getattr(material, "passive", material)
     each = (getattr(m, name, None) for m in (material, law) for name in ("fibres", "sheets"))
     return tuple({id(rule): rule for rule in each if isinstance(rule, DirectionProfile)}.values())
 
 
 def undefined_directions(rule: DirectionProfile, mesh: Mesh, axial: bool) -> UndefinedDirections | None:
-    """Return the volume of a mesh without a direction, cached in the mesh; None if the direction exists everywhere.
+    """Return the part of a mesh in which a direction is undefined, cached in the mesh; None if it exists everywhere.
 
-    Fields from files are checked at the points of a finer rule: they are unknown between these. For a body of
-    revolution (`axial`), volumes are those of rings.
+    Fields read from files are checked only at points of a finer rule. For a body of revolution (`axial`), volumes
+    are those of rings.
     """
     key: Any = (undefined_directions, rule)
     if key not in mesh.selections:
@@ -65,7 +70,7 @@ def undefined_directions(rule: DirectionProfile, mesh: Mesh, axial: bool) -> Und
 
 
 def _undefined_volume_by_intervals(rule: DirectionProfile, mesh: Mesh, axial: bool) -> UndefinedDirections | None:
-    """Return the volume without a direction by interval arithmetic on subdivided cells."""
+    """Return the part of a mesh in which a direction is undefined, by interval arithmetic on subdivided cells."""
     element = mesh.element
     volumes = np.abs(mesh.volumes)
     if axial:
@@ -101,7 +106,7 @@ def _undefined_volume_by_intervals(rule: DirectionProfile, mesh: Mesh, axial: bo
 
 
 def _undefined_volume_by_samples(rule: DirectionProfile, mesh: Mesh) -> UndefinedDirections | None:
-    """Return the volume without a direction for rules with fields from files, by sampling at points of a finer rule."""
+    """Return the part of a mesh in which a direction read from a field file is undefined, by sampling a finer rule."""
     finer = mesh.element.mass_quadrature()
     X = np.einsum("qa,mai->mqi", mesh.element.shape(finer[0]), mesh.points[mesh.cells]).reshape(-1, 3)
     w = integrate_cells(mesh, rule=finer).w.ravel()
@@ -114,7 +119,7 @@ def _undefined_volume_by_samples(rule: DirectionProfile, mesh: Mesh) -> Undefine
 
 
 def _positions(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
-    """Return the positions (n, c, 3), m, of local corner points of parts of cells."""
+    """Return the positions (n, c, 3), m, of parts of cells, given by their local `corners` (n, c, 3)."""
     n, c, _ = corners.shape
     N = mesh.element.shape(corners.reshape(-1, 3)).reshape(n, c, -1)
     found: Floats = np.einsum("nca,nai->nci", N, mesh.points[mesh.cells[which]])
@@ -122,7 +127,10 @@ def _positions(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
 
 
 def _parts(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
-    """Return volumes of cells (n,), m^3, from the Jacobian at the middle of a part; a part has its share of it."""
+    """Return the volumes (n,), m^3, that cells would have with the Jacobian at the centre of a part.
+
+    A part has its local fraction of that volume.
+    """
     element = mesh.element
     dN = element.gradient(corners.mean(axis=1))
     J = np.einsum("nak,nai->nki", dN, mesh.points[mesh.cells[which]])
@@ -131,7 +139,7 @@ def _parts(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
 
 
 def _direction_bounds(rule: DirectionProfile, X: Floats, curved: bool) -> list[Values]:
-    """Return interval bounds of each component of the direction over parts with corners X (n, c, 3)."""
+    """Return interval bounds of each component of the direction over parts of cells with corners X (n, c, 3), m."""
     low, high = X.min(axis=1), X.max(axis=1)
     if curved:
         low, high = low - BULGE * (high - low), high + BULGE * (high - low)
@@ -139,7 +147,7 @@ def _direction_bounds(rule: DirectionProfile, X: Floats, curved: bool) -> list[V
 
 
 def _are_nearly_parallel(rule: DirectionProfile, X: Floats) -> Any:
-    """Return in which parts (n, c, 3) the directions at the corners and the centre are nearly parallel (n,)."""
+    """Return in which parts, with corners X (n, c, 3), m, directions at corners and centre nearly agree (n,)."""
     at = np.concatenate([X, X.mean(axis=1, keepdims=True)], axis=1)
     with np.errstate(all="ignore"):
         d = rule.at(at.reshape(-1, 3), read_field).reshape(at.shape)
@@ -153,7 +161,7 @@ def _are_nearly_parallel(rule: DirectionProfile, X: Floats) -> Any:
 
 
 def must_have_directions(case: Case, mesh: Mesh) -> None:
-    """Raise Fault if a part of the volume has no direction."""
+    """Raise Fault if fibre directions are undefined in a part of the volume."""
     for rule, found in _hollows(case, mesh):
         if found.without > 0.0:
             raise fault(
@@ -168,7 +176,7 @@ def must_have_directions(case: Case, mesh: Mesh) -> None:
 
 
 def notes(case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
-    """Yield a warning if directions are discontinuous within cells."""
+    """Yield a warning if fibre directions are discontinuous within cells."""
     for rule, found in _hollows(case, mesh):
         if found.touched > 0.0:
             yield diagnostic(
@@ -183,7 +191,7 @@ def notes(case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
 
 
 def _hollows(case: Case, mesh: Mesh) -> Iterator[tuple[DirectionProfile, UndefinedDirections]]:
-    """Yield each rule of the material that leaves places without a direction, with their volume."""
+    """Yield each direction of the material that is undefined somewhere, with the part of the mesh concerned."""
     for rule in rules(case.material):
         found = undefined_directions(rule, mesh, case.depth > 0.0)
         if found is not None:
@@ -191,4 +199,5 @@ def _hollows(case: Case, mesh: Mesh) -> Iterator[tuple[DirectionProfile, Undefin
 
 
 def _shown(found: UndefinedDirections) -> str:
+    """Return the place of a singularity as text with its unit."""
     return units.format_vector(tuple(float(f"{c:.3g}") for c in found.place), units.LENGTH)

@@ -1,6 +1,6 @@
-"""Bodies that only contact can hold: stabilization before contact, and the motions that remain free.
+"""Bodies that supports leave free and only contact can hold: stabilization, and motions that remain free.
 
-Each piece of a body is checked separately, with the assumption that what it touches is fixed.
+Each piece of a body is checked separately, under the assumption that everything it touches is fixed.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ WEAKEST = 1e-6  # of Young's modulus times the size: a spring that a body hardly
 
 @dataclass(frozen=True)
 class UnsupportedBody:
-    """Body that supports leave free: its constraints, and the spring that stabilizes it until it touches.
+    """Body that supports leave free: its constraints, and the spring that stabilizes it until it is in contact.
 
-    `pieces` (k, n) are the nodes of each free piece; `whole` is true if the body has only one piece.
+    `pieces` (k, n) marks the nodes of each free piece; `whole` is true if the body has only one piece.
     """
 
     held: Constraints
@@ -51,16 +51,16 @@ class UnsupportedBody:
     whole: bool
 
     def kept(self, declared: Declared, contacts: Mapping[str, Any], u: Floats) -> tuple[tuple[Diagnostic, ...], str]:
-        """Return warnings that name the contacts holding each piece in a state u (3 n,), m, and its free motions.
+        """Return warnings about free pieces in a state u (3 n,), m, and a description of motions that remain free.
 
-        The warnings contain no numbers of the state, so that equal warnings of several states can be merged. The
-        motions are empty if the body is held.
+        A warning names the contacts that hold the piece. It has no numbers of the state, so that equal warnings of
+        several states can be merged. The description is empty if contacts hold all pieces.
         """
         each = [self._kept(declared, contacts, u, piece) for piece in self.pieces]
         return tuple(note for note, _ in each), ", and to ".join(adrift for _, adrift in each if adrift)
 
     def _kept(self, declared: Declared, contacts: Mapping[str, Any], u: Floats, piece: Bools) -> tuple[Diagnostic, str]:
-        """Return the warning and the free motions of one piece with these nodes (n,)."""
+        """Return the warning and the remaining free motions of one piece, whose nodes `piece` (n,) marks."""
         pressing = {name: rows for name, contact in contacts.items() if len(rows := self._rows(contact, u, piece))}
         left = left_free(self.held, piece, [*pressing.values()])
         adrift = join_motions(left) if left else ""
@@ -72,14 +72,16 @@ class UnsupportedBody:
         stays = f"; it is still free to {adrift} and stays at its initial position there" if adrift else ""
         remedy = "move the body or surface that should hold it closer: only an artificial spring holds it in place"
         if by:
-            remedy = (
-                f"an artificial spring held it while solving, and now carries less than {GONE:.0e} of the forces{stays}"
-            )
+            remedy = "an artificial spring held it during the solution and now carries less than "
+            remedy += f"{GONE:.0e} of the forces{stays}"
         label = "held only by contact" if by else "not held"
         return diagnostic("W613", declared.at(), problem, label, remedy), adrift
 
     def _rows(self, contact: Any, u: Floats, piece: Bools) -> Floats:
-        """Return constraint rows (r, 6) of a contact: normals of pressed points, all directions of sticking ones."""
+        """Return the constraint rows (r, 6) that a contact adds for rigid motions of a piece.
+
+        A sliding point restricts motion along its normal; a sticking point restricts all directions.
+        """
         X, n, sticks = (
             _pressed_samples(contact, u, piece)
             if isinstance(contact, DynamicPatternEnergy)
@@ -90,7 +92,7 @@ class UnsupportedBody:
 
 
 def _pressed_points(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floats, Bools]:
-    """Return positions (p, 3), m, normals (p, 3) and sticking states of points that a rigid body presses on."""
+    """Return positions (p, 3), m, normals (p, 3) and sticking states (p,) of points pressed by a rigid body."""
     nodes = getattr(contact, "nodes", None)
     on = contact.pressures(u) > 0.0
     if nodes is not None and len(nodes) == len(on):
@@ -100,7 +102,7 @@ def _pressed_points(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floa
 
 
 def _pressed_samples(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floats, Bools]:
-    """Return positions, normals and sticking states of contact samples between a piece and another piece."""
+    """Return positions (p, 3), m, normals (p, 3) and sticking states (p,) of contact samples between two pieces."""
     from softmark.solvers.contact.deformable_friction import DeformableFriction
 
     hold, skin = (contact if contact.rubs else DeformableFriction(contact, 0.0)).hold(u), contact.skin
@@ -115,7 +117,7 @@ def _pressed_samples(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Flo
 def find_unsupported_body(
     case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
 ) -> UnsupportedBody | None:
-    """Return the stabilization of a body on a mesh that supports leave free; None if no piece is free.
+    """Return the stabilization of a body that supports leave free; None if supports hold every piece.
 
     `dofs` is the number of unknowns. Raises Fault if a free piece has no contact that could hold it.
     """
@@ -135,7 +137,7 @@ def find_unsupported_body(
 
 
 def _pieces(mesh: Mesh, beds: Mapping[str, Any]) -> Bools:
-    """Return the nodes of each piece of a body (k, n); tied pieces count as one."""
+    """Return a mask of the nodes of each piece of a body (k, n); pieces that are tied together count as one."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

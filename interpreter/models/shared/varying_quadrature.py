@@ -1,10 +1,10 @@
-"""Quadrature of material constants that vary within cells, with more points in the cells that need them.
+"""Quadrature of material constants that vary within cells, with more points in cells that need them.
 
-Constants are integrated adaptively over every cell, with bounds of their expressions and images, so that no narrow peak
-is missed (solvers/mesh/adaptive_quadrature.py). A cell keeps the points of its element if they are accurate enough. Any
-other cell gets few points with positive weights, which integrate polynomials, and polynomials times each constant, as
-the adaptive rule does (solvers/mesh/positive_quadrature.py). The law is therefore evaluated with the constants of
-actual points of the cell.
+Constants are integrated adaptively over every cell, with bounds of their expressions and field images, so that
+no narrow peak is missed (solvers/mesh/adaptive_quadrature.py). A cell keeps the points of its element if they
+are accurate enough. Any other cell gets a few points with positive weights. These integrate polynomials, and
+polynomials times each constant, as accurately as the adaptive rule (solvers/mesh/positive_quadrature.py). The
+material law is therefore evaluated with the constants at actual points of the cell.
 """
 
 from __future__ import annotations
@@ -38,9 +38,10 @@ Look = Callable[[Profile, Floats], Floats]  # a constant at points (..., 3), m
 
 @dataclass(frozen=True)
 class Functions:
-    """Functions of material constants that cells integrate: `values` (g, n) at points (n, 3), `bounds` over boxes.
+    """Functions of material constants to be integrated over cells.
 
-    The first `kept` functions enter the energy. The others are inverses, whose means bound how soft a cell can be.
+    `values` returns the functions (g, n) at points (n, 3), m, and `bounds` their bounds over boxes. The first
+    `kept` functions enter the energy. The others are inverses, whose means bound how soft a cell can be.
     """
 
     profiles: tuple[Profile, ...]
@@ -51,7 +52,7 @@ class Functions:
 
     @property
     def axes(self) -> Floats:
-        """1 along each coordinate that a constant depends on, else 0 (3,)."""
+        """Mask (3,): 1 for each coordinate that a constant depends on, else 0."""
         nodes = [node for p in self.profiles for node in p.root.walk()]
         if any(node.do == "field" for node in nodes):
             return np.ones(3)
@@ -60,9 +61,11 @@ class Functions:
 
 
 def stiffness_functions(young: Any, poisson: Any, pressures: bool, look: Look) -> Functions:
-    """Return the moduli and their inverses: only E if Poisson's ratio is a single number, else mu and K.
+    """Return the moduli of a material and their inverses as functions to be integrated.
 
-    With `pressures`, the compliance of the volume enters the energy, and K may be infinite.
+    The modulus is E if Poisson's ratio is a single number, else mu and K. With `pressures` as unknowns, the
+    volumetric compliance 1/K enters the energy, and K may be infinite. `look` evaluates a varying constant at
+    points.
     """
     varying = tuple(c for c in (young, poisson) if isinstance(c, Profile))
     if not isinstance(poisson, Profile):
@@ -96,7 +99,7 @@ def stiffness_functions(young: Any, poisson: Any, pressures: bool, look: Look) -
 
 
 def constant_functions(profile: Profile, look: Look) -> Functions:
-    """Return the functions of a single constant, such as a density or a tension."""
+    """Return a single constant, such as a density or a muscle tension, as a function to be integrated."""
 
     def values(X: Floats) -> Floats:
         return look(profile, X)[None]
@@ -133,8 +136,8 @@ def _safe_inverse(a: Floats) -> Floats:
 class CellRule:
     """Quadrature points of every cell: local points `xi` (m, q, 3) and volumes `w` (m, q), m^3.
 
-    Cells with fewer points are padded with points of zero volume in their centre. `special` (m,) are cells that do not
-    have the points of their element.
+    Cells with fewer than q points are padded with points of zero volume at their centre. `special` (m,) marks cells
+    whose points are not those of their element.
     """
 
     xi: Floats
@@ -142,21 +145,21 @@ class CellRule:
     special: Any
 
     def shape(self, mesh: Mesh) -> Floats:
-        """Return shape functions N (m, q, a)."""
+        """Return shape functions N (m, q, a) at the points."""
         return mesh.element.shape(self.xi.reshape(-1, 3)).reshape(*self.w.shape, -1)
 
     def places(self, mesh: Mesh) -> Floats:
-        """Return positions (m, q, 3), m."""
+        """Return the positions (m, q, 3), m, of the points."""
         return np.asarray(self.shape(mesh) @ mesh.points[mesh.cells])
 
     def local(self, mesh: Mesh) -> tuple[Floats, Floats]:
-        """Return local points (m, q, 3) and weights (m, q), that is volumes divided by the Jacobian of the cell."""
+        """Return local points (m, q, 3) and weights (m, q), which are volumes divided by the Jacobian determinant."""
         dN = mesh.element.gradient(self.xi.reshape(-1, 3)).reshape(*self.w.shape, -1, 3)
         J = np.einsum("mai,mqaj->mqij", mesh.points[mesh.cells], dN, optimize=True)
         return self.xi, self.w / np.linalg.det(J)
 
     def integration(self, mesh: Mesh) -> Integration:
-        """Return gradients and volumes at the points, with shape functions N (m, q, a) of each cell."""
+        """Return gradients, volumes and shape functions N (m, q, a) at the points of each cell."""
         dN = mesh.element.gradient(self.xi.reshape(-1, 3)).reshape(*self.w.shape, -1, 3)
         J = np.einsum("mai,mqaj->mqij", mesh.points[mesh.cells], dN, optimize=True)
         return Integration(np.ascontiguousarray(dN @ np.linalg.inv(J)), self.w, self.shape(mesh))
@@ -164,13 +167,13 @@ class CellRule:
 
 @dataclass(frozen=True)
 class CellQuadrature:
-    """Quadrature of the constants of a material over the cells of a mesh, with its errors.
+    """Quadrature of the varying constants of a material over the cells of a mesh, with its errors.
 
-    `rule` has the points of cells that need their own; it is None if all cells keep the quadrature `own` of their
-    element. `missed` (m,) is the error of the integrals over each cell, relative to `total` (kept,), the integrals over
-    all cells. `unseen` (m,) is the part of it that may be hidden between points, by bounds of the constants. `means`
-    (g, m) are means of the functions over cells, `least` and `largest` (g, m) their extremes at points. `fine` is the
-    adaptive rule of all cells.
+    `rule` has the points of cells that need other points than those of their element; it is None if no cell does.
+    `own` is the quadrature of the element. `missed` (m,) is the error of the integrals over each cell, relative to
+    `total` (kept,), the integrals over all cells. `unseen` (m,) is the part of that error that may be hidden
+    between points, by bounds of the constants. `means` (g, m) are cell means of the functions; `least` and
+    `largest` (g, m) are their extremes at points. `fine` is the adaptive rule of all cells.
     """
 
     rule: CellRule | None
@@ -186,7 +189,7 @@ class CellQuadrature:
 
 
 def degree_of(mesh: Mesh, mass: bool) -> int:
-    """Return the degree of the polynomials in stiffness, or in mass."""
+    """Return the polynomial degree of the integrand of stiffness or, if `mass`, of the mass matrix."""
     element = mesh.element
     simplex = family_of(element) == "tetrahedra"
     stiff = 2 * (element.order - 1) if simplex else 2 * element.order + (element.order == 1)
@@ -195,7 +198,7 @@ def degree_of(mesh: Mesh, mass: bool) -> int:
 
 
 def polynomials(mesh: Mesh, xi: Floats, degree: int) -> Floats:
-    """Return Legendre polynomials (n, k) up to a total degree at local points xi (n, 3)."""
+    """Return the Legendre polynomials (n, k) up to a total `degree` at local points xi (n, 3)."""
     family = family_of(mesh.element)
     t = xi.copy()
     t[:, : {"hexahedra": 0, "wedges": 2, "tetrahedra": 3}[family]] *= 2.0
@@ -206,10 +209,10 @@ def polynomials(mesh: Mesh, xi: Floats, degree: int) -> Floats:
 
 
 def choose_quadrature(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> CellQuadrature:
-    """Return the rule by which cells integrate functions, and its errors; cached in the mesh.
+    """Return the quadrature of functions over the cells of a mesh, and its errors. The result is cached in the mesh.
 
-    `own` is the quadrature of the element, which cells keep where it is accurate enough. Raises any error of evaluating
-    a constant.
+    `own` is the quadrature of the element; cells keep it where it is accurate enough. Errors of evaluating a
+    constant are raised.
     """
     key = key_of(functions, own, mass)
     if key not in mesh.selections:
@@ -219,11 +222,12 @@ def choose_quadrature(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -
 
 
 def key_of(functions: Functions, own: Rule, mass: bool) -> Any:
-    """Return the key of the result of `resolved` in the `selections` of a mesh."""
+    """Return the key under which the result of `choose_quadrature` is cached in `selections` of a mesh."""
     return choose_quadrature, functions.profiles, functions.kept, len(own[1]), mass
 
 
 def _choose_quadrature(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> CellQuadrature:
+    """Return the quadrature of functions over the cells of a mesh, and its errors, without a cache."""
     count = len(mesh.cells)
     middle = np.einsum("a,mai->mi", mesh.element.shape(np.array([mesh.element.centre]))[0], mesh.points[mesh.cells])
     floor = FLOOR * np.abs(functions.values(middle)).mean(axis=1)
@@ -262,7 +266,7 @@ def _choose_quadrature(mesh: Mesh, functions: Functions, own: Rule, mass: bool) 
 def _rule(
     mesh: Mesh, fine: FineRule, kept: int, own: Rule, w: Floats, special: Any, degree: int
 ) -> tuple[CellRule, Floats]:
-    """Return few points for cells that need their own, those of the element for others, and the relative error."""
+    """Return a rule with few points in special cells and the element's points in others, and its relative error."""
     some = np.flatnonzero(special[fine.cell])
     numbers = np.cumsum(special) - 1
     cell = numbers[fine.cell[some]]

@@ -56,7 +56,7 @@ PATIENCE = 60  # Newton iterations of a trial; a network that does not collapse 
 
 @dataclass(frozen=True)
 class PreparedSprings(MeshBasedModel):
-    """Spring network: its mesh, springs, static problem, and the result of fitting their stiffness."""
+    """Spring network: its mesh, its springs, its static problem, and the result of fitting its stiffness."""
 
     model: MassSpring
     declared: Declared
@@ -75,21 +75,21 @@ class PreparedSprings(MeshBasedModel):
     density: float = 0.0  # kg/m^3
 
     def warm(self) -> None:
-        """Compile or load every kernel, outside the timing."""
+        """Compile or load all kernels, before timing starts."""
         with factorisations.warm_up_in_parallel(len(self.problem.assembly.pattern.indices)):
             warm_kernels()
 
     @property
     def assembly(self) -> Assembly:
-        """Springs and loads over all nodes."""
+        """Energies of springs and loads in terms of nodal displacements."""
         return self.problem.assembly
 
     def after(self, before: DeformedMesh) -> PreparedSprings:
-        """Return the model with the state before as its start, unless a perturbed start is declared."""
+        """Return the network with the previous state as its start; the network itself if it has a perturbed start."""
         return self if self.disturbance else replace(self, before=np.ravel(before.displacement))
 
     def solve(self, watch: Watch) -> Solution:
-        """Find the static equilibrium from rest, or from the state before."""
+        """Return the static equilibrium, starting from rest or from the previous state."""
         if isinstance(self.fit, NoFit):
             return Solution("not_converged", f"its stiffness could not be calibrated: {self.fit.reason}", self.facts)
         problem = replace(self.problem, watch=watch, start=self.before)
@@ -98,16 +98,18 @@ class PreparedSprings(MeshBasedModel):
         return replace(solution, facts=solution.facts | self.facts | mesh_facts(self.mesh))
 
     def _found(self, problem: Statics) -> Equilibrium:
-        """Find the equilibrium from rest, or from a perturbed state. Raises NotConverged."""
+        """Return the equilibrium from rest, or from a perturbed start. Raises NotConverged."""
         if self.disturbance is None:
             return equilibrium(problem)
         cells = Elastic(self.mesh.cells, self.parts.dNdX, self.parts.w, SmallStrain(1.0, 1.0))
         return recover_springs(self.disturbance, problem, self.mesh.points, cells)
 
     def _loose(self, d: Floats) -> str:
+        """Return a description of a motion d (dofs,) that no spring resists."""
         return static_result.describe_free_motion(self.mesh.points, d.reshape(-1, 3))
 
     def _finish(self, found: Equilibrium) -> Solution:
+        """Return the solution of an equilibrium, with its report and warnings."""
         solution = static_result.solution_of(found, displacement_of(self.mesh, found.x.reshape(-1, 3)))
         doubts = (*self._folded(found.x), *static_result.uniqueness_warnings(self.declared, found))
         modes = frequencies_about(self.problem.assembly, found.x, self.mass, self.problem.linear)
@@ -116,11 +118,12 @@ class PreparedSprings(MeshBasedModel):
         return replace(seen, carried=cache(lambda: self._carried(found.x)))
 
     def mass(self) -> Floats:
-        """Masses of the nodes (3 n,), kg."""
+        """Masses of the degrees of freedom (3 n,), kg."""
         found: Floats = mass_matrix(self.mesh, self.parts, self.density, "lumped")
         return found
 
     def _carried(self, x: Floats) -> nodal_forces.NodalForces:
+        """Return the nodal forces in a state x (3 n,)."""
         return nodal_forces.on_mesh(self.mesh, x, x, self.assembly, self.applied, small=False)
 
     def _folded(self, x: Floats) -> tuple[Diagnostic, ...]:
@@ -142,7 +145,7 @@ class PreparedSprings(MeshBasedModel):
 
     @property
     def facts(self) -> dict[str, Any]:
-        """Report of the springs and of the fit."""
+        """Report of the springs and of the fit of their stiffness."""
         k = self.springs.k
         facts: dict[str, Any] = {"springs": {"count": len(k), "least_N_per_m": float(k.min()),
                                              "largest_N_per_m": float(k.max())}}  # fmt: skip
@@ -157,7 +160,7 @@ class PreparedSprings(MeshBasedModel):
 
 
 def warm_kernels() -> None:
-    """Compile the kernels of springs on a single spring."""
+    """Compile the kernels of springs by evaluating a single spring."""
     one = Springs(np.array([[0, 1]]), np.array([[1.0, 0.0, 0.0]]), np.ones(1))
     small = Assembly(6, np.zeros(0, dtype=np.int64), [one], [])
     small.gradient(np.zeros(6), 1.0)
@@ -166,12 +169,12 @@ def warm_kernels() -> None:
 
 @dataclass(frozen=True)
 class MovingSprings(PreparedMotion):
-    """Dynamic analysis of a spring network, with the same report of its springs as in statics."""
+    """Dynamic analysis of a spring network, which reports its springs as the static network does."""
 
     static: PreparedSprings
 
     def solve(self, watch: Watch) -> Solution:
-        """Integrate in time from the start to the end."""
+        """Return the solution by time integration from the start to the end of the analysis."""
         still = self.static
         if isinstance(still.fit, NoFit):
             return still.solve(watch)
@@ -180,7 +183,7 @@ class MovingSprings(PreparedMotion):
 
 
 def load(model: MassSpring) -> None:
-    """Import what building needs."""
+    """Import the modules that building needs."""
     import softmark.solvers.mesh.structured_meshes  # noqa: F401
 
     if isinstance(model.stiffness, Calibrated):  # its solutions are part of the preparation
@@ -188,7 +191,7 @@ def load(model: MassSpring) -> None:
 
 
 def prepare(model: MassSpring, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
-    """Build the static or dynamic spring network, and fit it if calibrated. Raises Fault."""
+    """Build the static or dynamic spring network, and fit its stiffness if it is calibrated. Raises Fault."""
     mesh = mesh_of(model.solid, declared, case, workshop)
     parts = integrate_cells(mesh)
     springs = springs_of(model, case, mesh, build_spring_network(mesh, model.diagonals))
@@ -211,7 +214,7 @@ def prepare(model: MassSpring, declared: Declared, case: Case, workshop: BuildCo
 
 
 def _build_dynamics(built: PreparedSprings, case: Case) -> MovingSprings:
-    """Build the dynamic analysis of the network. Raises Fault."""
+    """Build the dynamic analysis of a spring network. Raises Fault."""
     mesh, declared = built.mesh, built.declared
     moving = build_solid_dynamics(
         built, declared, case, mesh, built.mass(), [built.springs], [*built.applied], built.problem
@@ -229,7 +232,7 @@ def springs_of(model: MassSpring, case: Case, mesh: Mesh, net: SpringNetwork) ->
 
 
 def statics_of(case: Case, mesh: Mesh, parts: Integration, springs: Springs, measured: Mapping[str, Any]) -> Statics:
-    """Return the static problem, with the loads and supports of a solid on the same mesh. Raises Fault."""
+    """Return the static problem of springs, with the supports and loads of a solid on the same mesh. Raises Fault."""
     fixed, target, way = solid_supports(case, mesh, measured)
     dofs = mesh.points.size
     loads = merge_loads(single_loads(case, mesh, parts, small=False, mass="lumped"), dofs)
@@ -251,7 +254,7 @@ def statics_of(case: Case, mesh: Mesh, parts: Integration, springs: Springs, mea
 
 
 def _fit_stiffness(built: PreparedSprings, case: Case, workshop: BuildContext) -> PreparedSprings:
-    """Return the network with its stiffness times the best factor. Raises Fault."""
+    """Return the network with its stiffness multiplied by the fitted factor. Raises Fault."""
     if workshop.scene is None:
         raise fault("E521", built.declared.at("stiffness"), f"`{built.declared.name}` has no scene for its calibration")
     target = target_of(workshop.scene, built.declared, case, workshop.measured)
@@ -265,7 +268,10 @@ def _fit_stiffness(built: PreparedSprings, case: Case, workshop: BuildContext) -
 
 
 def _error(factor: float, built: PreparedSprings, trial: Statics, target: FitTarget) -> float | None:
-    """Return the metric for a factor on the stiffness; None without an equilibrium within PATIENCE iterations."""
+    """Return the metric of the network with its stiffness multiplied by a factor.
+
+    The result is None if no equilibrium is found within PATIENCE iterations.
+    """
     springs = replace(built.springs, k=factor * built.springs.k)
     assembly = trial.assembly.with_internal([springs])
     try:
@@ -277,7 +283,7 @@ def _error(factor: float, built: PreparedSprings, trial: Statics, target: FitTar
 
 @dataclass
 class _Patience:
-    """Limit on the iterations of a trial, because a collapsing network may need hundreds of them."""
+    """Limit on the iterations of one trial of the fit, because a collapsing network may need hundreds of them."""
 
     iterations: int = 0
 

@@ -1,6 +1,6 @@
-"""Declarations of spring networks, and of the rules for their stiffness.
+"""Declarations of spring networks, and of the rules that set the stiffness of springs.
 
-To add a rule for the stiffness: a class here, a line in STIFFNESSES, a case in `springs.stiffness_of`.
+To add a rule: a class here, a line in STIFFNESSES, and a case in `springs.stiffness_of`.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ FAR = 0.05  # from it: then the material is another one
 
 @dataclass(frozen=True)
 class Uniform:
-    """One stiffness for all springs, independent of their length.
+    """Equal stiffness of all springs, independent of their length.
 
-    The body's modulus then depends on the mesh: in a lattice of cubes of edge a it is 5 k / 2a.
+    The modulus of the body then depends on the mesh: in a lattice of cubes of edge a it is 5 k / 2a.
     """
 
     value: Annotated[float, "N/m in (0, inf)", "force per stretch of every spring"]
@@ -38,24 +38,24 @@ class Uniform:
 
 @dataclass(frozen=True)
 class FromMaterial:
-    """Stiffness from Young's modulus, without a free factor.
+    """Spring stiffness from Young's modulus of the material, without a free factor.
 
-    Tetrahedra: k = E V / l^2, with V the volume of the cells around an edge (Van Gelder 1998, J. Graphics Tools
-    3(2):21); it is right on average if springs point equally in all directions. Hexahedra: the stiffness that makes
-    each cell as isotropic as possible. For cubes of edge a that is k = 2 E a / 5 on edges and face diagonals; with body
-    diagonals 3 E a / 5 on edges, E a / 5 on face and 3 E a / 20 on body diagonals. Poisson's ratio is not used: a
-    network has its own, 1/4.
+    Tetrahedra: k = E V / l^2, with V the volume of the cells around an edge of length l (Van Gelder 1998, J.
+    Graphics Tools 3(2):21); it is right on average if springs point equally in all directions. Hexahedra: the
+    stiffness that makes each cell as isotropic as possible. For cubes of edge a that is k = 2 E a / 5 on edges and
+    face diagonals. With body diagonals it is 3 E a / 5 on edges, E a / 5 on face diagonals and 3 E a / 20 on body
+    diagonals. Poisson's ratio of the material is not used: a network has a Poisson's ratio of 1/4.
     """
 
 
 @dataclass(frozen=True)
 class Calibrated:
-    """Stiffness from the material times one factor, which minimizes a metric at a fraction of the load.
+    """Spring stiffness from the material times one factor, which minimizes a metric at a fraction of the load.
 
-    The fit uses the loads, the imposed displacements and the reference at `load` of their full size; the report
-    assesses the model at full load, which the fit has not used. The reference must be one that can be solved for a
-    smaller load, such as `simo_reissner`. A measurement is known at full load only: with `load = 100 %`, fit and
-    assessment share their data, and a warning says so.
+    The fit uses the loads, the imposed displacements and the reference at the fraction `load` of their full size;
+    the report assesses the model at full load, which the fit has not used. The reference must be one that can be
+    solved at a smaller load, such as `simo_reissner`. A measurement is known only at full load: with `load = 100
+    %`, fit and assessment share their data, and a warning reports this.
     """
 
     metric: Annotated[str, "metric", "error against a reference that the factor minimizes"]
@@ -71,12 +71,12 @@ STIFFNESSES: dict[str, type[Any]] = {
 
 @dataclass(frozen=True)
 class MassSpring(Model):
-    """Masses at the nodes of a mesh, with linear springs between them.
+    """Masses at the nodes of a mesh, connected by linear springs.
 
-    Springs run along the edges of tetrahedra, or along the edges and diagonals of hexahedra; the energy of one is
-    k/2 (l - l0)^2. They use the density of the material and, unless their stiffness is given, Young's modulus. An
-    isotropic network of springs has a Poisson's ratio of 1/4 and no other (the Cauchy relation), and does not resist
-    inversion. Between nodes displacements are interpolated in the cells.
+    Springs run along the edges of tetrahedra, or along the edges and diagonals of hexahedra; the energy of a spring is
+    k/2 (l - l0)^2. The network uses the density of the material and, unless the stiffness is given, its Young's
+    modulus. An isotropic network of springs always has a Poisson's ratio of 1/4 (the Cauchy relation), and does not
+    resist inversion of cells. Between nodes displacements are interpolated in the cells.
     Source: Provot (1995); Van Gelder (1998); for the lattice Love (1906), note B.
     """
 
@@ -101,19 +101,19 @@ class MassSpring(Model):
 
     @property
     def own_mesh(self) -> Shape | None:
-        """Mesh from a file, used in place of one generated from the body's shape; else None."""
+        """Mesh read from a file, which replaces a mesh generated from the body's shape; None if there is no file."""
         return self.mesh
 
     def mesh_words(self, case: Case) -> str:
-        """Return a description of its mesh."""
+        """Return a description of the mesh of the network."""
         return self.solid.mesh_words(case)
 
     def mesh_key(self) -> tuple[Any, ...]:
-        """Return the key in which two models of a body must agree to share a mesh."""
+        """Return a key that is equal for models of a body that can share a mesh."""
         return self.solid.mesh_key()
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Return errors and warnings about this model in a case."""
+        """Return errors and warnings about this network in a case."""
         found = [
             *self.refusals(declared, case),
             self.solid.one_mesh(declared, case),
@@ -126,7 +126,7 @@ class MassSpring(Model):
         return [d for d in found if d is not None]
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Return errors about fitting it in this scene."""
+        """Return errors about calibrating this network in its scene."""
         if not isinstance(self.stiffness, Calibrated):
             return []
         from softmark.interpreter.models.spring_network.stiffness_calibration import check_calibration
@@ -134,6 +134,7 @@ class MassSpring(Model):
         return check_calibration(scene, declared, case)
 
     def _cauchy(self, declared: Declared, case: Case) -> Diagnostic | None:
+        """Return a warning if the Poisson's ratio of the material differs from 1/4, that of springs."""
         nu = case.largest_poisson
         if abs(nu - CAUCHY) <= FAR + 1e-12:
             return None
@@ -142,10 +143,11 @@ class MassSpring(Model):
             declared.at(),
             f"springs have a Poisson's ratio of 0.25, but the material of `{case.body.name}` has {nu:g}",
             "not representable by springs",
-            "use `fem(...)`, which supports any Poisson's ratio: no spring stiffness can change that of springs",
+            "use `fem(...)`, which supports any Poisson's ratio: spring stiffness does not change the ratio of springs",
         )
 
     def _law(self, declared: Declared, case: Case) -> Diagnostic | None:
+        """Return a warning if the material has a finite-strain law, which springs do not use."""
         if case.material.finite_law() is None:
             return None
         return diagnostic(
@@ -157,6 +159,7 @@ class MassSpring(Model):
         )
 
     def _same(self, declared: Declared) -> Diagnostic | None:
+        """Return a warning if the network is calibrated at full load, with the data that assess it."""
         if not isinstance(self.stiffness, Calibrated) or self.stiffness.load < 1.0:
             return None
         return diagnostic(
@@ -173,21 +176,24 @@ class MassSpring(Model):
         return f"{self.mesh_words(case)}, {self._words}"
 
     def kind(self, case: Case) -> ModelKind | None:
-        """Return the family of the model, that is all but its size."""
+        """Return the family of the model: all its properties except its size; None without a family."""
         solid = self.solid.kind(case)
         return None if solid is None else replace(solid, words=f"{self.network}, {self._words}")
 
     @property
     def _words(self) -> str:
+        """Return a description of the network without its size."""
         across = f" with diagonals of {self._across}" if element_of(self.network).diagonals[0] else ""
         return f"springs{across}: {self._rule}"
 
     @property
     def _across(self) -> str:
+        """Return the kinds of diagonals of hexahedra that have springs, as text."""
         return "faces" if self.diagonals == "faces" else "faces and body"
 
     @property
     def _rule(self) -> str:
+        """Return a description of the rule of the stiffness."""
         match self.stiffness:
             case Uniform(value=k):
                 return f"{k:g} N/m each"

@@ -1,8 +1,8 @@
-"""Fit of the stiffness factor of a calibrated network at a fraction of the load, and its requirements on a scene.
+"""Calibration of the stiffness factor of a spring network at a fraction of the load, and its checks.
 
-doubts     errors of a scene that cannot be fitted to, found before anything is built
-target_of  the metric, the reference and the points at the fraction of the load
-least      the factor that minimizes an error
+`check_calibration` returns errors of a scene, before anything is built. `target_of` returns the metric, the
+reference and the points at the fraction of the load. `minimize_error` returns the factor that minimizes an
+error.
 """
 
 from __future__ import annotations
@@ -36,7 +36,10 @@ UNUSABLE = 1e30  # error of a factor with which there is no equilibrium
 
 @dataclass(frozen=True)
 class Fit:
-    """Best factor, its metric, and every trial as (factor, metric or None without an equilibrium)."""
+    """Result of a calibration: the best factor, its metric, and every trial as (factor, metric).
+
+    The metric of a trial is None if no equilibrium was found.
+    """
 
     factor: float
     value: float
@@ -45,7 +48,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class NoFit:
-    """Reason why no factor could be fitted, and the trials."""
+    """Failed calibration: the reason why no factor could be fitted, and the trials."""
 
     reason: str
     trials: tuple[tuple[float, float | None], ...]
@@ -53,7 +56,10 @@ class NoFit:
 
 @dataclass(frozen=True)
 class FitTarget:
-    """Objective of a fit: `metric` of a displacement field of `case`, the case at the fraction of the load."""
+    """Objective of a calibration: a function that returns the metric of a displacement field.
+
+    `case` is the case at the fraction of the load.
+    """
 
     case: Case
     metric: Declared
@@ -75,7 +81,7 @@ class FitTarget:
 
 
 def check_calibration(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
-    """Return errors of a calibrated model: a metric without a reference, of another body, or at full load only."""
+    """Return errors of a calibrated model: a metric with no reference, of another body, or known only at full load."""
     try:
         _calibration_target(scene, model, case)
     except Fault as found:
@@ -84,7 +90,7 @@ def check_calibration(scene: Scene, model: Declared, case: Case) -> list[Diagnos
 
 
 def _calibration_target(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Declared, Declared]:
-    """Return metric, probe and reference of a calibrated model. Raises Fault."""
+    """Return the metric, the probe and the reference of a calibrated model. Raises Fault."""
     calibrated, at = model.thing.stiffness, model.at("stiffness")
     metric = scene.declared[calibrated.metric]
     names = [metric.thing.looked_at, metric.thing.measured_from]
@@ -103,7 +109,7 @@ def _calibration_target(scene: Scene, model: Declared, case: Case) -> tuple[Decl
 
 
 def _scalable(model: Declared, reference: Declared, case: Case) -> None:
-    """Raise Fault if the reference, or an imposed motion, is not known at the fraction of the load."""
+    """Raise Fault if the reference, or an imposed motion, is unknown at the fraction of the load."""
     load, at = model.thing.stiffness.load, model.at("stiffness")
     how = "computed" if reference.kind == "model" else reference.thing.how
     if how not in ("solved", "measured"):
@@ -144,11 +150,15 @@ def scale_case(case: Case, part: float) -> Case:
 
 
 def _scale_declaration(declared: Declared, part: float) -> Declared:
+    """Return a load or support with its size scaled by `part`."""
     return replace(declared, thing=declared.thing.part(part))
 
 
 def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, Any]) -> FitTarget:
-    """Return the objective of a calibrated model's fit; `measured` is the data read, by reference. Raises Fault."""
+    """Return the objective of the calibration of a model. Raises Fault.
+
+    `measured` has the measured data of references, by name.
+    """
     from softmark.interpreter.metrics.metric_evaluation import measure_metric
     from softmark.interpreter.problem.probe_points import find_probe_points
 
@@ -159,6 +169,7 @@ def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, 
     known = _reference_at_points(reference, data, part, place.X)
 
     def measure(displacement: Field) -> float:
+        """Return the metric of a displacement field against the reference."""
         from softmark.interpreter.metrics.measurement import MetricInput
 
         u = displacement(place.X)
@@ -169,7 +180,7 @@ def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, 
 
 
 def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> Any:
-    """Return the data of a measured reference as read by the run; None for one that is solved. Raises Fault."""
+    """Return the data of a measured reference, read by the run; None for a computed reference. Raises Fault."""
     if reference.thing.how != "measured":
         return None
     if reference.name not in measured:
@@ -179,7 +190,7 @@ def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> 
 
 
 def _reference_at_points(reference: Declared, data: Measured | None, part: Case, X: Floats) -> Any:
-    """Return the reference at the points of the probe, in the form that a metric needs."""
+    """Return the reference at points X (n, 3), m, of the probe, in the form that a metric needs."""
     from softmark.interpreter.metrics.measurement import ReferenceData
     from softmark.interpreter.problem.theory_dispatch import solve_theory
     from softmark.references.measured_data import MeasuredSurface
@@ -197,12 +208,13 @@ def _reference_at_points(reference: Declared, data: Measured | None, part: Case,
 
 @dataclass
 class _Trials:
-    """Error at logarithms of the factor, each computed once."""
+    """Error as a function of the logarithm of the factor, with every value computed once."""
 
     error: Callable[[float], float | None]
     found: dict[float, float] = field(default_factory=dict)
 
     def __call__(self, s: float) -> float:
+        """Return the error at the logarithm s of the factor; UNUSABLE if it is unknown."""
         s = float(s)
         if s not in self.found:
             value = self.error(math.exp(s))
@@ -211,14 +223,14 @@ class _Trials:
 
     @property
     def listed(self) -> tuple[tuple[float, float | None], ...]:
-        """Return (factor, error or None) in the order of the factors."""
+        """Return the trials as (factor, error or None), in the order of the factors."""
         return tuple((math.exp(s), None if e >= UNUSABLE else e) for s, e in sorted(self.found.items()))
 
 
 def minimize_error(error: Callable[[float], float | None]) -> Fit | NoFit:
-    """Return the factor with the least error, by bracketing and then Brent's method (1973).
+    """Return the factor with the smallest error, by bracketing followed by Brent's method (1973).
 
-    The error is None where it is not known.
+    `error` returns None for a factor whose error is unknown.
     """
     from scipy.optimize import minimize_scalar
 
@@ -243,7 +255,7 @@ def minimize_error(error: Callable[[float], float | None]) -> Fit | NoFit:
 
 
 def _lowest(at: _Trials, start: float) -> float:
-    """Return a point whose two neighbours have larger errors, or the end of the range."""
+    """Return a logarithm of the factor whose two neighbours have larger errors, or the end of the range."""
     for step in (STRIDE, -STRIDE):
         s = start
         while abs(s) <= REACH and at(s + step) < at(s):

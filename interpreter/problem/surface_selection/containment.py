@@ -1,6 +1,6 @@
-"""Inside of a shape as a condition on coordinates, for a point itself or one moved slightly.
+"""Conditions on coordinates that hold inside a shape.
 
-Levels of borders are lengths, close to distances. Shapes known only by facets have no such condition.
+The levels of borders are lengths, close to distances. Shapes known only by facets have no such condition.
 """
 
 from __future__ import annotations
@@ -26,7 +26,10 @@ FAR = 1e3  # relative to a polygon's extent: end of infinite sides
 
 
 def inside_condition(shape: Shape, at: Point, closed: bool) -> Condition | None:
-    """Return the condition that a shape contains a point, border included or not; None for files and curved axes."""
+    """Return the condition that a shape contains the point `at`; None for mesh files and curved axes.
+
+    With `closed` the border of the shape is included.
+    """
     below = "<=" if closed else "<"
     if isinstance(shape, Combined):
         return _combined(shape, at, closed)
@@ -85,7 +88,10 @@ def _extruded(shape: Extruded, at: Point, below: str) -> Condition:
 
 
 def _left_of_revolved_side(s: Term, square: Term, least: float, below: str) -> Callable[[Place, Place], Condition]:
-    """Return the condition for the left of a side, by axial place and distance from the axis, whose square is given."""
+    """Return the condition that a point lies to the left of a side of a revolved polygon.
+
+    The point is given by its axial coordinate and the square of its distance from the axis.
+    """
 
     def beside(a: Place, b: Place) -> Condition:
         if max(a[0], b[0]) <= least:
@@ -104,10 +110,10 @@ def _left_of_revolved_side(s: Term, square: Term, least: float, below: str) -> C
 
 
 def _polygon(corners: Corners, beside: Callable[[Place, Place], Condition]) -> Condition:
-    """Return the inside of a counter-clockwise polygon, by the left of each side, each used once.
+    """Return the condition inside a counter-clockwise polygon, from the half-plane `beside` each side, each used once.
 
-    A chain of sides between two corners is cut at its farthest corner: the intersection of both parts if it turns left
-    there, else their union.
+    A chain of sides between two corners is cut at its farthest corner. The result is the intersection of both parts if
+    the chain turns left there, else their union.
     Source: Dobkin, Guibas, Hershberger and Snoeyink (1993), An efficient algorithm for finding the CSG representation
     of a simple polygon, Algorithmica 10:1.
     """
@@ -120,7 +126,7 @@ def _polygon(corners: Corners, beside: Callable[[Place, Place], Condition]) -> C
 
 
 def _chain(sides: Sequence[Place], beside: Callable[[Place, Place], Condition], far: float) -> Condition:
-    """Return the left of a chain of sides, of which the first and the last are infinite."""
+    """Return the condition to the left of a chain of sides, the first and the last of which are infinite."""
     if len(sides) == 2:
         return beside(sides[0], sides[1])
     ends = [_far_point(sides[1], sides[0], far), _far_point(sides[-2], sides[-1], far)]
@@ -134,20 +140,20 @@ def _chain(sides: Sequence[Place], beside: Callable[[Place, Place], Condition], 
 
 
 def _far_point(a: Place, b: Place, far: float) -> Place:
-    """Return a far point on the ray from a through b."""
+    """Return a point at a large distance on the ray from a through b."""
     length = math.dist(a, b)
     return b[0] + far * (b[0] - a[0]) / length, b[1] + far * (b[1] - a[1]) / length
 
 
 def _axial_coordinates(at: Point, origin: Vector3, axis: Vector3) -> tuple[Term, Term]:
-    """Return the place along an axis, m, and the square of the distance from it, m^2."""
+    """Return the coordinate of a point along an axis, m, and the square of its distance from the axis, m^2."""
     off = [_less(c, o) for c, o in zip(at, origin, strict=True)]
     s, u, v = (_sum(_scaled(c, e) for c, e in zip(off, way, strict=True) if e) for way in (axis, *transverse(axis)))
     return s, _sum([_times(u, u), _times(v, v)])
 
 
 def _distance_from_circle(square: Term, radius: float) -> Term:
-    """Return the distance from a circle, m, by the square of the distance from its axis: positive outside."""
+    """Return the distance from a circle, m, positive outside, of a point at a squared distance from the axis."""
     return _scaled(_less(square, radius**2), 0.5 / radius)
 
 
@@ -156,7 +162,7 @@ def _between(value: Term, low: float, high: float, below: str) -> Condition:
 
 
 def _is_below_zero(level: Term, below: str) -> Condition:
-    """Return the condition that a level, m, is at most zero, or below zero."""
+    """Return the condition that a level, m, is at most zero, or less than zero, by the relation `below`."""
     return Condition.comparison(below, level, Term.constant(0.0), 1)
 
 

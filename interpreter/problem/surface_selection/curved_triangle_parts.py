@@ -1,9 +1,10 @@
-"""Parts of triangles behind curved borders: cut until each border is simple, then integrated ray by ray.
+"""Parts of triangles behind curved borders, integrated along rays after cutting until each border is simple.
 
-In a triangle that one border crosses once, with slopes of one sign along every ray from a corner, the part is the set
-of ray segments before or behind the border: one root on every ray, with Gauss points on both sides. The error falls
-faster than any power of their number; two rules estimate it. Bounds of levels and slopes over whole triangles guarantee
-that nothing lies between the points (as Saye 2015 does for boxes). The remainder where borders meet is reported.
+A border is simple in a triangle that it crosses once, with slopes of one sign along every ray from a corner. The part
+is then the set of ray segments before or behind the border: there is one root on every ray, with Gauss points on both
+sides. The error falls faster than any power of the number of points; two rules estimate it. Bounds of levels and slopes
+over whole triangles guarantee that no feature lies between the points, as Saye 2015 does for boxes. The remaining area
+where borders meet is reported.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ class Points:
         self.w.append(w.ravel())
 
     def triangles(self, f: Ints, tri: Floats, depth: int) -> None:
-        """Add whole triangles (n, 3, 2) of facets after `depth` halvings."""
+        """Add quadrature points of whole triangles (n, 3, 2) of facets f (n,), after `depth` halvings."""
         n = INSIDE[min(depth, len(INSIDE) - 1)]
         s, t, w = _fan(n, n)
         ends = tri[:, 1, None] + t[:, None] * (tri[:, 2] - tri[:, 1])[:, None]
@@ -67,7 +68,7 @@ def _fan(along: int, across: int) -> tuple[Floats, Floats, Floats]:
 
 
 def follow(asked: ConditionOnPatches, f: Ints, tri: Floats, points: Points) -> None:
-    """Add the selected part of triangles (n, 3, 2) of facets f to `points`."""
+    """Add the selected parts of triangles (n, 3, 2) of facets f (n,) to `points`."""
     for depth in range(DEPTH + 1):
         looked = asked.look(f, tri)
         plain = ~looked.crossed.any(axis=0)
@@ -110,7 +111,7 @@ def _quarter(tri: Floats) -> Floats:
 
 
 def _cut_off_corner(looked: BorderBounds, b: int, some: Ints, slack: float) -> tuple[Ints, Mask]:
-    """Return the corner that a border cuts off each of some triangles, and whether it does only that."""
+    """Return the corner that border b cuts off each of some triangles, and a mask of triangles that it only cuts so."""
     v = looked.values[b][some]
     v = np.where(np.abs(v) <= slack, 0.0, v)
     low, high = (side[:, some] for side in looked.slopes[b])
@@ -128,7 +129,7 @@ def _cut_off_corner(looked: BorderBounds, b: int, some: Ints, slack: float) -> t
 
 
 def _meets_side_only(asked: ConditionOnPatches, looked: BorderBounds, b: int, some: Ints, f: Ints, tri: Floats) -> Mask:
-    """Return which of some triangles a border meets only along a side."""
+    """Return a mask of the triangles that border b touches only along a side."""
     v = looked.values[b][some]
     v = np.where(np.abs(v) <= asked.slack[b], 0.0, v)
     off = np.argmax(np.abs(v), axis=1)
@@ -148,7 +149,7 @@ def _meets_side_only(asked: ConditionOnPatches, looked: BorderBounds, b: int, so
 
 
 def _integrate_rays(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats, points: Points, depth: int) -> Mask:
-    """Add the part of triangles that a border cuts off at the first corner, or the rest; return where it did."""
+    """Add the selected part of triangles whose first corner border b cuts off; return a mask of the successes."""
     if not len(f):
         return np.zeros(0, dtype=np.bool_)
     t = np.concatenate([_gauss(n)[0] for n in RAYS])
@@ -180,7 +181,7 @@ def _integrate_rays(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats, poi
 
 
 def _roots(level: Callable[[Ints, Floats], Floats], n: int, m: int) -> Floats:
-    """Return roots of levels along rays s in [0, 1] (n, m), the end of the ray without a root (Illinois method).
+    """Return the roots (n, m) of levels along rays s in [0, 1], by the Illinois method; 1 without a root.
 
     `level` is evaluated for some rows at a time; rows whose rays have all converged are skipped.
     """

@@ -1,4 +1,4 @@
-"""Exact surface of a shape without a mesh: selected area and integral of its normal."""
+"""Exact surface of a shape without a mesh: selected area, and integral of the normal over it."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ Measured = tuple[float, Floats, float]  # area, m^2; of the outward normal n, (3
 
 @dataclass(frozen=True)
 class Piece:
-    """Part of a body's surface, with the area and normal that a condition selects of it, in a body of an extent.
+    """Part of a body's surface, with a function for the area and normal of the part that a condition selects.
 
-    `moved` returns its points, moved out of the body by a distance (m), or into it if that is negative.
+    `moved` returns its points moved out of the body by a distance, m, or into it if that is negative.
     """
 
     measure: Callable[[Condition, float], Measured]
     moved: Callable[[float], Point]
 
     def within(self, *held: Condition) -> Piece:
-        """Return the part where some conditions hold."""
+        """Return the part of the piece where the given conditions hold."""
         return Piece(lambda asked, extent: self.measure(reduce(_both_hold, held, asked), extent), self.moved)
 
     def turned(self) -> Piece:
-        """Return the piece with its normal reversed."""
+        """Return the same piece with its normal reversed."""
 
         def measure(condition: Condition, extent: float) -> Measured:
             area, vector, through = self.measure(condition, extent)
@@ -59,17 +59,17 @@ class Piece:
 
 
 def select_surface(shape: Shape, condition: Condition) -> tuple[float, Floats] | None:
-    """Return selected area, m^2, and the integral of the outward normal (3,), m^2; None for shapes from files.
+    """Return the selected area, m^2, and the integral of the outward normal over it (3,), m^2; None for mesh files.
 
-    Computed once for all models of a body. For combined bodies the exact surface of each part is used where it lies on
-    the combined surface.
+    It is computed once for all models of a body. For combined bodies the exact surface of each part is used where it
+    lies on the combined surface.
     """
     found = None if condition.groups else _measure_surface(shape, condition)
     return found and found[:2]
 
 
 def volume(shape: Shape) -> float | None:
-    """Return the volume of a shape, m^3, also combined, by the divergence theorem; None if it is not known."""
+    """Return the volume of a single or combined shape, m^3, by the divergence theorem; None if it is not known."""
     if not isinstance(shape, Combined):
         return shape.volume
     found = _measure_surface(shape, EVERYWHERE)
@@ -78,16 +78,16 @@ def volume(shape: Shape) -> float | None:
 
 @lru_cache(maxsize=64)
 def _measure_surface(shape: Shape, condition: Condition) -> Measured | None:
-    """Return the selected part of the whole surface, computed once; None for shapes from files."""
+    """Return the measures of the selected part of the whole surface, computed once; None for mesh files."""
     if (found := pieces(shape)) is None:
         return None
     return _add_up([piece.measure(condition, shape.diagonal) for piece in found])
 
 
 def limit_of_facet_area(shape: Combined, condition: Condition, size: float) -> float | None:
-    """Return the limit of facet areas, m^2, for cells of a size (m) as they are halved; None with groups.
+    """Return the limit of facet areas, m^2, as cells of the given `size`, m, are halved; None with named groups.
 
-    Each halving reduces the error to a fourth. Used for parts without exact surfaces. Raises UnreadableMesh.
+    Each halving reduces the error to a fourth. This is used for parts without exact surfaces. Raises UnreadableMesh.
     """
     if condition.groups:
         return None
@@ -96,7 +96,7 @@ def limit_of_facet_area(shape: Combined, condition: Condition, size: float) -> f
 
 
 def pieces(shape: Shape) -> list[Piece] | None:
-    """Return all pieces of a shape's surface; None for files and curved axes."""
+    """Return all pieces of a shape's surface; None for mesh files and curved axes."""
     if isinstance(shape, Combined):
         return _combined_pieces(shape)
     if isinstance(shape, Box):
@@ -117,10 +117,11 @@ def pieces(shape: Shape) -> list[Piece] | None:
 
 
 def _combined_pieces(shape: Combined) -> list[Piece] | None:
-    """Return the surface of a combination: of each shape's surface the part outside the other, or inside it.
+    """Return the surface pieces of a combined shape: parts of each shape's surface outside or inside the other shape.
 
     Where both surfaces coincide, the first counts if both bodies lie on the same side (on opposite sides for a
-    difference), and the second never. Borders between parts of the first shape are not part of its surface.
+    difference), and the second never. Borders between parts of the first shape are not part of its surface. The result
+    is None if a shape has no exact pieces.
     """
     first, second = pieces(shape.one), pieces(shape.other)
     if first is None or second is None:
@@ -135,9 +136,9 @@ def _combined_pieces(shape: Combined) -> list[Piece] | None:
 
 
 def _restrict_piece(piece: Piece, other: Shape, outside: bool, beside: tuple[float, ...]) -> Piece | None:
-    """Return the part of a piece outside or inside another shape, and coincident parts if that holds next to them.
+    """Return the part of a piece outside or inside another shape, with coincident parts if required.
 
-    `beside` are the distances, m out of the body, at which coincident parts are tested; none if they do not count.
+    `beside` are the distances, m out of the body, at which coincident parts are tested; empty if they do not count.
     """
     open_, closed = (inside_condition(other, HERE, held) for held in (False, True))
     if open_ is None or closed is None:
@@ -161,7 +162,7 @@ def _both_hold(one: Condition, other: Condition) -> Condition:
 
 
 def _reverse_inner(found: list[Piece]) -> list[Piece]:
-    """Return an outer surface, and that of a cavity, which points inward."""
+    """Return the pieces of an outer surface and a cavity, with the normals of the cavity reversed."""
     return [piece if i == 0 else piece.turned() for i, piece in enumerate(found)]
 
 
@@ -173,7 +174,7 @@ def _add_up(found: list[Measured]) -> Measured:
 
 
 def _plate(corners: Floats, *held: Condition) -> Piece:
-    """Return a piece of flat facets (f, k, 3) in one plane, where conditions hold."""
+    """Return a piece of coplanar flat facets (f, k, 3), m, restricted to conditions that hold."""
     normal = np.cross(corners[0, 1] - corners[0, 0], corners[0, 2] - corners[0, 0])
     normal /= np.linalg.norm(normal)
 
@@ -198,7 +199,7 @@ def _ball(shape: RoundBody, side: EllipsoidSide) -> Piece:
 
 
 def _linear(matrix: Floats, rest: Floats) -> Point:
-    """Return the linear map matrix x + rest."""
+    """Return the map of points x to matrix x + rest."""
 
     def of(row: list[float], more: float) -> Term:
         parts = [own.combine("*", Term.constant(c)) for own, c in zip(HERE, row, strict=True) if c]
@@ -209,7 +210,7 @@ def _linear(matrix: Floats, rest: Floats) -> Point:
 
 
 def _side_piece(bands: Sequence[CylinderSide | ConeSide]) -> Piece:
-    """Return the side of a cylinder, or of a cone in bands, with its normal away from the axis."""
+    """Return the side of a cylinder, or of a cone divided into bands, with its normal away from the axis."""
     side, widest = bands[0], max(max(band.radii) for band in bands)
     axis, origin = np.array(side.axis), np.array(side.origin)
 
@@ -221,7 +222,10 @@ def _side_piece(bands: Sequence[CylinderSide | ConeSide]) -> Piece:
 
 
 def _selected_flat_part(corners: Floats, condition: Condition, extent: float) -> tuple[float, Floats]:
-    """Return the selected part of flat parallelograms (f, 4, 3) or triangles (f, 3, 3)."""
+    """Return the area, m^2, and normal integral (3,), m^2, of the selected part of flat facets.
+
+    The facets are parallelograms (f, 4, 3) or triangles (f, 3, 3), m.
+    """
     patches = Patches(corners, extent)
     found = select_patches(ConditionOnPatches.of(condition, patches))
     vectors = np.concatenate([
@@ -241,7 +245,7 @@ def _faces(box: Box) -> Floats:
 
 
 def _end_squares(prism: Cylinder | Tube) -> Floats:
-    """Return squares (2, 4, 3) around both ends, counter-clockwise from outside."""
+    """Return squares (2, 4, 3), m, that enclose both ends, counter-clockwise seen from outside."""
     root, a = np.array(prism.origin), np.array(prism.axis)
     u, v = (prism.radius * np.array(e) for e in transverse(prism.axis))
     turning = [-u - v, u - v, u + v, v - u]
@@ -250,7 +254,7 @@ def _end_squares(prism: Cylinder | Tube) -> Floats:
 
 
 def _radius_condition(origin: Vector3, axis: Vector3, radius: float, hollow: float | None) -> Condition:
-    """Return the condition that a point is within the radius of an axis and outside that of a hollow."""
+    """Return the condition that a point is within `radius`, m, of an axis, and outside the radius `hollow`."""
     square = Term.constant(0.0)
     for e in transverse(axis):
         along = Term.constant(-sum(o * c for o, c in zip(origin, e, strict=True)))
@@ -279,7 +283,7 @@ def _revolved_pieces(shape: Revolution) -> list[Piece]:
 
 
 def _bands(side: ConeSide) -> list[ConeSide]:
-    """Return frustums of a cone, smaller towards a tip, where the direction of the normal is undefined."""
+    """Return the side of a cone in bands, narrower towards a tip, where the direction of the normal is undefined."""
     if min(side.radii) > 0.0:
         return [side]
     ends = [0.0, *TIPS] if side.first == 0.0 else [1.0 - t for t in (*reversed(TIPS), 0.0)]
@@ -292,7 +296,10 @@ def _bands(side: ConeSide) -> list[ConeSide]:
 
 
 def _polygonal(shape: Extruded) -> list[Floats]:
-    """Return the sides of an extruded polygon (1, 4, 3) and triangles of its ends (t, 3, 3), seen from outside."""
+    """Return the sides of an extruded polygon, (1, 4, 3) each, and the triangles of its ends (t, 3, 3), m.
+
+    Corners are counter-clockwise seen from outside.
+    """
     from softmark.solvers.mesh.quadrilateral_meshing import triangulate
 
     section = shape.section
@@ -306,10 +313,11 @@ def _polygonal(shape: Extruded) -> list[Floats]:
 
 
 def _selected_side(side: CylinderSide | ConeSide, condition: Condition, extent: float) -> Measured:
-    """Return the selected part of the side of a cylinder or a cone, with its normal away from the axis.
+    """Return the measures of the selected part of the side of a cylinder or cone, with its normal away from the axis.
 
-    It is integrated over strips between the axis and the side, each point representing the one right outside: an angle
-    and an axial length have the area r (e - r' a), with the direction e from the axis a and the radius r there.
+    It is integrated over strips between the axis and the side. Each point represents the point of the side right
+    outside it: an angle and an axial length have the area r (e - r' a), with the direction e from the axis a and the
+    radius r there.
     """
     r, q = side.radii
     slope, root, a = (q - r) / side.length, np.array(side.origin), np.array(side.axis)

@@ -1,10 +1,10 @@
-"""Deviation of flat or quadratic facets from the smooth surface they represent, and its effect on selections.
+"""Deviation of flat or quadratic facets from the smooth surface that they represent, and its effect on selections.
 
-A mesh file gives points of a curved surface and nothing between them: facets of a sphere lie inside it, or bulge
-out of it. A border along such a surface, as `r <= 10.001 mm` on a sphere of 10 mm, would cut facets whose nodes are all
-on one side. Angles to the neighbours show how far a facet may be off. A border that crosses a facet only within that
-distance, and runs parallel to it as far as its nodes show, does not cut it: its nodes decide. A border across the
-surface is never moved, nor is one on flat faces, where there is no angle.
+A mesh file gives points of a curved surface and nothing between them: facets of a sphere lie inside it, or bulge out of
+it. A border along such a surface, as `r <= 10.001 mm` on a sphere of 10 mm, would cut facets whose nodes are all on one
+side. Angles to the neighbours show how far a facet may deviate. A border that crosses a facet only within that
+distance, and that runs parallel to the facet as far as its nodes show, does not cut it: the nodes decide. A border
+across the surface is never moved. Nor is one on flat faces, where there is no angle.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ REACH = 2.0  # times the deviation: how deep a border may seem to cut
 
 
 def deviations(mesh: Mesh) -> Floats:
-    """Return the possible distance of each boundary facet (f,) from the smooth surface, m: zero on flat parts."""
+    """Return the possible distance of each boundary facet (f,) from the smooth surface, m; zero on flat parts."""
     facets = mesh.facets
     corners = facets[:, : mesh.element.facet.corners]
     size = np.ptp(mesh.points[corners], axis=1).max(axis=1)
@@ -64,7 +64,10 @@ def _edge_angles(mesh: Mesh) -> tuple[Ints, Ints, Floats]:
 
 
 def settle_within_deviation(asked: ConditionOnPatches, f: Ints, deviation: Floats) -> ConditionOnPatches:
-    """Return the condition with borders that cut facets f only within their deviation (f,) decided by the nodes."""
+    """Return the condition in which borders that cut facets only within their deviation are decided by the nodes.
+
+    `f` are the numbers of the facets, `deviation` (f,) their deviations, m.
+    """
     some = f[deviation[f] > 0.0]
     mask, values = asked.settled.copy(), asked.settling.copy()
     for b, which, level in _parallel_borders(asked, some, deviation):
@@ -74,7 +77,7 @@ def settle_within_deviation(asked: ConditionOnPatches, f: Ints, deviation: Float
 
 
 def _parallel_borders(asked: ConditionOnPatches, f: Ints, deviation: Floats) -> Iterator[tuple[int, Ints, Floats]]:
-    """Yield borders along facets as far as these show: the border, the facets, and the level at their nodes."""
+    """Yield borders that run parallel to facets: number of the border, facets, and levels at their nodes."""
     patches = asked.patches
     if not len(f):
         return

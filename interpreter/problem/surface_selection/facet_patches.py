@@ -1,4 +1,4 @@
-"""Geometry of facets, whole and in small local triangles, and conditions on them."""
+"""Geometry of facets, as wholes and in small local triangles, and conditions on them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,10 @@ STRAIGHT = 1e-10  # relative tolerance of parallel sides
 
 @dataclass(frozen=True)
 class Patches:
-    """Facets with nodes `corners` (f, k, 3), m, of a body of an extent; `out` moves their points onto its surface."""
+    """Facets with nodes `corners` (f, k, 3), m, of a body with the given extent, m.
+
+    The map `out` moves points of facets onto the surface of the body.
+    """
 
     corners: Floats
     extent: float
@@ -49,7 +52,7 @@ class Patches:
         return FACETS[self.nodes]
 
     def at(self, f: Ints, xi: Floats) -> Floats:
-        """Return points (n, q, 3) of facets f (n,) at local points xi (n, q, 2), m."""
+        """Return the points (n, q, 3), m, at local points xi (n, q, 2) of facets f (n,)."""
         N = self.facet.shape(xi.reshape(-1, 2)).reshape(*xi.shape[:2], self.nodes)
         X: Floats = N @ self.corners[f]
         return X
@@ -61,13 +64,13 @@ class Patches:
         return found
 
     def seen(self, X: Floats) -> tuple[Any, Any, Any]:
-        """Return x, y, z at which conditions are evaluated for points X (..., 3) of facets."""
+        """Return the coordinates x, y, z at which conditions are evaluated for points X (..., 3), m, of facets."""
         place = (X[..., 0], X[..., 1], X[..., 2])
         return place if self.out is None else self.out(place)
 
     @cached_property
     def triangles(self) -> tuple[Ints, Floats]:
-        """Return facets (n,) and the local triangles (n, 3, 2) that they consist of."""
+        """Return the local triangles (n, 3, 2) that the facets consist of, and the numbers of their facets (n,)."""
         each = np.array(self.facet.rim)[np.array(self.facet.halves)]
         f = np.repeat(np.arange(len(self.corners)), len(each))
         return f, np.tile(each, (len(self.corners), 1, 1))
@@ -85,9 +88,9 @@ class Patches:
         return found
 
     def bounds(self, f: Ints, tri: Floats) -> tuple[Bounds, Bounds, Bounds]:
-        """Return bounds of x, y, z over triangles (n, 3, 2) of facets f, with slopes along the sides 01, 12 and 20.
+        """Return bounds of x, y, z, m, and of their slopes along the sides 01, 12 and 20, over triangles (n, 3, 2).
 
-        A triangle is a Bezier patch: it lies within the hull of its control points, and so do its slopes.
+        A triangle is a Bezier patch: it lies within the convex hull of its control points, and so do its slopes.
         """
         lattice, control, steps = _bezier(self.facet.bend)
         hull = np.einsum("ck,nki->cni", control, self.at(f, np.einsum("kj,njl->nkl", lattice, tri)))
@@ -99,9 +102,10 @@ class Patches:
 
 @cache
 def _bezier(n: int) -> tuple[Floats, Floats, Ints]:
-    """Return data of a triangular patch of degree n: barycentric places (k, 3), control points from values (k, k).
+    """Return data of a triangular Bezier patch of degree n.
 
-    Also the pairs of control points (3, l, 2) for each side 01, 12, 20 whose differences, times n, are slopes along it.
+    These are barycentric coordinates (k, 3), the matrix from values to control points (k, k), and for each side 01, 12,
+    20 the pairs of control points (3, l, 2) whose differences, times n, are slopes along it.
     """
     powers = np.array([p for p in product(range(n + 1), repeat=3) if sum(p) == n])
     many = np.array([factorial(n) // math.prod(map(factorial, p)) for p in powers.tolist()])
@@ -119,7 +123,7 @@ def _raised(powers: tuple[int, ...], i: int) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class ConditionOnPatches:
-    """Condition on patches. Borders that are `settled` (f, b) cut no facet: their levels there are `settling`."""
+    """Condition on patches, with a mask `settled` (f, b) of borders that cut no facet; their levels are `settling`."""
 
     condition: Condition
     patches: Patches
@@ -133,9 +137,9 @@ class ConditionOnPatches:
         return ConditionOnPatches(condition, patches, np.zeros(size, dtype=np.bool_), np.zeros(size))
 
     def steady(self, f: Ints) -> ConditionOnPatches:
-        """Return the condition with borders settled that have one level at all points of a facet, of facets f (n,).
+        """Return the condition with borders settled that have one level at all points of a facet of f (n,).
 
-        Such are borders along a curved surface, as of a distance from the axis on a cylinder's side.
+        Such borders run along a curved surface, as a distance from the axis does on a cylinder's side.
         """
         xi = moment_fitted_quadrature.point_positions(self.patches.nodes)
         X = self.patches.at(f, np.broadcast_to(xi, (len(f), *xi.shape)))
@@ -149,18 +153,18 @@ class ConditionOnPatches:
 
     @cached_property
     def slack(self) -> Floats:
-        """Levels (b,) that count as on the border."""
+        """Levels (b,) up to which a point counts as on the border."""
         return np.array([RELATIVE_TOLERANCE * self.patches.extent**b.power for b in self.condition.borders])
 
     def level(self, b: int, X: Floats) -> Floats:
-        """Return the level of one border at points (...) of facets."""
+        """Return the level of border b at points X (..., 3), m, of facets."""
         x, y, z = self.patches.seen(X)
         with np.errstate(all="ignore"):
             found: Floats = np.broadcast_to(self.condition.borders[b].at(x, y, z), X.shape[:-1])
         return found
 
     def holds(self, f: Ints, X: Floats) -> Mask:
-        """Return whether the condition holds at a point X (n, 3) of each facet f."""
+        """Return a mask of the facets f (n,) at whose point X (n, 3), m, the condition holds."""
         levels = [
             np.where(self.settled[f, b], self.settling[f, b], self.level(b, X))
             for b in range(len(self.condition.borders))
@@ -188,12 +192,12 @@ class ConditionOnPatches:
         return found
 
     def crossed_facets(self) -> Ints:
-        """Return the facets that a border may cut."""
+        """Return the numbers of the facets that a border may cut."""
         f, tri = self.patches.triangles
         return np.unique(f[self.look(f, tri).crossed.any(axis=0)])
 
     def look(self, f: Ints, tri: Floats) -> BorderBounds:
-        """Return levels and bounds of every border over triangles (n, 3, 2) of facets f."""
+        """Return the levels and bounds of every border over triangles (n, 3, 2) of facets f (n,)."""
         place, X = self.patches.bounds(f, tri), self.patches.at(f, tri)
         values, slopes, crossed = [], [], []
         for b, border in enumerate(self.condition.borders):
@@ -210,7 +214,7 @@ class ConditionOnPatches:
 
 @dataclass(frozen=True)
 class BorderBounds:
-    """Levels at corners (b) (n, 3), bounds of slopes along sides (b) (3, n), and possible crossings (b, n)."""
+    """Levels of each border at corners (n, 3), bounds of slopes along sides (3, n), and mask of crossings (b, n)."""
 
     values: Sequence[Floats]
     slopes: Sequence[tuple[Floats, Floats]]
@@ -218,7 +222,7 @@ class BorderBounds:
 
 
 def bounds_over_triangles(v: Floats, D: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Return bounds over triangles from values at their corners (n, 3) and slopes along their sides (3, n)."""
+    """Return bounds over triangles from values v at their corners (n, 3) and slopes D along their sides (3, n)."""
     low, high = np.full(len(v), -np.inf), np.full(len(v), np.inf)
     for i in range(3):
         onward, back = (D[0][i], D[1][i]), (-D[1][i - 1], -D[0][i - 1])

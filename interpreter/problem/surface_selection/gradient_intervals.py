@@ -1,7 +1,8 @@
-"""Interval arithmetic on arrays with slopes: bounds of a function over many pieces at once, and of its derivatives.
+"""Interval arithmetic on arrays that also bounds derivatives, over many pieces of a domain at once.
 
-Forward differentiation with intervals (Moore 1966; Rall 1981). A `Bounds` passes through the terms of a condition as a
-number would.
+It combines forward differentiation with intervals. A `Bounds` passes through the terms of a condition as a number
+would.
+Source: Moore 1966; Rall 1981.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ Pair = tuple[Floats, Floats]  # low and high
 
 
 class Bounds(Enclosure):
-    """Values between `low` and `high` (n,), and slopes in d directions between `steep[0]` and `steep[1]` (d, n)."""
+    """Values from `low` to `high` (n,), with slopes in d directions from `steep[0]` to `steep[1]` (d, n)."""
 
     low: Any
     high: Any
@@ -31,7 +32,7 @@ class Bounds(Enclosure):
 
     @staticmethod
     def of(value: Any, like: Bounds) -> Bounds:
-        """Return a number as bounds, or bounds as they are."""
+        """Return a number as Bounds of the same shape as `like`; Bounds are returned unchanged."""
         if isinstance(value, Bounds):
             return value
         low, high = (value.low, value.high) if isinstance(value, Enclosure) else (value, value)
@@ -105,7 +106,7 @@ class Bounds(Enclosure):
         return self._through((low, np.maximum(*ends)), slope)
 
     def _through(self, value: Pair, slope: Pair) -> Bounds:
-        """Return a function of this, from its own bounds and those of its derivative."""
+        """Return bounds of a function of this interval, from bounds of its values and of its derivative."""
         return Bounds(value, _times(slope, self.steep))
 
 

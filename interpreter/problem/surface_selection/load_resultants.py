@@ -1,4 +1,4 @@
-"""Resultants of the loads of a model: force, moment and area, compared with the loads of the scene."""
+"""Resultants of the loads on a model (force, moment and area), compared with the loads of the scene."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ FLATTER = "use a smaller size, or smaller `facets`: between their corners they a
 
 
 class BuiltModel(Protocol):
-    """Required parts of a built model: models/shared/prepared_model.py has all of it."""
+    """Protocol of a built model whose loads are summed; models/shared/prepared_model.py fulfils it."""
 
     @property
     def mesh(self) -> Any:
-        """Mesh of the model, if it has one."""
+        """Mesh of the model, or None."""
 
     @property
     def points(self) -> Floats:
-        """Undeformed points at which its loads act (n, 3), m."""
+        """Undeformed points at which the loads of the model act (n, 3), m."""
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """Return the forces of every load at these points (n, 3), N; for a beam with moments (n, 6), N m."""
+        """Return each load with its forces at `points` (n, 3), N; for a beam with moments (n, 6), N and N m."""
 
 
 def resultants(case: Case, prepared: BuiltModel) -> dict[str, Resultant]:
@@ -79,7 +79,7 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats)
 
 
 def _limit_area(case: Case, where: Condition, mesh: Any) -> float | None:
-    """Return the limit of the facet area, m^2, for a combined body with parts known only by their facets."""
+    """Return the limit of the facet area under refinement, m^2, for a combined body with parts known only by facets."""
     made = getattr(mesh, "filling", None)
     return (
         limit_of_facet_area(case.shape, where, made.size)
@@ -89,7 +89,10 @@ def _limit_area(case: Case, where: Condition, mesh: Any) -> float | None:
 
 
 def _revolved_resultant(case: Case, load: Declared, mesh: Any, f: Floats) -> Resultant:
-    """Return the resultant on a body of revolution, from forces f (n, 3) on whole rings, N: axial, the rest cancels."""
+    """Return the resultant of forces f (n, 3), N, on whole rings of a body of revolution.
+
+    Only its axial component is not zero, because the others cancel around the axis.
+    """
     force, none = (0.0, float(f[:, 1].sum()), 0.0), (0.0, 0.0, 0.0)
     known: LoadedSurface | None = mesh.selections.get(load.thing.action.surface)
     if known is None:
@@ -100,7 +103,7 @@ def _revolved_resultant(case: Case, load: Declared, mesh: Any, f: Floats) -> Res
 
 
 def _resultant_at_points(action: Action, force: Vector, moment: Vector) -> Resultant:
-    """Return the resultant of a load at given points: exact up to rounding, on a mesh that contains them."""
+    """Return the resultant of a point or line load, exact up to rounding on a mesh that contains its points."""
     points = np.array([point for _, point in action.points])
     length = float(np.linalg.norm(points[-1] - points[0])) if len(points) > 1 else None
     at, exact = points.mean(axis=0), (1.0 if length is None else length) * np.array(action.vector)
@@ -111,7 +114,7 @@ def _resultant_at_points(action: Action, force: Vector, moment: Vector) -> Resul
 def _moment_resultant(
     given: Vector, force: Vector, moment: Vector, known: LoadedSurface | None, area: float | None
 ) -> Resultant:
-    """Return the resultant of a given moment; for a solid with the area it acts on."""
+    """Return the resultant of a moment load, for a solid with the area on which it acts, m^2."""
     nothing = (0.0, 0.0, 0.0)
     if known is None:
         return Resultant(force, moment, area, nothing, _ratio(moment, given), exact_moment=given)
@@ -121,7 +124,7 @@ def _moment_resultant(
 
 
 def _total(turns: Floats) -> Floats:
-    """Return the sum (3,) of moments at nodes (n, 3), or none (n, 0)."""
+    """Return the sum (3,), N m, of moments at nodes (n, 3); zero if there are none (n, 0)."""
     found: Floats = turns.sum(axis=0) if turns.shape[1] else np.zeros(3)
     return found
 
@@ -152,7 +155,7 @@ def _ratio(force: Vector, exact: Vector) -> float:
 
 
 def _remedy(case: Case, declared: Declared) -> str:
-    """Return how the facets of a model come closer to the curved surface of its body."""
+    """Return a remedy that brings the facets of a model closer to the curved surface of its body."""
     if case.shape.enclosed:
         return FLATTER
     element = getattr(declared.thing, "element", "")
@@ -160,7 +163,7 @@ def _remedy(case: Case, declared: Declared) -> str:
 
 
 def load_mismatch_warnings(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tuple[Diagnostic, ...]:
-    """Return warnings if a model's mesh carries less or more of a surface load than the scene requires."""
+    """Return a warning for each surface load whose resultant on the mesh differs from that of the scene."""
     notes, at = [], declared.at("size") if "size" in declared.fields else declared.at()
     for name, r in found.items():
         if r.area is None:
@@ -168,8 +171,8 @@ def load_mismatch_warnings(case: Case, declared: Declared, found: Mapping[str, R
         if abs(1.0 - r.share) > SHOWN and r.remainder <= SHOWN * r.area:
             notes.append(diagnostic(
                 "W371", at,
-                f"`{name}` acts on {100 * r.share:.4g} % of its selected surface of `{case.body.name}` in "
-                f"`{declared.name}`",
+                f"in `{declared.name}`, `{name}` acts on {100 * r.share:.4g} % of the surface of "
+                f"`{case.body.name}` that it selects",
                 "facets approximate the curved surface",
                 f"{_remedy(case, declared)}; the report lists this force and the exact one",
             ))  # fmt: skip

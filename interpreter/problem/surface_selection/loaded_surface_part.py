@@ -1,4 +1,4 @@
-"""Part of a body's surface on which a load acts, on the mesh of the body."""
+"""Part of a mesh's surface on which a load acts."""
 
 from __future__ import annotations
 
@@ -36,9 +36,10 @@ TOUCHED = 1e-6  # relative to the selection: smaller areas on faces of a slice a
 
 @dataclass(frozen=True)
 class LoadedSurface:
-    """Whole facets (w, k), and points on parts of others: nodes (p, k), local xi (p, 2), weights (p,) in local area.
+    """Selected surface of a mesh: whole facets (w, k), and quadrature points on partly selected facets.
 
-    `remainder` is the area, m^2, that may or may not belong to it.
+    The points have nodes (p, k), local coordinates xi (p, 2) and weights (p,) in local area. `remainder` is the area,
+    m^2, of which it is not known whether it is selected.
     """
 
     points: Floats  # (n, 3) of the mesh, m
@@ -51,18 +52,19 @@ class LoadedSurface:
 
     @property
     def empty(self) -> bool:
-        """True if it has no area."""
+        """True if the selected area is zero."""
         return not (len(self.whole) or np.any(self.w > 0.0))
 
     @property
     def touched(self) -> Ints:
-        """Facets (f, k) with loaded area; a partly loaded facet appears once for each of its points."""
+        """Facets (f, k) with selected area; a partly selected facet appears once for each of its points."""
         return np.concatenate([self.whole, self.nodes[self.w > 0.0]])
 
     def spread(self, dead: Floats, push: Any, linear: bool, depth: float = 0.0) -> None:
-        """Add the forces of a load to nodal forces (n, 3), N: `push` maps area vectors to forces, linear or not.
+        """Add the forces of a load to the nodal forces `dead` (n, 3), N.
 
-        With a `depth`, m, the mesh is a slice through a body of revolution, and forces are those on whole rings.
+        `push` maps area vectors to forces; `linear` states whether that map is linear. With a `depth`, m, the mesh is a
+        slice of a body of revolution, and forces are those on whole rings.
         """
         nodes = self.whole.shape[1]
         facet, bent = FACETS[nodes], np.zeros(len(self.whole), dtype=np.bool_)
@@ -87,7 +89,7 @@ class LoadedSurface:
         np.add.at(dead, facets, np.einsum("q,qa,fqi->fai", weights, facet.shape(xi), forces, optimize=True))
 
     def products(self) -> tuple[Ints, Floats]:
-        """Return its nodes (k,) and the integrals of N_a N_b over it (k, k), m^2."""
+        """Return the nodes of the selected surface (k,), and the integrals of N_a N_b over it (k, k), m^2."""
         facet = FACETS[self.whole.shape[1]]
         nodes = np.unique(np.concatenate([self.whole, self.nodes]))
         found = np.zeros((len(nodes), len(nodes)))
@@ -103,29 +105,29 @@ class LoadedSurface:
         return nodes, found
 
     def of_facets(self, facets: Ints) -> LoadedSurface:
-        """Return the part that lies on some facets (f, k)."""
+        """Return the selected surface restricted to some facets (f, k)."""
         keys = {tuple(row) for row in facets.tolist()}
         own, cut = (np.array([tuple(r) in keys for r in f.tolist()], dtype=bool) for f in (self.whole, self.nodes))
         return replace(self, whole=self.whole[own], nodes=self.nodes[cut], xi=self.xi[cut], w=self.w[cut])
 
     def over(self, facets: Ints) -> float:
-        """Return the area, m^2, on some facets (f, k) only."""
+        """Return the selected area, m^2, on some facets (f, k)."""
         return self.of_facets(facets).area
 
     @cached_property
     def area(self) -> float:
-        """Area on the mesh, m^2."""
+        """Selected area on the mesh, m^2."""
         return self.area_of(0.0)
 
     def area_of(self, depth: float) -> float:
-        """Return the area on the mesh, m^2; with a `depth`, m, of whole rings."""
+        """Return the selected area, m^2; with a `depth`, m, that of whole rings of a body of revolution."""
         found = np.zeros_like(self.points)
         self.spread(found, lambda A: np.linalg.norm(A, axis=-1)[..., None] * np.array([1.0, 0.0, 0.0]), False, depth)
         return float(found[:, 0].sum())
 
     @property
     def weighted(self) -> tuple[Ints, Floats | None]:
-        """Return all its facets (f, k), and their weights (f, q) at `moments.places`; None if all are whole."""
+        """Return the selected facets (f, k), and their weights (f, q) at `moments.places`; None if all are whole."""
         if not len(self.nodes):
             return self.whole, None
         k = self.whole.shape[1]
@@ -143,12 +145,12 @@ def _around(r: Floats, depth: float) -> Floats:
 
 
 def _add_pairs(found: Floats, rows: Ints, blocks: Floats) -> None:
-    """Add blocks (f, k, k) over nodes (f, k)."""
+    """Add matrices `blocks` (f, k, k) of facets to the matrix `found`, at rows and columns `rows` (f, k)."""
     np.add.at(found, (rows[:, :, None], rows[:, None, :]), blocks)
 
 
 def find_loaded_surface(shape: Shape, mesh: Mesh, condition: Condition) -> LoadedSurface:
-    """Return the part of a mesh's surface that a condition selects, computed once.
+    """Return the part of a mesh's surface that a condition selects; computed once.
 
     Conditions apply to the exact body: facets of a curved side are evaluated on that side, and those of a mesh file
     within their deviation from the smooth surface.
@@ -162,7 +164,7 @@ def find_loaded_surface(shape: Shape, mesh: Mesh, condition: Condition) -> Loade
 
 
 def _loaded_groups(shape: Shape, mesh: Mesh, condition: Condition) -> LoadedSurface:
-    """Return the selected part for conditions with named facet groups."""
+    """Return the selected part of a mesh's surface for a condition with named facet groups."""
     found = [
         _select_facets(shape, mesh, own).of_facets(mesh.facets[which])
         for own, which in split_by_groups(condition, facet_membership(mesh))
@@ -179,7 +181,7 @@ def _loaded_groups(shape: Shape, mesh: Mesh, condition: Condition) -> LoadedSurf
 
 
 def settled_borders(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:
-    """Return borders that do not cut facets of a mesh (f, b), and their levels there."""
+    """Return a mask of the borders that do not cut each facet of a mesh (f, b), and their levels there (f, b)."""
     asked = ConditionOnPatches.of(condition, Patches(mesh.points[mesh.facets], mesh.extent))
     if not shape.sides:
         crossed = asked.crossed_facets()
@@ -191,9 +193,9 @@ def settled_borders(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mas
 
 
 def _settle_beside_sides(shape: Shape, condition: Condition, asked: ConditionOnPatches) -> None:
-    """Settle borders that coincide with a curved side on the flat facets next to it.
+    """Settle borders that coincide with a curved side on the flat facets next to that side.
 
-    The part of such a facet beyond the side is a sliver between an arc and its chord, and no part of the body.
+    The part of such a facet beyond the side is a sliver between an arc and its chord, and not part of the body.
     """
     corners = asked.patches.corners
     parts = list(split_by_sides(shape, corners))
@@ -211,7 +213,7 @@ def _settle_beside_sides(shape: Shape, condition: Condition, asked: ConditionOnP
 
 
 def split_by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | None]]:
-    """Yield masks of facets with nodes (f, k, 3): the flat ones, and those of each curved side with the map onto it."""
+    """Yield masks of flat facets, and of the facets of each curved side, with the map onto that side."""
     flat = np.ones(len(corners), dtype=np.bool_)
     for side in shape.sides:
         own = flat & side.of(corners)
@@ -221,7 +223,10 @@ def split_by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | 
 
 
 def _without_slivers(found: LoadedSurface) -> LoadedSurface:
-    """Return the part without slivers on the faces of a slice: triangles with a side on a condition's border."""
+    """Return the selected surface without slivers on the faces of a slice.
+
+    Slivers are triangles with a side on the border of a condition.
+    """
     z = found.points[:, 2]
     faces = np.ptp(z[found.nodes], axis=1) <= SAME * np.ptp(z)
     if not faces.any():

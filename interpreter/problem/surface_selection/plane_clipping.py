@@ -31,7 +31,7 @@ def _along(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats) -> tuple[Int
 
 
 def odd_corner(d: Floats) -> Ints:
-    """Return the corner (n,) whose level has a sign unlike the two others, for levels (n, 3) of both signs."""
+    """Return the corner (n,) whose level differs in sign from the two others, for levels d (n, 3) of both signs."""
     positive, negative = (d > 0.0).sum(axis=1), (d < 0.0).sum(axis=1)
     sign = np.where(positive == 1, 1.0, -1.0)
     found: Ints = np.argmax(sign[:, None] * d, axis=1)
@@ -39,7 +39,7 @@ def odd_corner(d: Floats) -> Ints:
 
 
 def rotate_to_first(rows: Floats, corner: Ints) -> Floats:
-    """Return rows (n, 3, ...) rotated so that a corner comes first."""
+    """Return rows (n, 3, ...) rotated so that the given corner (n,) comes first."""
     turned = (corner[:, None] + np.arange(3)) % 3
     found: Floats = rows[np.arange(len(rows))[:, None], turned]
     return found

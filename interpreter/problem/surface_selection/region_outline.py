@@ -1,4 +1,4 @@
-"""Exact outline of a plane region without a mesh: the selected part of its edge, or of revolved rings."""
+"""Exact outline of a plane region without a mesh: selected area of its edge, or of the revolved rings."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ Curve = Callable[[Floats], Floats]  # points (n, 3), m, of the places u (n,) fro
 
 @lru_cache(maxsize=64)
 def selected_edge_area(shape: Shape, condition: Condition, depth: float) -> float | None:
-    """Return the area, m^2, of the edge of a slice that a condition selects; None for regions from files.
+    """Return the selected area, m^2, of the edge of a slice; None for regions from files.
 
-    With a `depth`, m, it is that of the whole rings that a slice of this thickness represents.
+    With a `depth`, m, it is the area of the whole rings that a slice of this thickness represents.
     """
     if condition.groups or not isinstance(shape, Slice):
         return None
@@ -70,7 +70,7 @@ def _selected_intervals(curve: Curve, condition: Condition, extent: float) -> It
 
 
 def _swept_area(points: Floats, thickness: float, depth: float) -> float:
-    """Return the area, m^2, of chords (n, 3) through a thickness, m; with a `depth`, around the axis."""
+    """Return the area, m^2, of chords (n, 3), m, swept through a `thickness`, m, or with a `depth` around the axis."""
     length = np.linalg.norm(np.diff(points, axis=0), axis=1)
     if not depth:
         return thickness * float(length.sum())

@@ -37,14 +37,14 @@ def selected_share(condition: Condition, shape: Swept, station: float) -> float:
 
 
 def _flat_fraction(condition: Condition, corners: Floats, extent: float, out: Out | None = None) -> float:
-    """Return the selected fraction of facets (f, k, 3) of equal size."""
+    """Return the selected fraction of facets `corners` (f, k, 3), m, of equal size."""
     found = select_patches(ConditionOnPatches.of(condition, Patches(corners, extent, out)))
     local = 4.0 if corners.shape[1] == 4 else 0.5
     return (len(found.whole) + float(found.w.sum()) / local) / len(corners)
 
 
 def _disc_fraction(condition: Condition, centre: Floats, frame: Floats, radius: float, extent: float) -> float:
-    """Return that of a disc: its core as a polygon, and rings of wedges whose chords are moved out to arcs."""
+    """Return the selected fraction of a disc: its core as a polygon, and rings of wedges with arcs for chords."""
     turns = 2.0 * math.pi * np.arange(WEDGES + 1) / WEDGES
     rim = radius * np.stack([np.cos(turns), np.sin(turns)], axis=1) @ frame
     core = centre + RINGS[-1] * np.stack([np.zeros_like(rim[1:]), rim[:-1], rim[1:]], axis=1)
@@ -55,9 +55,10 @@ def _disc_fraction(condition: Condition, centre: Floats, frame: Floats, radius: 
 
 
 def _wedge_fraction(condition: Condition, a: Floats, b: Floats, centre: Floats, frame: Floats, extent: float) -> float:
-    """Return that of a disc's wedge between two radii (3,), without its core: by areas at the moved positions.
+    """Return the selected fraction of a disc's wedge between two radii a and b (3,), m, without its core.
 
-    They are cos^2 phi of those between chords, over that of the chords' ends, phi the angle from the wedge's middle.
+    Areas at the moved positions are cos^2 phi times those between chords, divided by that factor at the ends of the
+    chords; phi is the angle from the wedge's middle.
     """
     far, near = np.array(RINGS[:-1]), np.array(RINGS[1:])
     corners = np.stack([np.outer(near, a), np.outer(far, a), np.outer(far, b), np.outer(near, b)], axis=1)
@@ -72,7 +73,7 @@ def _wedge_fraction(condition: Condition, a: Floats, b: Floats, centre: Floats, 
 
 
 def _move_to_arc(centre: Floats, frame: Floats, middle: Floats) -> Out:
-    """Return a map of points of a wedge between chords radially outward, so that chords become arcs."""
+    """Return the map that moves points of a wedge radially outward, so that its chords become arcs."""
     (first, second), m = frame.tolist(), (frame @ middle / np.linalg.norm(middle) / math.cos(math.pi / WEDGES)).tolist()
 
     def out(place: Any) -> Any:

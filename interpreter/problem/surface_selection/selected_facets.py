@@ -1,4 +1,4 @@
-"""Part of a surface that a condition selects: whole facets, and quadrature points over parts of others."""
+"""Part of a surface that a condition selects: whole facets, and quadrature points on partly selected facets."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ __all__ = ["Part", "select_facets", "select_patches"]
 
 @dataclass(frozen=True)
 class Part:
-    """Wholly selected facets (w,), and quadrature points on others: facets f (k,), local xi (k, 2), weights w (k,).
+    """Selected part of facets: whole facets (w,), and quadrature points on partly selected ones.
 
-    `remainder` is the area, m^2, that may or may not belong to the selection.
+    The points have facets f (k,), local coordinates xi (k, 2) and weights w (k,). `remainder` is the area, m^2, of
+    which it is not known whether it is selected.
     """
 
     whole: Ints
@@ -35,12 +36,12 @@ class Part:
 
     @property
     def empty(self) -> bool:
-        """True if it has no area."""
+        """True if the selected area is zero."""
         return not (len(self.whole) or np.any(self.w > 0.0))
 
 
 def select_facets(condition: Condition, corners: Floats, extent: float, out: Out | None = None) -> Part:
-    """Return the selected part of facets with nodes `corners` (f, k, 3), m, whose points `out` moves onto the body."""
+    """Return the selected part of facets with nodes `corners` (f, k, 3), m; `out` moves their points onto the body."""
     return select_patches(ConditionOnPatches.of(condition, Patches(corners, extent, out)))
 
 

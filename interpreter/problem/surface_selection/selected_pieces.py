@@ -1,6 +1,6 @@
 """Selected parts of cells, facets and edges: simplices cut along the borders of a condition.
 
-Plane borders are exact; curved ones are approximated by pieces of a fraction of a cell.
+Plane borders are exact; curved borders are approximated by pieces that are small compared with a cell.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ GROUP = 16  # cells bounded together
 
 
 def select_pieces(condition: Condition, whole: Pieces, extent: float) -> Pieces:
-    """Return the selected part of some simplices of a body of an extent (m), in order.
+    """Return the selected parts of some simplices of a body with the given extent, m, in the order of the simplices.
 
-    A curved border is located on their edges and straight between: as accurate as the simplices are fine.
+    A curved border is located on the edges of simplices and straight between these points, so its accuracy depends on
+    the size of the simplices.
     """
     corners = whole.corners
     crossed = np.zeros(len(corners), dtype=np.bool_)
@@ -37,13 +38,13 @@ def select_pieces(condition: Condition, whole: Pieces, extent: float) -> Pieces:
 
 
 def selected_points(condition: Condition, X: Floats, extent: float) -> Bools:
-    """Return whether a condition selects points X (n, 3) (n,)."""
+    """Return a mask of the points X (n, 3), m, that a condition selects (n,)."""
     x, y, z = X.T
     return np.array(np.broadcast_to(condition.holds(x, y, z, extent), len(X)), dtype=np.bool_)
 
 
 def cut_pieces(pieces: Pieces, border: Border, extent: float, halved: bool = True) -> Pieces:
-    """Cut the pieces along a border, those near a curved one in several rounds if they are to be `halved`."""
+    """Cut the pieces along a border; with `halved`, those near a curved border are divided in several rounds."""
     dimension = pieces.corners.shape[1] - 1
     for _ in range(0 if border.plane or not halved else HALVINGS[dimension + 1] * dimension):
         beside = crossed_simplices(border, pieces.corners, extent)
@@ -58,16 +59,15 @@ def _level(border: Border) -> Any:
 
 
 def slack_of(border: Border, extent: float) -> float:
-    """Return the level that counts as on a border."""
+    """Return the level up to which a point counts as on a border."""
     return RELATIVE_TOLERANCE * float(extent) ** border.power
 
 
 def crossed_simplices(border: Border, corners: Floats, extent: float) -> Bools:
-    """Return whether a border crosses simplices (p, k, 3) (p,).
+    """Return a mask of the simplices (p, k, 3), m, that a border crosses (p,).
 
-    A curved border may cross if its level could reach zero beyond the values at corners, edge midpoints and the
-    centroid:
-    by as much as these values differ.
+    A curved border counts as crossing if its level could reach zero between the corners, edge midpoints and centroid,
+    judged by how much the values there differ.
     """
     if border.plane is not None:
         level = _level(border)(corners.reshape(-1, 3)).reshape(corners.shape[:2])
@@ -84,7 +84,7 @@ def crossed_simplices(border: Border, corners: Floats, extent: float) -> Bools:
 
 
 def undecided_simplices(condition: Condition, corners: Floats, extent: float) -> Bools:
-    """Return which simplices (p, k, 3) have a box in which the condition is not known to be uniform (p,)."""
+    """Return a mask of the simplices (p, k, 3), m, in whose bounding box the condition may change (p,)."""
     found = np.zeros(len(corners), dtype=np.bool_)
     low, high = corners.min(axis=1), corners.max(axis=1)
     pending = [np.arange(len(corners))] if len(corners) else []

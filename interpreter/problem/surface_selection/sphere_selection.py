@@ -17,10 +17,11 @@ GAUSS = 8  # points along each side of a facet: exact to rounding
 def select_curved_side(
     shape: RoundBody, side: EllipsoidSide, condition: Condition, extent: float
 ) -> tuple[float, Floats, float]:
-    """Return area, m^2, and integrals of the normal n away from the centre (3,), m^2, and of x . n, m^3, on a side.
+    """Return the area, m^2, and two integrals over the selected part of a side: of n (3,), m^2, and of x . n, m^3.
 
-    In the coordinates in which it is the unit sphere, an area da seen under a direction e from a distance r is
-    e (e . da) / r^2 on the sphere, and cof(A) of that, A = diag(semi-axes), on the ellipsoid.
+    The normal n points away from the centre. In the coordinates in which the side is the unit sphere, an area da seen
+    under a direction e from a distance r is e (e . da) / r^2 on the sphere, and cof(A) times that on the ellipsoid,
+    where A = diag(semi-axes).
     """
     from softmark.solvers.mesh.ball_blocks import build_shell, mesh_blocks
 
@@ -46,7 +47,10 @@ def select_curved_side(
 
 
 def symmetry_cuts(shape: RoundBody) -> tuple[Floats, Condition]:
-    """Return rectangles (k, 4, 3) around the cuts by symmetry planes, counter-clockwise, and the condition inside."""
+    """Return rectangles (k, 4, 3), m, around the flat cuts by symmetry planes, and the condition inside the cuts.
+
+    Corners are counter-clockwise seen from outside.
+    """
     low, high = (np.array(end) for end in shape.bounds)
     faces, size = [], np.diag(high - low)
     for axis in range(shape.kept):

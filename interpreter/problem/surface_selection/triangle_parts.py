@@ -1,7 +1,7 @@
-"""Triangles of a surface cut at the border of a condition, instead of only the triangles within it.
+"""Triangles of a surface cut at the border of a condition, so that partly selected triangles count by their part.
 
-They are cut along planes exactly. A curved border does not cut them: facets of a round side lie inside it, and cutting
-all of them would concentrate a probe's points there. The area left out is reported.
+Triangles are cut exactly along planes. A curved border does not cut them: facets of a round side lie inside it, and
+cutting all of them would concentrate a probe's points there. The area left out is reported.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ ONE = 1e-9  # relative to the extent: closer points are merged
 def clip_triangles(
     condition: Condition, X: Floats, triangles: Ints, members: Members | None = None
 ) -> tuple[Floats, Ints, float]:
-    """Return points (n, 3) and triangles (t, 3) of the selected part of a surface, and its share.
+    """Return points (n, 3), m, and triangles (t, 3) of the selected part of a surface, and the fraction they cover.
 
-    `members` returns which triangles are in a named group, if the condition has some. Points are in the order of the
-    surface. Without selected area, the result is the selected points, if any. The share is relative to the area within
-    the condition's borders, curved ones as chords of the triangles they cross.
+    `members` returns a mask of the triangles in a named group, for conditions with groups. Points keep the order of the
+    surface. Without selected area, the result has only the selected points, if any. The fraction is relative to the
+    area within the condition's borders, where curved borders are chords of the triangles that they cross.
     """
     extent = float(np.linalg.norm(np.ptp(X, axis=0)))
     if condition.groups and members is not None:
@@ -49,7 +49,7 @@ def clip_triangles(
 
 
 def _pieces(condition: Condition, pieces: Pieces, extent: float) -> tuple[Pieces, float]:
-    """Return the selected pieces, and the area, m^2, within the borders; 0 if nothing is left out."""
+    """Return the selected pieces, and the whole area within the borders, m^2; 0 if no area is left out."""
     curved = [b for b, border in enumerate(condition.borders) if border.plane is None]
     for b in range(len(condition.borders)):
         pieces = pieces if b in curved else _cut_crossed(condition, b, pieces, extent)
@@ -62,30 +62,34 @@ def _pieces(condition: Condition, pieces: Pieces, extent: float) -> tuple[Pieces
 
 
 def cut_along(condition: Condition, pieces: Pieces, extent: float) -> Pieces:
-    """Cut pieces along every border of a condition, curved ones by chords, so that each lies on one side of all."""
+    """Cut pieces along every border of a condition, so that each piece lies on one side of all borders.
+
+    Curved borders are replaced by chords.
+    """
     for b in range(len(condition.borders)):
         pieces = _cut_crossed(condition, b, pieces, extent)
     return pieces
 
 
 def _cut_crossed(condition: Condition, b: int, pieces: Pieces, extent: float) -> Pieces:
-    """Cut the pieces that a border crosses, as their corners show."""
+    """Cut the pieces that border b crosses, judged by the levels at their corners."""
     border = condition.borders[b]
     slack = RELATIVE_TOLERANCE * extent**border.power
     return pieces.cut(lambda x: _levels(condition, b, x), slack, border.plane is None)
 
 
 def _levels(condition: Condition, b: int, X: Floats) -> Floats:
-    """Return levels of one border at points (..., 3)."""
+    """Return the levels of border b at points X (..., 3), m."""
     with np.errstate(all="ignore"):
         found: Floats = np.broadcast_to(condition.borders[b].at(X[..., 0], X[..., 1], X[..., 2]), X.shape[:-1])
     return found
 
 
 def _are_selected(condition: Condition, corners: Floats, extent: float, uncut: Sequence[int]) -> Mask:
-    """Return which pieces (p, 3, 3) are selected: all corners, as to borders that did not cut the piece.
+    """Return a mask of the selected pieces (p, 3, 3), m.
 
-    For other borders the corner that is farthest from it decides on which side the piece lies.
+    For a border in `uncut`, which did not cut the pieces, all corners must be on the selected side. For other borders
+    the corner farthest from the border decides.
     """
     levels = []
     for b in range(len(condition.borders)):
@@ -98,7 +102,7 @@ def _are_selected(condition: Condition, corners: Floats, extent: float, uncut: S
 
 
 def _join_pieces(X: Floats, pieces: Pieces, near: float) -> tuple[Floats, Ints]:
-    """Return pieces as points and triangles: points of the surface first, in its order, then those of cuts."""
+    """Return pieces as points (n, 3), m, and triangles (t, 3): first points of the surface, then those of cuts."""
     corners = pieces.corners.reshape(-1, 3)
     keys, first, number = np.unique(
         np.round(np.concatenate([X, corners]) / near), axis=0, return_index=True, return_inverse=True

@@ -16,7 +16,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Axis:
-    """A range in SI with its ticks; `log` for a logarithmic scale."""
+    """Chart axis: a range of values in SI with its ticks; `log` for a logarithmic scale."""
 
     low: float
     high: float
@@ -25,21 +25,21 @@ class Axis:
     log: bool = False
 
     def at(self, value: float) -> float:
-        """Return the position of a value: 0 at the low end, 1 at the high end."""
+        """Return the position of a value on the axis: 0 at the low end, 1 at the high end."""
         if self.log:
             return math.log(value / self.low) / math.log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
 
 
 def nice_step(span: float, about: int) -> float:
-    """Return the step of 1, 2, 2.5 or 5 times a power of ten that divides a span into about `about` parts."""
+    """Return a step that divides a span into about `about` parts: 1, 2, 2.5 or 5 times a power of ten."""
     raw = span / max(about, 1)
     decade = 10.0 ** math.floor(math.log10(raw))
     return next(m * decade for m in (1.0, 2.0, 2.5, 5.0, 10.0) if m * decade >= raw * 0.999)
 
 
 def linear(low: float, high: float, name: str, unit: str, about: int = 6) -> Axis:
-    """Return an axis from low to high with round ticks in a suitable unit."""
+    """Return a linear axis from low to high (SI), with round ticks in a suitable multiple of `unit`."""
     scale = choose_scale((low, high), unit)
     step = nice_step((high - low) / scale.factor, about)
     decimals = max(0, (1 if _mantissa(step) == 2.5 else 0) - math.floor(math.log10(step) + 1e-9))
@@ -62,9 +62,11 @@ def integer_axis(low: int, high: int, name: str, about: int = 6) -> Axis:
 
 
 def logarithmic(low: float, high: float, name: str, unit: str, about: int = 7) -> Axis:
-    """Return an axis that includes low and high, with ticks at decades: lengths `10 µm`, plain numbers `10⁻³`.
+    """Return a logarithmic axis that includes low and high (SI), with ticks at powers of ten.
 
-    Its ends are 1, 2 or 5 times a power of ten; it spans at least a decade, so that there are two ticks.
+    Labels of lengths look like `10 µm`, those of plain numbers like `10⁻³`. The ends are 1, 2 or 5 times a power of
+    ten. The
+    axis spans at least a factor of ten, so that there are two ticks.
     """
     bottom, top = _round_down(low), _round_up(high)
     if top < 10 * bottom:

@@ -1,7 +1,7 @@
-"""Placement of curve names: at the end of the curve, farther away with a thin leader line, or only in the legend.
+"""Placement of curve names next to the ends of curves.
 
-Among the positions that fit, the one with the shortest leader line and the fewest crossings is chosen. A name that fits
-nowhere appears only in the legend.
+A name is placed at the end of its curve, or farther away with a thin leader line. Among the positions that fit, the one
+with the shortest leader line and the fewest crossings is chosen. A name that fits nowhere appears only in the legend.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ ANGLES = (-20, 25, -50, 55, 160, -160, 90, 125, -125, -90)  # degrees, clockwise
 
 @dataclass(frozen=True)
 class LabelPlace:
-    """Position of a name; `line` is the leader line from the end of its curve."""
+    """Position of a curve name; `line` is the leader line from the end of its curve, if there is one."""
 
     x: float
     y: float
@@ -35,17 +35,22 @@ class LabelPlace:
     line: tuple[Point, Point] | None = None
 
     def box(self, name: str) -> Box:
-        """Return the box that the name covers."""
+        """Return the rectangle that the name covers, in pixels."""
         width = LETTER * len(name)
         left = self.x - {"start": 0.0, "middle": 0.5, "end": 1.0}[self.anchor] * width
         return left - 3, self.y - 12, left + width + 3, self.y + 5
 
 
 def place_labels(paths: Sequence[Path], names: Sequence[str | None], area: Box) -> dict[int, LabelPlace]:
-    """Return a position for each name that fits without covering curves or names; None is not labelled."""
+    """Return the positions, by index of the curve, of all names that fit into `area`, pixels.
+
+    A name fits if it covers no curve and no other name.
+
+    A curve whose name is None gets no label.
+    """
     named = [i for i, path in enumerate(paths) if names[i] is not None and any(path)]
     ends = {i: [p for p in paths[i] if p][-1] for i in named}
-    room = _Room(area, {i: [p for p in dense(paths[i]) if _is_inside(p, area)] for i in named}, ends)
+    room = _Room(area, {i: [p for p in densify(paths[i]) if _is_inside(p, area)] for i in named}, ends)
     found = {}
     for i in named:
         crowd = any(math.dist(ends[i], ends[j]) < CLOSE for j in named if j != i)
@@ -56,7 +61,7 @@ def place_labels(paths: Sequence[Path], names: Sequence[str | None], area: Box) 
 
 
 class _Room:
-    """Occupied parts of the plot: curves, their ends, names and leader lines."""
+    """Parts of the plot that are occupied by curves, their ends, names and leader lines."""
 
     def __init__(self, area: Box, curves: dict[int, list[Point]], ends: dict[int, Point]) -> None:
         self.area = area
@@ -68,9 +73,11 @@ class _Room:
         self.lines = np.zeros((0, 2))
 
     def best(self, index: int, name: str, candidates: Iterable[LabelPlace]) -> LabelPlace | None:
-        """Return and occupy the cheapest position for the name of a curve; None if there is none.
+        """Choose and occupy the cheapest position for the name of a curve; return None if none fits.
 
-        Penalties only add to the length of a line, so lines longer than the cheapest cost so far are skipped.
+        The cost is the length of the leader line plus penalties, so candidates with a longer line than the cheapest
+        cost so far
+        are skipped.
         """
         fitting = [place for place in candidates if self.fits(place.box(name))]
         chosen, least = None, math.inf
@@ -87,7 +94,7 @@ class _Room:
         return chosen
 
     def fits(self, box: Box) -> bool:
-        """Return whether a box lies within the area and covers nothing."""
+        """Return whether a rectangle lies within the plot and covers nothing."""
         area = self.area
         if not (box[0] >= area[0] and box[1] >= area[1] and box[2] <= area[2] and box[3] <= area[3]):
             return False
@@ -96,7 +103,7 @@ class _Room:
         return not (_inside(self.points, box).any() or _inside(self.lines, box).any())
 
     def cost(self, index: int, place: LabelPlace) -> float:
-        """Return the distance of a name from its end, in pixels, plus a penalty for everything its line crosses."""
+        """Return the length of a leader line, pixels, plus a penalty for everything that it crosses."""
         if place.line is None:
             return 0.0
         steps = np.array(_points_between(*place.line, 3.0))
@@ -113,13 +120,16 @@ def _length(place: LabelPlace) -> float:
 
 
 def _inside(points: Any, box: Box) -> Any:
-    """Return which of the points (n, 2) are inside a box (n,)."""
+    """Return which of the points (n, 2), pixels, are inside a box, as booleans (n,)."""
     x, y = points[:, 0], points[:, 1]
     return (box[0] < x) & (x < box[2]) & (box[1] < y) & (y < box[3])
 
 
 def _points_near(points: Any, steps: Any, reach: float) -> Any:
-    """Return which of the points (n, 2) are closer than `reach` to one of the steps (k, 2): (n,)."""
+    """Return booleans (n,): which points (n, 2) are closer than `reach` to one of the points `steps` (k, 2).
+
+    All lengths are in pixels.
+    """
     apart = points[:, None, :] - steps[None, :, :]
     return ((apart * apart).sum(axis=2) < reach * reach).any(axis=1)
 
@@ -129,7 +139,10 @@ def _is_inside(point: Point, box: Box) -> bool:
 
 
 def _candidates(end: Point, crowd: bool, led: bool) -> Iterator[LabelPlace]:
-    """Yield positions next to the end unless other curves end there; with `led`, also positions farther away."""
+    """Yield candidate positions for a name next to the end of its curve.
+
+    If the end is crowded by other curves, these are left out. With `led`, positions farther away are added.
+    """
     x, y = end
     if not crowd:
         yield LabelPlace(x + 9, y + 4, "start")
@@ -146,7 +159,7 @@ def _candidates(end: Point, crowd: bool, led: bool) -> Iterator[LabelPlace]:
 
 
 def _led_position(end: Point, radius: float, angle: float) -> LabelPlace:
-    """Return a position at a distance, with a leader line."""
+    """Return the position of a name at a distance and angle from the end of its curve, with a leader line."""
     c, s = math.cos(angle), math.sin(angle)
     stop = end[0] + radius * c, end[1] + radius * s
     line = (end[0] + 6 * c, end[1] + 6 * s), stop
@@ -155,8 +168,8 @@ def _led_position(end: Point, radius: float, angle: float) -> LabelPlace:
     return LabelPlace(stop[0] + math.copysign(4, c), stop[1] + 4, "start" if c > 0 else "end", line)
 
 
-def runs(path: Path) -> Iterator[list[Point]]:
-    """Yield the pieces of a path between its gaps."""
+def connected_pieces(path: Path) -> Iterator[list[Point]]:
+    """Yield the connected pieces of a path, which may have gaps."""
     run: list[Point] = []
     for point in (*path, None):
         if point is not None:
@@ -166,15 +179,15 @@ def runs(path: Path) -> Iterator[list[Point]]:
             run = []
 
 
-def dense(path: Path) -> Iterator[Point]:
-    """Yield the points of a path with points between them, about 6 pixels apart."""
-    for run in runs(path):
+def densify(path: Path) -> Iterator[Point]:
+    """Yield the points of a path and points in between, about 6 pixels apart."""
+    for run in connected_pieces(path):
         yield run[0]
         for a, b in pairwise(run):
             yield from _points_between(a, b, 6.0)
 
 
 def _points_between(a: Point, b: Point, step: float) -> list[Point]:
-    """Return points from a (excluded) to b, about `step` pixels apart."""
+    """Return points on the segment from a (excluded) to b, about `step` pixels apart."""
     n = max(1, min(200, round(math.dist(a, b) / step)))
     return [(a[0] + (b[0] - a[0]) * i / n, a[1] + (b[1] - a[1]) * i / n) for i in range(1, n + 1)]

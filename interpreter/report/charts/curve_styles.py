@@ -1,7 +1,8 @@
-"""Styles of curves: colour, dash and marker are redundant, so that none of them alone is needed.
+"""Styles of curves: colour, dash and marker, so that curves can be distinguished without colour.
 
-Colours are those of Okabe and Ito (2008) and three more, as classes `c0` to `c8` that `report.css` defines for light
-and dark themes. Models differ in all three; references are heavy and neutral and differ by their dash.
+The colours are those of Okabe and Ito (2008) and three more. They are the classes `c0` to `c8`, which `report.css`
+defines for light and dark themes. Models differ in colour, dash and marker. References are thick and neutral and differ
+by their dash.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ class CurveStyle:
 
     @property
     def classes(self) -> str:
-        """CSS classes defined in `report.css`."""
+        """CSS classes of the style, which `report.css` defines."""
         return f"{self.role} c{self.colour}" if self.role in ("model", "bins") else self.role
 
 
@@ -77,17 +78,17 @@ REST = CurveStyle("rest", dash="1 4")
 
 
 def model_look(index: int) -> CurveStyle:
-    """Return the style of the model with this index; the first 315 all differ."""
+    """Return the style of the model with this index; the first 315 styles are all different."""
     names = tuple(MARKERS)
     return CurveStyle("model", index % COLOURS, MODEL_DASHES[index % len(MODEL_DASHES)], names[index % len(names)])
 
 
 def reference_look(index: int) -> CurveStyle:
-    """Return the style of the reference with this index; from the seventh on, with markers."""
+    """Return the style of the reference with this index; styles have markers from the seventh on."""
     marker = "" if index < len(REFERENCE_DASHES) else tuple(MARKERS)[index % len(MARKERS)]
     return CurveStyle("reference", 0, REFERENCE_DASHES[index % len(REFERENCE_DASHES)], marker)
 
 
 def phase_look(index: int) -> CurveStyle:
-    """Return the style of a solution phase: only marker and dash, because the colour is the model's."""
+    """Return the style of a solution phase: only marker and dash, because the colour is that of the model."""
     return CurveStyle("phase", 0, PHASE_DASHES[index % len(PHASE_DASHES)], tuple(MARKERS)[index % len(MARKERS)])

@@ -1,11 +1,11 @@
-"""Line chart as inline SVG: grid, axes, curves with markers, and names at the ends of curves."""
+"""Line chart as inline SVG: grid, axes, curves with markers, and curve names at the ends of curves."""
 
 from __future__ import annotations
 
 from functools import cached_property
 
 from softmark.interpreter.report.charts.chart_axes import Axis
-from softmark.interpreter.report.charts.curve_labels import LabelPlace, Path, Point, place_labels, runs
+from softmark.interpreter.report.charts.curve_labels import LabelPlace, Path, Point, connected_pieces, place_labels
 from softmark.interpreter.report.charts.curve_styles import MARKERS, CurveStyle
 from softmark.interpreter.report.page.html_markup import strip_backticks, tag, text
 from softmark.records import dataclass
@@ -13,7 +13,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Curve:
-    """Curve of SI points, None at gaps; `column` is the index of its first column in the data table."""
+    """Curve through points in SI, with None at gaps; `column` is the index of its first column in the data table."""
 
     name: str
     look: CurveStyle
@@ -26,7 +26,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Chart:
-    """Chart content: `width` and `height` of the plot are in pixels; `desc` describes it in words."""
+    """Content of a line chart; `width` and `height` of the plot are in pixels, `desc` describes it in words."""
 
     identity: str
     title: str
@@ -44,18 +44,18 @@ class Chart:
     bottom: float = 52.0
 
     def pixel(self, point: Point) -> Point:
-        """Return the position of a point in the picture."""
+        """Return the position of a point in the picture, in pixels."""
         x, y = self.x.at(point[0]), self.y.at(point[1])
         return self.left + x * self.width, self.top + (1.0 - y) * self.height
 
     @cached_property
     def paths(self) -> tuple[Path, ...]:
-        """Pixels of every curve."""
+        """Points of every curve, in pixels."""
         return tuple(tuple(p and self.pixel(p) for p in curve.points) for curve in self.curves)
 
     @cached_property
     def names(self) -> dict[int, LabelPlace]:
-        """Positions of the names of curves."""
+        """Positions of curve names, by index of the curve."""
         wanted = [curve.name if curve.named and self.labels else None for curve in self.curves]
         right, bottom = self.left + self.width + self.right, self.top + self.height
         return place_labels(self.paths, wanted, (self.left, self.top, right, bottom))
@@ -76,12 +76,12 @@ class Chart:
         )  # fmt: skip
 
     def _plot(self) -> str:
-        """Return the plot area with a margin for markers; curves are clipped at its edges."""
+        """Return the SVG of the plot area with a margin for markers; curves are clipped at its edges."""
         return tag("rect", x=self.left - 6, y=self.top - 6, width=self.width + 12, height=self.height + 12)
 
 
 def _curve(curve: Curve, path: Path, index: int) -> str:
-    lines = [tag("polyline", points=" ".join(f"{x:.1f},{y:.1f}" for x, y in run)) for run in runs(path)]
+    lines = [tag("polyline", points=" ".join(f"{x:.1f},{y:.1f}" for x, y in run)) for run in connected_pieces(path)]
     skipped = " ".join(str(i) for i, p in enumerate(path) if p is None)
     line = tag("g", *lines, stroke_dasharray=curve.look.dash or None)
     return tag(
@@ -110,7 +110,7 @@ def _name(curve: Curve, index: int, path: Path, place: LabelPlace) -> str:
 
 
 def _axes(chart: Chart) -> str:
-    """Return grid lines, tick labels and the names of both axes."""
+    """Return the SVG of grid lines, tick labels and the names of both axes."""
     left, top, right, bottom = chart.left, chart.top, chart.left + chart.width, chart.top + chart.height
     across = [(left + chart.x.at(value) * chart.width, label) for value, label in chart.x.ticks]
     up = [(bottom - chart.y.at(value) * chart.height, label) for value, label in chart.y.ticks]
@@ -128,7 +128,7 @@ def _text(words: str, x: float, y: float, anchor: str, **attributes: object) -> 
 
 
 def sample(look: CurveStyle) -> str:
-    """Return a short piece of the curve for a legend; hidden from screen readers."""
+    """Return the SVG of a short piece of a curve for a legend; it is hidden from screen readers."""
     line = tag("g", tag("path", d="M1 7H37"), stroke_dasharray=look.dash or None)
     mark = tag("path", class_="mark", d=MARKERS[look.marker](19, 7)) if look.marker in MARKERS else ""
     drawn = tag("g", line, mark, class_=f"curve {look.classes}")

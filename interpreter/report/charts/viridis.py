@@ -1,4 +1,7 @@
-"""Viridis colour map: perceptually uniform, readable for colour-blind readers and in grey. `raster.js` has a copy."""
+"""Viridis colour map, perceptually uniform and readable for colour-blind readers and in grey.
+
+`raster.js` has a copy of it.
+"""
 
 from __future__ import annotations
 
@@ -22,6 +25,6 @@ def viridis(t: float) -> str:
 
 
 def gradient(stops: int = 17) -> str:
-    """Return a colour bar from left to right, as CSS."""
+    """Return the colour map from left to right as a CSS gradient with `stops` colours."""
     colours = ", ".join(viridis(i / (stops - 1)) for i in range(stops))
     return f"linear-gradient(to right, {colours})"

@@ -1,4 +1,4 @@
-"""Terminal text of the changes between two results."""
+"""Terminal text of the changes between two result files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NOTHING = "No changes: same models, statuses and values; no time differs by more
 
 
 def changes_table(changes: Changes, colour: bool) -> str:
-    """Return a block for each kind of change, likely causes first; a sentence if there are none."""
+    """Return a block of text for each kind of change, likely causes first; a sentence if there are no changes."""
     found = make_all_visible(changes)
     paint = colour and not os.environ.get("NO_COLOR")
     blocks = [
@@ -47,7 +47,7 @@ def _style(words: str, name: str, paint: bool) -> str:
 
 
 def _block(heading: str, rows: Sequence[Sequence[str]], paint: bool) -> str:
-    """Return aligned rows under a heading; the last cell of a row has any width."""
+    """Return rows as aligned text under a heading; the last cell of a row may have any width."""
     if not rows:
         return ""
     fixed = max(len(row) for row in rows) - 1
@@ -64,7 +64,7 @@ def _facts(facts: Sequence[FactChange]) -> list[tuple[str, str]]:
 
 
 def plain_fact(known: Any) -> str:
-    """Return a fact in words; digests are shortened."""
+    """Return a fact, such as a version, as text; digests are shortened."""
     said = "nothing" if known is None else str(known)
     return said[:12] if len(said) == 64 and set(said) <= set("0123456789abcdef") else said  # a digest
 
@@ -82,23 +82,31 @@ def _metric(change: MetricChange) -> tuple[str, str, str, str]:
         verdict = f"{verdict} ({100 * change.relative:+.3g} %)"
     elif change.reason:
         verdict = f"{verdict}: {change.reason}"
-    return change.name, change.metric, f"{value(change.old, unit)} -> {value(change.new, unit)}", verdict
+    return (
+        change.name,
+        change.metric,
+        f"{format_value_with_unit(change.old, unit)} -> {format_value_with_unit(change.new, unit)}",
+        verdict,
+    )
 
 
-def value(number: float | None, unit: str) -> str:
-    """Return a number with its unit."""
+def format_value_with_unit(number: float | None, unit: str) -> str:
+    """Return a number with its unit as text."""
     return "none" if number is None else format_quantity(number, unit, 6, percent=True).replace("\u00a0", " ")
 
 
 def _time(change: TimeChange, paint: bool) -> tuple[str, str, str, str]:
-    course, clock = f"{seconds(change.old)} -> {seconds(change.new)}", change.clock.removesuffix("_s")
+    course, clock = (
+        f"{format_time_spread(change.old)} -> {format_time_spread(change.new)}",
+        change.clock.removesuffix("_s"),
+    )
     factor, words = (change.ratio, "longer") if change.ratio >= 1 else (1 / change.ratio, "shorter")
     style = {"undecided": "quiet", "slower": "bad"}.get(change.verdict, "good")
     said = f"{change.verdict}, {factor:.3g} times" + (f" {words}: {change.reason}" if change.reason else "")
     return change.name, clock.replace("_", " "), course, _style(said, style, paint)
 
 
-def seconds(spread: Spread) -> str:
-    """Return a median time with its quartiles if they differ."""
+def format_time_spread(spread: Spread) -> str:
+    """Return a median time as text, with its quartiles if they differ."""
     said, low, high = (format_quantity(s, "s", 3) for s in (spread.median, spread.q1, spread.q3))
     return (said if low == high else f"{said} [{low}-{high}]").replace("\u00a0", " ")

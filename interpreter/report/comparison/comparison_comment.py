@@ -1,8 +1,14 @@
-"""Pull-request comment on the changes between two results: verdicts, numbers beyond noise, then times."""
+"""Pull-request comment on the changes between two results: verdicts first, then changed numbers, then times."""
 
 from __future__ import annotations
 
-from softmark.interpreter.report.comparison.comparison_changes import NOTHING, WORSE, plain_fact, seconds, value
+from softmark.interpreter.report.comparison.comparison_changes import (
+    NOTHING,
+    WORSE,
+    format_time_spread,
+    format_value_with_unit,
+    plain_fact,
+)
 from softmark.interpreter.report.page.comment_markdown import LIMIT, MarkdownTable, Row, code, document, strip_markup
 from softmark.interpreter.study.analysis.result_changes import (
     Changes,
@@ -16,7 +22,7 @@ SORT = {"lost": 0, "found": 1, "changed": 2, "added": 3, "removed": 4}  # verdic
 
 
 def comment(changes: Changes, limit: int = LIMIT) -> str:
-    """Return Markdown of at most `limit` characters."""
+    """Return the comment as Markdown of at most `limit` characters."""
     verdicts = _verdicts(changes)
     numbers = sorted((m for m in changes.metrics if m.verdict in SORT), key=_weight)
     times = sorted((t for t in changes.times if t.verdict != "undecided"), key=lambda t: -t.ratio)
@@ -32,7 +38,7 @@ def comment(changes: Changes, limit: int = LIMIT) -> str:
 
 
 def _verdicts(changes: Changes) -> list[Row]:
-    """Return changes of expectations and of the status of models and references, worse ones first."""
+    """Return rows for changed outcomes of expectations and changed statuses of results, worse ones first."""
     rows = [(_worse(f), _fact(f)) for f in changes.expectations]
     rows += [(s.new in WORSE, _status(s)) for s in changes.status]
     rows += [(False, (code(name), "", "added")) for name in changes.added]
@@ -68,7 +74,7 @@ def _number(change: MetricChange) -> Row:
     return (
         code(change.metric),
         code(change.name),
-        *(strip_markup(value(v, unit)) for v in (change.old, change.new)),
+        *(strip_markup(format_value_with_unit(v, unit)) for v in (change.old, change.new)),
         said,
     )
 
@@ -76,11 +82,11 @@ def _number(change: MetricChange) -> Row:
 def _time(change: TimeChange) -> Row:
     clock = change.clock.removesuffix("_s").replace("_", " ")
     said = f"{change.verdict}, × {change.ratio:.3g}"
-    return clock, code(change.name), seconds(change.old), seconds(change.new), said
+    return clock, code(change.name), format_time_spread(change.old), format_time_spread(change.new), said
 
 
 def _noise(changes: Changes) -> str:
-    """Return a sentence with the number of changes that are only noise."""
+    """Return a sentence with the number of changes that are within the noise."""
     below = sum(m.verdict not in SORT for m in changes.metrics)
     undecided = sum(t.verdict == "undecided" for t in changes.times)
     numbers = f"{below} more changes are below the uncertainty of their references" if below else ""
@@ -90,7 +96,7 @@ def _noise(changes: Changes) -> str:
 
 
 def _possible_causes(changes: Changes) -> str:
-    """Return possible causes: changed texts, parameters, versions and machines."""
+    """Return the possible causes of changes as text: changed scenes, parameters, versions and machines."""
     facts = [*changes.scenes, *changes.environment]
     told = [f"{strip_markup(f.what)} {code(plain_fact(f.old))} → {code(plain_fact(f.new))}" for f in facts[:12]]
     more = [f"{len(facts) - 12} more"] if len(facts) > 12 else []

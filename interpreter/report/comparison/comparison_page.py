@@ -1,4 +1,4 @@
-"""HTML page of `dsl compare`, one self-contained file that starts with the recommendation."""
+"""HTML page of `dsl compare`: one self-contained file that starts with the recommendation."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ OPEN = 40  # configurations beyond which their table is folded
 
 
 def page(comparison: ComparisonRecord) -> str:
-    """Return a complete HTML5 document without network access or other files."""
+    """Return the page as a complete HTML5 document that needs no network and no other files."""
     own = views(comparison)
     return document(
         f"{title(own)} – softmark comparison",
@@ -34,7 +34,7 @@ def page(comparison: ComparisonRecord) -> str:
 
 
 def title(own: Sequence[SceneView]) -> str:
-    """Return the names of the compared scenes in one line."""
+    """Return the titles of the compared scenes in one line."""
     titles = list(dict.fromkeys(view.title for view in own))
     return (
         join_names(titles) if 0 < len(titles) <= 3 else count(len(titles), "scene") if titles else "Nothing to compare"
@@ -42,7 +42,7 @@ def title(own: Sequence[SceneView]) -> str:
 
 
 def conclusion(own: Sequence[SceneView]) -> str:
-    """Return `9 configurations of 3 models, 8 of them solved.`"""
+    """Return a sentence that counts configurations, such as `9 configurations of 3 models, 8 of them solved.`."""
     points = [p for view in own for p in view.points]
     if not points:
         return "No configurations."
@@ -64,12 +64,12 @@ def _header(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
 
 
 def _advice(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
-    """Return the section with the recommendations."""
+    """Return the HTML section with the recommendations."""
     return section("advice", "Advice", advice(own, comparison))
 
 
 def advice(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
-    """Return a recommendation for each scene, with its caveats below."""
+    """Return the recommendations for all scenes as HTML, each with its caveats below."""
     blocks = []
     allowed = comparison.analysis.options.allow_contaminated
     for view in own:
@@ -83,12 +83,12 @@ def advice(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
 
 
 def _sentence(advice: Advice) -> str:
-    """Return one recommendation with its caveats below."""
+    """Return one recommendation as HTML, with its caveats below."""
     return prose(advice.sentence) + "".join(tag("small", prose(caveat)) for caveat in advice.caveats)
 
 
 def _with_scene_title(view: SceneView, own: Sequence[SceneView], markup: str) -> str:
-    """Return the markup under the scene's title if there are several scenes."""
+    """Return HTML under the title of its scene; the title is omitted if there is only one scene."""
     return (tag("h3", text(view.heading)) if len(own) > 1 else "") + markup if markup else ""
 
 
@@ -98,7 +98,7 @@ def _diagrams(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
 
 
 def diagrams(own: Sequence[SceneView]) -> str:
-    """Return error-against-effort diagrams, with the failures below; empty if nothing was computed."""
+    """Return the diagrams of error against effort as HTML, with the failures below; empty without configurations."""
     return "".join(_with_scene_title(view, own, _figures(view) + _failures(view)) for view in own if view.points)
 
 
@@ -117,7 +117,7 @@ def _figures(view: SceneView) -> str:
 
 
 def _failures(view: SceneView) -> str:
-    """Return the configurations without a solution, with the reasons."""
+    """Return the configurations without a solution as HTML, with the reasons."""
     entries = {(f.label, f.message): f for f in view.analysis.failures}.values()
     if not entries:
         return ""
@@ -133,7 +133,7 @@ def _failures(view: SceneView) -> str:
 def _tables(
     make: Callable[[SceneView], str], name: str, title: str
 ) -> Callable[[Sequence[SceneView], ComparisonRecord], str]:
-    """Return a function that makes a section with the same table for every scene."""
+    """Return a function that makes a section with the table `make(view)` of every scene."""
 
     def made(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
         blocks = [_with_scene_title(view, own, make(view)) for view in own if view.points]
@@ -148,12 +148,12 @@ def _points(view: SceneView) -> str:
 
 
 def _levers(view: SceneView) -> str:
-    own = comparison_tables.levers(view)
+    own = comparison_tables.change_effects(view)
     return own if len(view.analysis.levers) <= OPEN else details(f"{len(view.analysis.levers)} changes", own)
 
 
 def _provenance(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
-    """Return the command, the environment, the references and the scenes."""
+    """Return the HTML section with the command, the environment, the references and the scenes."""
     again = tag("p", "To rerun this comparison:")
     repeat = again + tag("pre", tag("code", text(comparison.command)), class_="command") if comparison.command else ""
     scenes = [scene_listing(scene) for scene in comparison.scenes]
@@ -172,7 +172,7 @@ def _references(own: Sequence[SceneView]) -> str:
 
 
 def _warnings(own: Sequence[SceneView]) -> str:
-    """Return warnings about configurations, each once with the number of configurations concerned."""
+    """Return the warnings about configurations as HTML, each once with the number of configurations that have it."""
     found: dict[PointWarning, int] = {}
     for warning in (w for view in own for point in view.points for w in point.warnings):
         found[warning] = found.get(warning, 0) + 1

@@ -1,4 +1,4 @@
-"""Tables of a comparison: all points, effort for an error, best for a frame rate, orders, distances, single changes."""
+"""HTML tables of a comparison: points, effort for an error, frame rates, orders, distances, and single changes."""
 
 from __future__ import annotations
 
@@ -23,30 +23,30 @@ DASH = "–"
 
 
 def table(caption: str, head: Sequence[str], rows: Sequence[str], kind: str = "") -> str:
-    """Return a table in its scrolling box; `head` and `rows` are markup."""
+    """Return an HTML table in a scrolling box; `head` and `rows` are markup."""
     label = tag("caption", tag("span", prose(caption)))
     own = tag("table", label, tag("thead", tag("tr", *head)), tag("tbody", *rows), class_=f"compared {kind}".strip())
     return tag("div", own, class_="scroll", tabindex=0, role="region", aria_label=caption.replace("`", ""))
 
 
 def heading(words: str, number: bool = False) -> str:
-    """Return a column header."""
+    """Return the HTML of a column header."""
     return tag("th", prose(words), scope="col", class_="n" if number else None)
 
 
 def row_head(name: str, below: str = "") -> str:
-    """Return a row header."""
+    """Return the HTML of a row header, with a smaller text `below`."""
     return tag("th", tag("code", wrappable_name(name)), tag("small", text(below)) if below else "", scope="row")
 
 
 def cell(words: str, below: str = "", best: bool = False) -> str:
-    """Return a cell with a number and a smaller text below it."""
+    """Return the HTML of a table cell with a number, and a smaller text below it."""
     shown = tag("strong", text(words)) if best else text(words)
     return tag("td", shown, tag("small", prose(below)) if below else "", class_="n")
 
 
 def row(*cells: str) -> str:
-    """Return a table row."""
+    """Return the HTML of a table row with some cells."""
     return tag("tr", *cells)
 
 
@@ -54,12 +54,12 @@ def row(*cells: str) -> str:
 
 
 def all_points(view: SceneView) -> str:
-    """Return every configuration with status, size, errors, times and solver, and a CSV of them."""
+    """Return the table of all configurations with status, size, errors, times and solver, and a CSV file of them."""
     return configurations(view) + _points_csv(view)
 
 
 def configurations(view: SceneView, most: int | None = None) -> str:
-    """Return the table of configurations, of at most `most` rows."""
+    """Return the table of configurations, with at most `most` rows."""
     head = [heading(w) for w in ("Configuration", "Status")]
     named = (f"`{m}`" for m in (*view.metrics, *view.measurements))
     head += [heading(w, True) for w in (*named, "Unknowns", *_clocks(view))]
@@ -90,13 +90,13 @@ def _point(view: SceneView, point: ComparedPoint) -> str:
 
 
 def _full_residual(point: ComparedPoint) -> str:
-    """Return the residual of the full model if only reduced equations were solved."""
+    """Return the residual of the full model as text, if only the equations of a reduced model were solved."""
     left = point.reduced.full_residual if point.reduced else None
     return "" if left is None else tag("small", text(f"full model: residual {left:.2g} of the load"))
 
 
 def _solver(point: ComparedPoint) -> str:
-    """Return the linear solver and its number of iterations."""
+    """Return the linear solver and its number of iterations as text."""
     below = "" if point.iterations is None else tag("small", text(count(point.iterations, "iteration")))
     return tag("td", text(point.linear_solver or DASH), below, class_="solver")
 
@@ -114,7 +114,7 @@ def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:
 
 def _times(view: SceneView, point: ComparedPoint) -> list[str]:
     spread, setup = view.effort(point), point.cost.setup_s
-    most = "≤ " if point.cost.most else ""
+    most = "≤ " if point.cost.is_upper_bound else ""
     time = cell(most + format_quantity(spread.median, "s", 3), spread_range(spread)) if spread else cell(DASH)
     return [
         time,
@@ -132,7 +132,7 @@ def format_bytes(number: float | None) -> str:
 
 
 def _quality(point: ComparedPoint) -> str:
-    """Return the number of timing runs, of excluded runs, and the flags."""
+    """Return the number of timing runs and of excluded runs as text, followed by remarks on the timing."""
     cost = point.cost
     said = [count(cost.runs, "run")] if cost.runs else []
     said += [f"{cost.excluded_runs} excluded"] if cost.excluded_runs else []
@@ -160,7 +160,7 @@ def _points_csv(view: SceneView) -> str:
 
 
 def _quartiles(spread: Spread | None) -> tuple[Cell, ...]:
-    """Return median, quartiles and number of runs; time steps have no quartiles."""
+    """Return median, quartiles and number of runs as CSV cells; time steps have no quartiles."""
     if spread is None:
         return (None,) * 4
     q1, q3 = (spread.q1, spread.q3) if spread.quartiles else (None, None)
@@ -171,7 +171,7 @@ def _quartiles(spread: Spread | None) -> tuple[Cell, ...]:
 
 
 def effort_to_error(view: SceneView) -> str:
-    """Return, for every error metric, the effort that each line needs to reach each level."""
+    """Return tables of the effort that each refinement line needs to reach each error level, one per error metric."""
     return "".join(_levels(view, metric) for metric, own in view.metrics.items() if own.levels)
 
 
@@ -198,14 +198,17 @@ def _level(view: SceneView, entry: EffortAtLevel, best: bool, metric: str) -> st
     name = view.by_key[found.between[0]].label
     below = "interpolated" if found.interpolated else f"`{name}`" if name != entry.line else ""
     spread = spread_range(found.effort) if view.timed else ""
-    return cell(view.said_effort(found.effort), ", ".join(part for part in (spread, below) if part), best)
+    return cell(view.format_effort(found.effort), ", ".join(part for part in (spread, below) if part), best)
 
 
 # ------------------------------------------------------------------ best within a frame
 
 
 def best_at_rates(view: SceneView) -> str:
-    """Return the most accurate fast enough configuration for every error and frame rate, and the next model."""
+    """Return a table of the most accurate fast enough configuration for each error metric and frame rate.
+
+    It also names the next most accurate model.
+    """
     if not view.metrics:
         return ""
     if not view.timed or not any(p.cost.frame for p in view.points):
@@ -252,7 +255,7 @@ def _rate(view: SceneView, metric: str, rate: BestInFrame) -> str:
 
 
 def orders(view: SceneView) -> str:
-    """Return observed orders and limits of every refinement line; empty if there is none."""
+    """Return a table of observed orders of convergence and limits of every refinement line; empty if there is none."""
     entries = view.analysis.orders
     if not entries:
         return ""
@@ -273,7 +276,7 @@ def orders(view: SceneView) -> str:
 
 
 def _order(view: SceneView, entry: LineOrders) -> list[str]:
-    """Return a row for each probe or metric; the errors are in the first row."""
+    """Return the table rows of a refinement line, one for each probe or metric; the first row also has the errors."""
     errors = [_error_order(entry, m) for m in view.metrics]
     limits = entry.limits or [Limit(DASH, "metric", "", None, None, ConvergenceEstimate("unusable", entry.doubt))]
     (first, *others) = ([_name(o.of), *limit_cells(o.finest, o.refined, o.unit or "1")] for o in limits)
@@ -286,7 +289,7 @@ def _name(name: str) -> str:
 
 
 def limit_cells(finest: float | None, found: ConvergenceEstimate, unit: str) -> list[str]:
-    """Return the finest value, the order, the limit with its index, and whether they are reliable."""
+    """Return table cells with the finest value, the order, the limit with its index, and whether they are reliable."""
     mark = "" if found.asymptotic else " ‡"
     order = DASH if found.order is None else typeset_number(f"{found.order:.2f}") + mark
     below = "" if found.relative is None else typeset_number(f"{100 * found.relative:.2g} %")
@@ -317,7 +320,7 @@ def _error_order(entry: LineOrders, metric: str) -> str:
 
 
 def distances(view: SceneView) -> str:
-    """Return the distances between all results; empty if there are fewer than two."""
+    """Return a table of the distances between all results; empty if there are fewer than two."""
     known = view.analysis.distances
     names = known.names
     if len(names) < 2:
@@ -352,8 +355,8 @@ def _distance(value: float | None, reason: str | None, own: bool) -> str:
 # ------------------------------------------------------------------ levers
 
 
-def levers(view: SceneView) -> str:
-    """Return the effect of single changes; empty if no two configurations differ by only one."""
+def change_effects(view: SceneView) -> str:
+    """Return a table of the effects of single changes; empty if no two configurations differ by only one value."""
     entries = view.analysis.levers
     if not entries:
         return ""

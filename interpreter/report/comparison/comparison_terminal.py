@@ -28,7 +28,7 @@ CODES = {"bold": "1", "good": "32", "bad": "31", "quiet": "2"}
 
 
 def table(comparison: ComparisonRecord, colour: bool, path: str | None = None, width: int | None = None) -> str:
-    """Return all configurations of every scene, failures and recommendation, followed by the path of the page."""
+    """Return the terminal text: configurations of every scene, failures, recommendation, and the path of the page."""
     paint, room = _terminal_settings(colour, width)
     blocks = [block for own in _scenes(comparison) for block in _scene(own, paint, room)]
     blocks = blocks or ["No configurations."]
@@ -36,7 +36,7 @@ def table(comparison: ComparisonRecord, colour: bool, path: str | None = None, w
 
 
 def errors(comparison: ComparisonRecord, colour: bool) -> str:
-    """Return the tables before timing, with the meaning of their marks but without a recommendation."""
+    """Return the tables of errors for the terminal before anything is timed, without a recommendation."""
     paint, room = _terminal_settings(colour, None)
     each = (_errors(own, ": errors; times are still being measured", paint, room) for own in _scenes(comparison))
     return "\n\n".join(block for blocks in each for block in blocks)
@@ -49,7 +49,7 @@ def _terminal_settings(colour: bool, width: int | None) -> tuple[bool, int]:
 
 
 def _scenes(comparison: ComparisonRecord) -> list[list[SceneView]]:
-    """Return the problems of every scene."""
+    """Return the views of the problems of each scene."""
     scenes: dict[str, list[SceneView]] = {}
     for view in views(comparison):
         scenes.setdefault(view.analysis.scene, []).append(view)
@@ -61,7 +61,7 @@ def _style(words: str, name: str, paint: bool) -> str:
 
 
 def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
-    """Return the lines of a scene; `own` are its problems, several if a sweep changes the reference."""
+    """Return the lines of text of a scene; it has several problems `own` if a sweep changes the reference."""
     blocks = _errors(own, "", paint, room)
     told = own[:TOLD]
     answers = [
@@ -80,7 +80,7 @@ def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
 
 
 def _errors(own: Sequence[SceneView], beside: str, paint: bool, room: int) -> list[str]:
-    """Return the title with the text `beside` it, the table, and its notes."""
+    """Return the title followed by the text `beside`, the table of errors, and its notes, as lines of text."""
     blocks = [_style(make_all_visible(own[0].title) + beside, "bold", paint), _rows(own, paint)]
     notes = [_plain_text(note) for note in (separate_problems_note(own), *_notes(own)) if note]
     return [*blocks, *(["\n".join(textwrap.fill(n, room, subsequent_indent="  ") for n in notes)] if notes else [])]
@@ -91,13 +91,13 @@ def _at(view: SceneView, words: str) -> str:
 
 
 def _truncate(lines: Sequence[str]) -> list[str]:
-    """Return the first lines of an answer, and the number of omitted ones."""
+    """Return the first lines of a study's answer, and a line with the number of omitted ones."""
     more = len(lines) - TOLD
     return [*lines] if more <= 1 else [*lines[:TOLD], f"and {more} more on the HTML page"]
 
 
 def _plain_text(words: str) -> str:
-    """Return text without markup of the page and without control characters."""
+    """Return text without the markup of the page and without control characters."""
     return strip_backticks(make_all_visible(words)).replace("\u00a0", " ").replace("\u202f", " ")
 
 
@@ -135,7 +135,10 @@ def _row(
 
 
 def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:
-    """Return `1.2 % *` on the front, `†` if within the uncertainty."""
+    """Return the error of a point as text, such as `1.2 % *`.
+
+    `*` marks the Pareto front, `†` an error below the uncertainty of the reference.
+    """
     error, own = point.error(metric), view.metrics.get(metric)
     if error is None or own is None:
         return "-  "
@@ -144,17 +147,17 @@ def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:
 
 
 def _time(view: SceneView, point: ComparedPoint) -> str:
-    """Return `84 ms ±8 %` with half the interquartile range."""
+    """Return the time of a point as text, `84 ms ±8 %`, with half the interquartile range."""
     spread = view.effort(point)
     if spread is None:
         return "-"
     half = 50 * (spread.q3 - spread.q1) / spread.median
-    most = "<= " if point.cost.most and view.timed else ""
+    most = "<= " if point.cost.is_upper_bound and view.timed else ""
     return most + _plain_text(format_quantity(spread.median, "s", 3)) + (f" ±{half:.0f} %" if half >= 0.5 else "")
 
 
 def _notes(own: Sequence[SceneView]) -> list[str]:
-    """Return the meaning of the marks, and each reason of failure once."""
+    """Return notes with the meaning of the marks, and each reason of failure once."""
     marks = []
     if any(known.front for view in own for known in view.metrics.values()):
         what = "less time" if any(view.timed for view in own) else "fewer unknowns"
@@ -175,7 +178,7 @@ def _notes(own: Sequence[SceneView]) -> list[str]:
 
 
 def _uncertainties(own: Sequence[SceneView]) -> dict[str, str]:
-    """Return the largest reference uncertainty of each error."""
+    """Return the largest uncertainty of the reference of each error metric as text."""
     found: dict[str, tuple[float, SceneView]] = {}
     for view in own:
         for name, known in view.metrics.items():

@@ -1,4 +1,4 @@
-"""One scene of a comparison, prepared for page and terminal: points, lines, styles, and numbers in words."""
+"""View of one scene of a comparison for page and terminal: points, lines, styles, and formatted numbers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CLOCKS = {"cpu_s": "CPU time", "wall_s": "wall time", UNKNOWNS: "unknowns"}
 
 @dataclass(frozen=True)
 class SceneView:
-    """A scene with its part of the analysis."""
+    """Scene of a comparison with its part of the analysis, if it is a single problem, or one problem of the scene."""
 
     number: int
     scene: str
@@ -32,33 +32,33 @@ class SceneView:
 
     @property
     def at(self) -> str:
-        """Value that changes the reference, `E = 30 kPa`; empty if a scene is a single problem."""
+        """Varied value that changes the reference, such as `E = 30 kPa`; empty if the scene has only one problem."""
         return ", ".join(f"{name} = {value}" for name, value in self.analysis.problem.items())
 
     @property
     def heading(self) -> str:
-        """Title of the scene, with the value of this problem."""
+        """Title of the scene, followed by the value that distinguishes this problem."""
         return f"{self.title}, {self.at}" if self.at else self.title
 
     @property
     def metrics(self) -> Mapping[str, ErrorAnalysis]:
-        """Error metrics with their analysis."""
+        """Analysis of each error metric, by name."""
         return self.analysis.metrics
 
     @cached_property
     def measurements(self) -> Mapping[str, str]:
-        """Metrics without a reference, with their units; they are shown but not ranked."""
+        """Units of the metrics that have no reference, by name; they are shown but not ranked."""
         entries = ((n, e) for p in self.points for n, e in p.errors.items() if n not in self.metrics)
         return {name: str(found.unit) for name, found in entries}
 
     @cached_property
     def _moved(self) -> float:
-        """Largest metric that is a length, m, as the scale of rounding errors."""
+        """Largest value of all metrics that are lengths, m, as the scale of rounding errors."""
         values = (e.value for p in self.points for e in p.errors.values() if e.unit == "m" and e.value is not None)
         return max(map(abs, values), default=0.0)
 
     def measured(self, point: ComparedPoint, metric: str) -> str:
-        """Return the value of such a metric in words."""
+        """Return the value of a metric without reference as text."""
         value = point.metric(metric).value
         unit = self.measurements[metric]
         if value is None:
@@ -67,45 +67,45 @@ class SceneView:
 
     @property
     def without_advice(self) -> str:
-        """Reason why there is no recommendation."""
+        """Reason why there is no recommendation, as a sentence."""
         if not self.points:
             return "No configurations were computed."
         return "No metric is `against` a reference, so no error was measured and nothing can be recommended."
 
     @property
     def lines(self) -> Sequence[RefinementLine]:
-        """Refinement lines of models."""
+        """Refinement lines of all models."""
         return self.analysis.lines
 
     @property
     def clock(self) -> str:
-        """Kind of effort by which configurations are compared."""
+        """Kind of effort by which configurations are compared, such as CPU time."""
         return self.analysis.clock
 
     @property
     def effort_name(self) -> str:
-        """Name of the effort as a heading: `CPU time`."""
+        """Name of the effort as a heading, such as `CPU time`."""
         name = CLOCKS.get(self.clock, self.clock)
         return name[:1].upper() + name[1:]
 
     @property
     def timed(self) -> bool:
-        """True if anything was timed."""
+        """True if any configuration was timed."""
         return self.clock != UNKNOWNS
 
     @cached_property
     def by_key(self) -> dict[str, ComparedPoint]:
-        """Points by key; the first if a configuration is in several studies."""
+        """Points by key; if a configuration is in several studies, its first point."""
         return {p.key: p for p in reversed(self.points)}
 
     @cached_property
     def once(self) -> list[ComparedPoint]:
-        """Points without duplicates of key and label."""
+        """Points without repetitions of the same key and label."""
         return list({(p.key, p.label): p for p in reversed(self.points)}.values())[::-1]
 
     @cached_property
-    def looks(self) -> list[CurveStyle]:
-        """Style of each line: colour and marker of its model, dash by its index among the model's lines."""
+    def line_styles(self) -> list[CurveStyle]:
+        """Style of each refinement line: colour and marker of its model, and a dash that differs within a model."""
         models = {model: i for i, model in enumerate(dict.fromkeys(line.model for line in self.lines))}
         seen: dict[str, int] = {}
         found = []
@@ -116,28 +116,28 @@ class SceneView:
         return found
 
     def effort(self, point: ComparedPoint) -> Spread | None:
-        """Return the effort of a point."""
+        """Return the effort of a point, a time, s, or a number of unknowns; None if unknown."""
         return point.effort(self.clock)
 
     def on_fronts(self, point: ComparedPoint) -> list[str]:
-        """Return the error metrics for which a point is on the front."""
+        """Return the names of the error metrics for which a point is on the Pareto front."""
         return [name for name, own in self.metrics.items() if point.key in own.front]
 
     def disturbed(self, point: ComparedPoint) -> bool:
-        """Return whether its timing was disturbed, if times are compared."""
+        """Return whether the timing of a point was disturbed, if times are compared."""
         return self.timed and point.cost.contaminated
 
     def amount(self, value: float, metric: str, digits: int = 3) -> str:
-        """Return an error in words."""
+        """Return a value of an error metric as text."""
         return format_quantity(value, self.metrics[metric].unit, digits, percent=True)
 
-    def said_effort(self, spread: Spread) -> str:
-        """Return an effort in words: `84 ms`, or `4 320`."""
+    def format_effort(self, spread: Spread) -> str:
+        """Return an effort as text, such as `84 ms` or `4 320`."""
         return group_digits(round(spread.median)) if self.clock == UNKNOWNS else format_quantity(spread.median, "s", 3)
 
 
 def spread_range(spread: Spread) -> str:
-    """Return `[80–90 ms]`, with the unit once if it is the same; empty without a spread."""
+    """Return both quartiles as text, `[80–90 ms]`, with the unit once if it is the same; empty if they are equal."""
     low, high = format_quantity(spread.q1, "s", 3), format_quantity(spread.q3, "s", 3)
     if spread.q1 == spread.q3:
         return ""
@@ -147,7 +147,7 @@ def spread_range(spread: Spread) -> str:
 
 
 def views(comparison: ComparisonRecord) -> list[SceneView]:
-    """Return the scenes of a comparison."""
+    """Return a view for each scene of a comparison, or for each problem of a scene."""
     scenes = comparison.analysis.scenes
     titles = scene_titles(comparison.scenes, list(dict.fromkeys(own.scene for own in scenes.values())))
     members: dict[str, list[ComparedPoint]] = {part: [] for part in scenes}
@@ -168,7 +168,10 @@ def separate_problems_note(own: Sequence[SceneView]) -> str:
 
 
 def scene_titles(entries: Sequence[Json], names: Sequence[str]) -> dict[str, str]:
-    """Return scene titles by the names that points use, with the file if titles are equal; the name if none matches."""
+    """Return the titles of scenes, by the names that points use.
+
+    If titles are equal, the file is added. A name without a scene is its own title.
+    """
     found, files = {}, {}
     for i, name in enumerate(names):
         fitting = [e for e in entries if name in _scene_names(e)]
@@ -180,11 +183,11 @@ def scene_titles(entries: Sequence[Json], names: Sequence[str]) -> dict[str, str
 
 
 def _scene_names(entry: Json) -> set[str]:
-    """Return the possible names of a scene."""
+    """Return the names by which points may refer to a scene."""
     file = str(entry.get("file") or "").replace("\\", "/").rpartition("/")[2]
     return {str(entry.get("name")), str(entry.get("title")), file, file.rpartition(".")[0]}
 
 
 def status_of(status: str) -> str:
-    """Return a status in words."""
+    """Return a status as text."""
     return "timed out" if status == "timed_out" else status.replace("_", " ")

@@ -1,4 +1,4 @@
-"""Breakdown of computing time as stacked bars, and the quality of the timings."""
+"""Breakdown of computing time as stacked bars, and remarks on the quality of the timings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SHOWN = 24  # bars that are drawn; the CSV has all
 
 
 def costs(view: SceneView) -> str:
-    """Return a bar for each of the most important configurations; empty if no breakdown is known."""
+    """Return a bar of CPU time by phase for each of the most important configurations; empty if no phases are known."""
     split = [p for p in view.once if p.cost.phases]
     if not split:
         return ""
@@ -35,12 +35,15 @@ def costs(view: SceneView) -> str:
 
 
 def _names(points: Sequence[ComparedPoint]) -> list[str]:
-    """Return the parts of the time in their usual order, other parts last."""
+    """Return the phases of all points in their usual order, other phases last."""
     return list(dict.fromkeys([*PHASES, *(n for p in points for n in p.cost.phases)]))
 
 
 def _chosen(view: SceneView, split: Sequence[ComparedPoint]) -> list[ComparedPoint]:
-    """Return all configurations if they are few, else those on a front and the finest of each line."""
+    """Return the configurations to show.
+
+    These are all if they are few, otherwise those on a Pareto front and the finest of each refinement line.
+    """
     if len(split) <= SHOWN:
         return list(split)
     front = {k for own in view.metrics.values() for k in own.front}
@@ -74,7 +77,7 @@ def _swatch(index: int) -> str:
 
 
 def _numbers(split: Sequence[ComparedPoint], named: Sequence[str]) -> str:
-    """Return the table of times, s."""
+    """Return the table of the CPU times of each phase, s."""
     head = [heading("Configuration"), *(heading(n, True) for n in named)]
     rows = []
     for p in split:
@@ -94,7 +97,7 @@ def _save(view: SceneView, split: Sequence[ComparedPoint], named: Sequence[str])
 
 
 def quality(view: SceneView, allowed: bool = False) -> str:
-    """Return the reliability of the timings, in words."""
+    """Return sentences on the reliability of the timings."""
     known = view.analysis.timing
     if not known.timed:
         return _callout("quiet", "No times were measured: configurations are compared by their number of unknowns.")
@@ -112,7 +115,7 @@ def quality(view: SceneView, allowed: bool = False) -> str:
 
 
 def _who(labels: Sequence[str], of: int) -> str:
-    """Return `all`, or the first eight names and the number of others."""
+    """Return `all`, or the first eight labels and the number of others."""
     if len(labels) == of > 1:
         return "all"
     more = f" and {len(labels) - 8} more" if len(labels) > 8 else ""
@@ -120,7 +123,7 @@ def _who(labels: Sequence[str], of: int) -> str:
 
 
 def _flagged(flag: str, n: int) -> str:
-    """Return `few repeats: one run takes long, so there are only a few (2 configurations)`."""
+    """Return a remark with the number `n` of configurations, such as `few repeats: ... (2 configurations)`."""
     meaning = REMARKS.get(flag) or DISTURBANCES.get(flag)
     return (f"{flag}: {meaning}" if meaning else flag) + f" ({count(n, 'configuration')})"
 

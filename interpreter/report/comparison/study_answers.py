@@ -1,4 +1,4 @@
-"""Results of the studies that a scene declares: a table for each, and a line for the terminal."""
+"""Results of the studies that a scene declares: HTML tables, and lines for the terminal."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from softmark.interpreter.study.analysis.study_results import (
 
 
 def studies(view: SceneView) -> str:
-    """Return a table for each study; empty if the scene has none."""
+    """Return an HTML table for each study of the scene; empty if it has none."""
     return "".join(_front(a) if isinstance(a, ParetoAnswer) else _settling(a) for a in view.analysis.answers)
 
 
@@ -65,7 +65,10 @@ def _cost(answer: ParetoAnswer, member: FrontMember) -> str:
 
 
 def study_lines(answer: Answer) -> list[str]:
-    """Return lines for the terminal: `settling: drop over refine: tet10: order 2.01, limit 12.3 mm ± 0.1 mm`."""
+    """Return the results of a study as lines of text for the terminal.
+
+    A line looks like `settling: drop over refine: tet10: order 2.01, limit 12.3 mm ± 0.1 mm`.
+    """
     if isinstance(answer, ParetoAnswer):
         names = ", ".join(f"{c.label} ({_cost(answer, c)})" for c in answer.front) or "nobody"
         return [f"{answer.study}: on the Pareto front of {answer.error} and {answer.cost_name}: {names}"]

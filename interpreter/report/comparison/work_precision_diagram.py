@@ -1,4 +1,4 @@
-"""Work-precision diagram: error against effort, a line for each model over its refinement, and the Pareto front."""
+"""Work-precision diagram: error against effort, with one line per refined model and the Pareto front."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ RING = 7.0
 
 @dataclass(frozen=True)
 class _Row:
-    """Row of the data table: a member of a line, with its position if it can be drawn."""
+    """Row of the data table: a configuration of a refinement line, with its effort and error if they are known."""
 
     line: int
     point: ComparedPoint
@@ -45,13 +45,16 @@ class _Row:
 
     @property
     def drawn(self) -> bool:
-        """True if it can be drawn."""
+        """True if the configuration has an effort and an error, so that it can be drawn."""
         return self.effort is not None and self.error is not None
 
 
 @dataclass(frozen=True)
 class Diagram:
-    """Diagram of one error of one scene; with `frames`, against the time that must fit into a frame."""
+    """Diagram of one error metric of one scene against the effort.
+
+    With `frames` the abscissa is the time that must fit into a frame.
+    """
 
     view: SceneView
     number: int
@@ -60,17 +63,17 @@ class Diagram:
 
     @property
     def known(self) -> ErrorAnalysis:
-        """Analysis of this error."""
+        """Analysis of the error metric."""
         return self.view.metrics[self.metric]
 
     @property
     def uncertainty(self) -> float:
-        """Uncertainty of the reference."""
+        """Uncertainty of the reference, in the unit of the error."""
         return self.known.uncertainty
 
     @cached_property
     def rows(self) -> list[_Row]:
-        """Members of all lines, in the order of each line."""
+        """Rows of the configurations of all refinement lines, in the order of each line."""
         found = []
         for i, line in enumerate(self.view.lines):
             for point in (self.view.by_key[key] for key in line.keys):
@@ -81,16 +84,16 @@ class Diagram:
 
     @cached_property
     def drawn(self) -> list[_Row]:
-        """Members that can be drawn."""
+        """Rows of the configurations that can be drawn."""
         return [row for row in self.rows if row.drawn]
 
     @property
     def clock(self) -> str:
-        """Kind of effort."""
+        """Kind of effort on the abscissa."""
         return "wall_s" if self.frames else self.view.clock
 
     def figure(self) -> str:
-        """Return the figure with its data; a sentence about missing data if nothing can be drawn."""
+        """Return the figure with its data as HTML; if nothing can be drawn, a sentence about the missing data."""
         if not self.drawn:
             why = _grouped(self.known.judged.left_out.values())
             said = f"No diagram of `{self.metric}`: {why or 'there is nothing to draw'}."
@@ -106,12 +109,12 @@ class Diagram:
 
     @property
     def title(self) -> str:
-        """Title: `eta against CPU time`."""
+        """Title of the diagram, such as `eta against CPU time`."""
         return f"{self.metric} against {self.effort_name}"
 
     @property
     def effort_name(self) -> str:
-        """Name of the effort: `CPU time of a solution`."""
+        """Name of the effort on the abscissa, such as `CPU time of a solution`."""
         if self.frames:
             return "time of a step"
         return CLOCKS[self.view.clock] if self.view.timed else "number of unknowns"
@@ -120,7 +123,7 @@ class Diagram:
 
     @cached_property
     def across(self) -> Axis:
-        """Effort axis, from the smallest first quartile to the largest third quartile."""
+        """Axis of the effort, from the smallest first quartile to the largest third quartile."""
         efforts = [row.effort for row in self.drawn if row.effort is not None]
         low, high = min(s.q1 or s.median for s in efforts), max(s.q3 for s in efforts)
         if self.clock == UNKNOWNS:
@@ -129,7 +132,7 @@ class Diagram:
 
     @cached_property
     def up(self) -> Axis:
-        """Error axis; it ends far below the uncertainty, and before zero."""
+        """Axis of the error; its lower end is far below the uncertainty but above zero."""
         positive = [e for row in self.drawn if (e := row.error) is not None and e > 0]
         near = self.uncertainty >= TOLD * min(positive, default=0.0)
         high = max([*positive, self.uncertainty if near else 0.0]) or 1e-12
@@ -139,7 +142,7 @@ class Diagram:
         return _decades(low / 1.3, high * 1.3, name, lambda v: self.view.amount(v, self.metric))
 
     def place(self, row: _Row) -> Place | None:
-        """Return the position of a point; one below the axis is drawn at its lower edge."""
+        """Return the position of a point in the plot; a point below the axis is drawn at its lower edge."""
         if row.effort is None or row.error is None:
             return None
         return row.effort.median, max(row.error, self.up.low)
@@ -148,7 +151,7 @@ class Diagram:
         named = len(self.view.lines) <= NAMED
         for i, line in enumerate(self.view.lines):
             points = tuple(self.place(row) if row.line == i else None for row in self.rows)
-            yield Curve(line.name, self.view.looks[i], points, 1, len(self._symbols), every=1, named=named)
+            yield Curve(line.name, self.view.line_styles[i], points, 1, len(self._symbols), every=1, named=named)
 
     # -------------------------------------------------------------- words
 
@@ -227,7 +230,10 @@ class Diagram:
 
 
 def _grouped(pairs: Iterable[tuple[str, str]]) -> str:
-    """Return names grouped by reason, `a, b (it diverged); c (it was not timed)`; only the count if there are many."""
+    """Return names grouped by reason, such as `a, b (it diverged); c (it was not timed)`.
+
+    If there are many names for a reason, only their number is given.
+    """
     reasons: dict[str, list[str]] = {}
     for label, reason in pairs:
         reasons.setdefault(reason, []).append(f"`{label}`")
@@ -239,7 +245,7 @@ def _grouped(pairs: Iterable[tuple[str, str]]) -> str:
 
 
 def _decades(low: float, high: float, name: str, said: Callable[[float], str]) -> Axis:
-    """Return a logarithmic axis with ticks at decades, and at 2 and 5 between if there are few decades."""
+    """Return a logarithmic axis with ticks at powers of ten; with few powers also at 2 and 5 in between."""
     axis = logarithmic(low, high, name, "1")
     decades = math.log10(axis.high / axis.low)
     bottom, top = (math.floor(math.log10(v)) for v in (axis.low, axis.high))
@@ -251,7 +257,7 @@ def _decades(low: float, high: float, name: str, said: Callable[[float], str]) -
 
 
 def _inside(axis: Axis) -> Axis:
-    """Return the axis without a long label at its end."""
+    """Return the axis without a tick label that would extend beyond its end."""
     return replace(axis, ticks=tuple((v, said) for v, said in axis.ticks if axis.at(v) < END or len(said) <= 4))
 
 
@@ -260,20 +266,20 @@ def _inside(axis: Axis) -> Axis:
 
 @dataclass(frozen=True)
 class Overlay:
-    """Additional marks of the diagram: uncertainty band, frame limits, Pareto front, quartiles and marks of points."""
+    """Marks drawn over the diagram: uncertainty band, frame limits, Pareto front, quartiles and marks of points."""
 
     diagram: Diagram
     chart: Chart
 
     def markup(self) -> str:
-        """Return all marks, from back to front."""
+        """Return all marks as SVG, from back to front."""
         parts = [self._band(), self._rates(), "" if self.diagram.frames else self._front()]
         rows = [(i, row) for i, row in enumerate(self.diagram.rows) if row.drawn]
         return "".join([*parts, *(self._spread(row) for _, row in rows), *(self._marks(row) for _, row in rows)])
 
     @property
     def _edges(self) -> tuple[float, float, float, float]:
-        """Left, top, right and bottom of the plot."""
+        """Left, top, right and bottom edge of the plot, pixels."""
         c = self.chart
         return c.left, c.top, c.left + c.width, c.top + c.height
 
@@ -292,7 +298,7 @@ class Overlay:
         return self.chart.pixel((self.chart.x.low, max(error, self.chart.y.low)))[1]
 
     def _rates(self) -> str:
-        """Return vertical lines at the frame times of the given rates."""
+        """Return the SVG of vertical lines at the frame times of the frame rates in RATES."""
         stepped = any(row.point.cost.step_s for row in self.diagram.drawn)
         if self.diagram.clock == UNKNOWNS or (stepped and not self.diagram.frames):
             return ""
@@ -308,7 +314,7 @@ class Overlay:
         return line + tag("text", text(said), transform=turn, text_anchor="end", class_="aside")
 
     def _front(self) -> str:
-        """Return the front as steps; points above and to the right of them are dominated."""
+        """Return the SVG of the Pareto front as a step line; points above it or to its right are dominated."""
         front = [row for row in self.diagram.drawn if row.point.key in self.diagram.known.front]
         corners = sorted({(row.effort.median, max(row.error, self.diagram.uncertainty))
                           for row in front if row.effort is not None and row.error is not None})  # fmt: skip
@@ -320,17 +326,21 @@ class Overlay:
         return tag("path", d=path, class_="front")
 
     def _spread(self, row: _Row) -> str:
-        """Return a bar between the quartiles."""
+        """Return the SVG of a bar between the quartiles of the effort."""
         place = self.diagram.place(row)
         if place is None or row.effort is None or row.effort.q1 == row.effort.q3:
             return ""
         ends = (max(row.effort.q1, self.chart.x.low), row.effort.q3)
         (a, y), (b, _) = (self.chart.pixel((t, place[1])) for t in ends)
         path = f"M{a:.1f} {y:.1f}H{b:.1f}M{a:.1f} {y - 4:.1f}v8M{b:.1f} {y - 4:.1f}v8"
-        return tag("path", d=path, class_=f"spread k{row.line} c{self.diagram.view.looks[row.line].colour}")
+        return tag("path", d=path, class_=f"spread k{row.line} c{self.diagram.view.line_styles[row.line].colour}")
 
     def _marks(self, row: _Row) -> str:
-        """Return a ring for a point on the front, a cross if capped, a dotted square if its timing was disturbed."""
+        """Return the SVG of the marks of a point.
+
+        A ring is a point on the Pareto front, a cross one stopped at `max_iterations`, a dotted square a disturbed
+        timing.
+        """
         place = self.diagram.place(row)
         if place is None:
             return ""
@@ -355,7 +365,7 @@ KEY = (
 
 
 def key(view: SceneView) -> str:
-    """Return the legend of the marks that occur."""
+    """Return the HTML legend of the marks that occur in the diagrams of a scene."""
     fronts = any(own.front for own in view.metrics.values())
     there = {
         "front": fronts,
@@ -389,5 +399,5 @@ def _drawing(content: str) -> str:
 
 
 def has_step_times(view: SceneView) -> bool:
-    """Return whether steps were timed separately."""
+    """Return whether the time of a step was measured separately for any configuration."""
     return view.timed and any(p.cost.step_s for p in view.points)

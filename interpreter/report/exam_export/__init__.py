@@ -1,1 +1,1 @@
-"""Export of a scene as an exam for other programs: problems to solve, and a sheet with the evaluation."""
+"""Export of a scene as an exam for other programs: problems to solve, and a sheet to evaluate the results."""

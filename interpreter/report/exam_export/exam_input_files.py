@@ -1,7 +1,9 @@
-"""Export of models as input files of another program, a folder each, with the exam sheet and instructions.
+"""Export of models as input files of another program, with an exam sheet and instructions.
 
-A model whose states are fractions of one load is one problem with states in order; any other model has a folder for
-each state.
+Each model has a folder.
+
+If the states of a model are fractions of one load, the model becomes one problem with states in order. For any other
+model there is a folder for each state.
 """
 
 from __future__ import annotations
@@ -49,7 +51,7 @@ Told = list[tuple[Problem, Named]]
 
 @dataclass(frozen=True)
 class Exported:
-    """Result of an export: its folder, the files in it, and what was left out with the reason."""
+    """Result of an export: the folder, its files, and the things that were left out, with the reasons."""
 
     folder: Path
     written: tuple[str, ...]
@@ -57,10 +59,11 @@ class Exported:
 
 
 def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: RunOptions) -> Exported:
-    """Export the models of a scene, or those in `only`, in the format `to`, with the exam sheet.
+    """Export the models of a scene, by default all, in the format `to`, together with the exam sheet.
 
-    Raises SceneError for what cannot be built, and if one of `only`, or no model at all, can be expressed in the
-    format; OSError if the folder cannot be written.
+    Raises SceneError for a model that cannot be built, and if a model in `only`, or no model at all, can be expressed
+    in
+    the format. Raises OSError if the folder cannot be written.
     """
     ready, refused = _exportable_models(scene, to, list(only) or list(scene.of_kind("model")), options)
     if (refused and only) or not ready:
@@ -84,7 +87,7 @@ def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: Ru
 def _exportable_models(
     scene: Scene, to: str, names: Sequence[str], options: RunOptions
 ) -> tuple[dict[str, Told], dict[str, list[Reason]]]:
-    """Return the exportable problems of models, and the reasons for all others. Raises SceneError."""
+    """Return the problems of the models that can be exported, and for other models the reasons. Raises SceneError."""
     ready, refused, faults = dict[str, Told](), dict[str, list[Reason]](), list[Diagnostic]()
     workshop = BuildContext(scene=scene, measured=Measurements(scene))
     for name in names:
@@ -101,7 +104,7 @@ def _exportable_models(
 
 
 def _problems_of_model(scene: Scene, name: str, to: str, workshop: BuildContext) -> Told:
-    """Return the problems of a model: one, or one for each state. Raises Untold, Fault."""
+    """Return the problems of a model: one, or one for each state. Raises NotTransferable, Fault."""
     each, alone = [], FORMATS[to].mesh
     for own in [in_state(scene, i) for i in range(len(states_of(scene)))] or [scene]:
         declared = _as_own_model(own.declared[name])
@@ -125,7 +128,7 @@ def _problems_of_model(scene: Scene, name: str, to: str, workshop: BuildContext)
 
 
 def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> tuple[Problem, Named]:
-    """Return a dynamic problem, with the model's steps, for a program without statics. Raises Untold, Fault."""
+    """Return a dynamic problem with the time steps of the model. Raises NotTransferable, Fault."""
     from softmark.interpreter.models.external import external_builder
 
     model = _as_own_model(declared).thing
@@ -145,13 +148,13 @@ def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> 
 
 
 def _unexported_loads(scene: Scene, name: str) -> Iterator[Reason]:
-    """Yield loads whose forces are exported only at rest, for a model that is exported as a mesh."""
+    """Yield the loads that are exported only as forces in the undeformed state."""
     declared = _as_own_model(scene.declared[name])
     yield from reasons_of_loads(declared.thing, case_for(scene, declared))
 
 
 def _plain_regions(scene: Scene, ready: Iterable[str]) -> Iterator[str]:
-    """Yield regions that are not part of an exported mesh."""
+    """Yield the names of regions that are not part of an exported mesh."""
     cases = [case_for(scene, scene.declared[name]) for name in ready]
     gone = {part.name for case in cases for part in case.parts}
     bodies = {case.body.name for case in cases}
@@ -161,12 +164,15 @@ def _plain_regions(scene: Scene, ready: Iterable[str]) -> Iterator[str]:
 
 
 def _as_own_model(declared: Declared) -> Declared:
-    """Return a model of an external program as our own model with the same arguments, for export."""
+    """Return the declaration of a model of an external program as a model of softmark with the same arguments."""
     return replace(declared, thing=declared.thing.solid) if isinstance(declared.thing, ExternalSolver) else declared
 
 
 def _load_fractions(problems: Sequence[Problem]) -> tuple[float, ...] | None:
-    """Return the loads and motions of each problem as fractions of the last one; None if they are not proportional."""
+    """Return the loads and motions of each problem as fractions of those of the last problem.
+
+    Return None if they are not proportional.
+    """
     each = [np.concatenate([own.forces.ravel(), own.values]) for own in problems]
     last = max(float(each[-1] @ each[-1]), np.finfo(float).tiny)
     if any(len(own) != len(each[-1]) for own in each):
@@ -177,7 +183,7 @@ def _load_fractions(problems: Sequence[Problem]) -> tuple[float, ...] | None:
 
 
 def _write_model(name: str, each: Told, to: str, folder: Path, written: list[str]) -> dict[str, Any]:
-    """Write a model and return its entry of the sheet."""
+    """Write the input files of a model and return its entry in the exam sheet."""
     own: list[str] = []
     for number, (problem, named) in enumerate(each, start=1):
         place = Path(name) if len(each) == 1 else Path(name) / f"state-{number}"

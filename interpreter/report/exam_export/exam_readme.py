@@ -1,4 +1,4 @@
-"""Instructions for an exam, a text file next to the sheet."""
+"""Instructions for an exam, as a text file next to the exam sheet."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FILE = "README.txt"
 
 
 def readme_text(sheet: Mapping[str, Any], to: str) -> str:
-    """Return the instructions: contents, how to solve the problems, and how results are evaluated."""
+    """Return the instructions: contents of the folder, how to solve the problems, and how results are evaluated."""
     scene = sheet["scene"]
     file = scene["standard"] or Path(scene["file"]).name
     lines = [
@@ -41,7 +41,7 @@ def readme_text(sheet: Mapping[str, Any], to: str) -> str:
 
 
 def _requested_numbers(metrics: Mapping[str, Any], to: Format) -> Iterator[str]:
-    """Yield every requested number, with its unit in the sheet and in the files."""
+    """Yield a line for every requested number, with its unit in the sheet and in the result files."""
     same: dict[str, list[str]] = {}
     for name, own in metrics.items():
         same.setdefault(own["unit"], []).append(name)
@@ -54,7 +54,7 @@ def _requested_numbers(metrics: Mapping[str, Any], to: Format) -> Iterator[str]:
 
 
 def _model(name: str, own: Mapping[str, Any]) -> str:
-    """Return `linear_tet: linear_tet/job.inp (tet4, small strain, 1148 nodes)`, and its states."""
+    """Return lines on a model and its states, such as `linear_tet: linear_tet/job.inp (tet4, ..., 1148 nodes)`."""
     parts = "" if len(own["shares"]) == 1 else f", {len(own['shares'])} load levels in sequence"
     if "steps" in own:
         parts += f", {own['steps']} steps of {own['step']:g} s, by the program's own integrator"

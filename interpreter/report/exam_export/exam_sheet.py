@@ -1,6 +1,6 @@
-"""Exam sheet of a scene: probe points, reference values and requested metrics; no model is solved.
+"""Exam sheet of a scene: probe points, reference values and requested metrics, without solving any model.
 
-Its schema is `softmark-exam/1`: numbers in SI, null if there is none.
+Its schema is `softmark-exam/1`. Numbers are in SI, null if there is none.
 """
 
 from __future__ import annotations
@@ -29,7 +29,10 @@ UNITS = "SI: points and displacements in m, times in s, forces in N, moments in 
 
 
 def make_sheet(scene: Scene, options: RunOptions) -> dict[str, Any]:
-    """Return the sheet without the exported models. Raises SceneError for probes whose points cannot be found."""
+    """Return the exam sheet without its entry of exported models.
+
+    Raises SceneError for probes whose points cannot be found.
+    """
     asked, left = plan_of(scene), []
     known = []
     for name in asked.references:
@@ -63,7 +66,7 @@ def make_sheet(scene: Scene, options: RunOptions) -> dict[str, Any]:
 
 
 def _place(work: Any, probe: Declared, left: list[dict[str, str]]) -> dict[str, Any]:
-    """Return the points (n, 3), m, of a probe in the last state."""
+    """Return the points of a probe, shape (n, 3), m, in the last state, as an entry of the sheet."""
     own: dict[str, Any] = {"body": probe.thing.body, "text": _text(probe), "points": None}
     if probe.name not in {known.name for known in work.probes(probe.thing.body)}:
         return own | {"reason": "its points are those of a measurement that could not be read"}
@@ -81,10 +84,10 @@ def _requested_metric(metric: Declared) -> dict[str, Any]:
 
 
 def _text(declared: Declared) -> str:
-    """Return the text after `=` in the scene, on one line."""
+    """Return the text of a declaration after `=`, on one line."""
     return " ".join(declared.location.text.partition("=")[2].split())
 
 
 def write(found: Mapping[str, Any], folder: Path) -> Path:
-    """Write the sheet to a file. Raises OSError."""
+    """Write the exam sheet to a file in a folder and return its path. Raises OSError."""
     return atomic_files.replace(folder / FILE, json.dumps(found, indent=1, allow_nan=False, ensure_ascii=False) + "\n")

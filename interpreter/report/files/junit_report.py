@@ -1,8 +1,8 @@
-"""Report as a JUnit file for continuous integration: a test case for each model, reference and expectation.
+"""Report as a JUnit file for continuous integration: one test case per model, reference and expectation.
 
-Numbers are `<properties>`, which tools can plot over builds: for an expectation its metric, value, unit, relation,
-limit, stated error, uncertainty and reference; for a model or reference those of each of its metrics, by name; for the
-suite what the numbers depend on.
+Numbers are `<properties>`, which tools can plot over builds. An expectation has its metric, value, unit, relation,
+limit, stated error, uncertainty and reference. A model or reference has those of each of its metrics, by name. The test
+suite has the facts on which the numbers depend, such as versions.
 """
 
 from __future__ import annotations
@@ -21,7 +21,12 @@ from softmark.interpreter.results.run_report import (
 
 
 def render(report: Report) -> str:
-    """Return XML: failures are expectations not met, errors are unconverged solutions, skipped are omitted ones."""
+    """Return the report as JUnit XML.
+
+    Failures are expectations that are not met, errors are models without a converged solution, skipped tests are
+    omitted
+    models.
+    """
     suite = ElementTree.Element("testsuite", name=str(report.scene["title"]))
     _properties(suite, _suite_properties(report))
     failures = report.failures
@@ -53,7 +58,7 @@ def _case(suite: ElementTree.Element, name: str, group: str) -> ElementTree.Elem
 
 
 def _properties(element: ElementTree.Element, known: Mapping[str, object]) -> None:
-    """Add the known properties by name, except those that are None or empty."""
+    """Add properties to an XML element, except those that are None or empty."""
     if told := {name: value for name, value in known.items() if value not in (None, "")}:
         box = ElementTree.SubElement(element, "properties")
         for name, value in told.items():

@@ -1,4 +1,4 @@
-"""Writers of report.json and report.html, each complete or absent, and of files for ParaView."""
+"""Writers of report.json and report.html, each written completely or not at all, and of files for ParaView."""
 
 from __future__ import annotations
 

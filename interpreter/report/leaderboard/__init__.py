@@ -1,1 +1,1 @@
-"""Site of `dsl board`: `leaderboard_page` combines the result matrix, performance profiles and case cards."""
+"""HTML site of `dsl board`: `leaderboard_page` combines the result matrix, performance profiles and case cards."""

@@ -1,4 +1,4 @@
-"""Cards of cases: the question, its reference with uncertainty, and the result of every model."""
+"""HTML cards of leaderboard cases: the question, its reference with uncertainty, and the result of every model."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ HEADS = ("Model", "in the scene", "Error", "±", "Time", "Status")
 
 
 def cards(board: Board, views: Mapping[str, SceneView]) -> str:
-    """Return the section; `views` are comparison views by scene."""
+    """Return the HTML section with a card for each case; `views` are the views of the comparison, by scene."""
     return section("cases", "Cases", *(_card(board, name, views) for name in board.cases))
 
 
@@ -68,7 +68,7 @@ def _answer(cell: Cell) -> str:
 
 
 def _front(card: CaseCard, cells: list[Cell], view: SceneView | None) -> str:
-    """Return error against time if there is more than one result."""
+    """Return the diagram of error against time of a case; empty if there is only one result."""
     drawn = [c for c in cells if c.error is not None]
     if view is None or card.metric is None or card.metric not in view.metrics or len(drawn) < 2:
         return ""

@@ -1,4 +1,4 @@
-"""Pull-request comment on the changes since another leaderboard."""
+"""Pull-request comment on the changes of a leaderboard since an older one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ COLUMNS = ("case", "model", "before", "after", "change")
 
 
 def comment(old: Board, new: Board) -> str:
-    """Return Markdown: the cells that differ, and the number of those that do not."""
+    """Return the comment as Markdown: the changed cells, and the number of unchanged ones."""
     before, after = _by_key(old), _by_key(new)
     timed = (old.environment or {}).get("cpu") == (new.environment or {}).get("cpu")
     rows = [

@@ -1,4 +1,4 @@
-"""HTML page of a leaderboard, one self-contained file."""
+"""HTML page of a leaderboard: one self-contained file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from softmark.interpreter.study.leaderboard.model_strengths import ModelStrength
 
 
 def page(board: Board, compared: ComparisonRecord) -> str:
-    """Return a complete HTML5 document of a leaderboard and its comparison, without network access or other files."""
+    """Return the page of a leaderboard and its comparison as an HTML5 document that needs no network or other files."""
     own = {view.scene: view for view in views(compared)}
     ranked = find_strengths(board)
     sections = [
@@ -41,12 +41,12 @@ def page(board: Board, compared: ComparisonRecord) -> str:
 
 
 def _curves(board: Board, own: dict[str, SceneView]) -> int:
-    """Return the largest number of curves in a legend."""
+    """Return the largest number of curves in one legend of the page."""
     return max([len(board.models), *(len(view.lines) for view in own.values())])
 
 
 def _conclusion(board: Board) -> str:
-    """Return `37 cases, 30 models, 61 answers: 50 right, ...`"""
+    """Return a sentence that counts answers, such as `37 cases, 30 models, 61 answers: 50 right, ...`."""
     words = {"met": "right", "not_met": "wrong", "cannot_tell": "below the uncertainty of the reference"}
     found = [(said, sum(c.verdict == key for c in board.cells)) for key, said in words.items()]
     lost = sum(c.error is None for c in board.cells)
@@ -64,7 +64,7 @@ def _header(board: Board) -> str:
 
 
 def _merits(ranked: list[ModelStrengths]) -> str:
-    """Return the strengths of each model."""
+    """Return the HTML section with the strengths of each model."""
     heads = ("Model", "Right", "Quickest", "Most accurate", "Wrong", "No result")
     head = tag("thead", tag("tr", *(tag("th", text(h), scope="col") for h in heads)))
     rows = [

@@ -1,4 +1,4 @@
-"""Figures of performance profiles; Pareto fronts use the diagrams of `dsl compare`."""
+"""Figures of the performance profiles of a leaderboard."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ BY_ERROR = (
 
 
 def profiles(board: Board) -> str:
-    """Return the section; empty if no model has a right result."""
+    """Return the HTML section with performance profiles; empty if no model has a right answer."""
     quick, near = time_profiles(board), error_profiles(board)
     plates = []
     if quick:

@@ -1,4 +1,7 @@
-"""Result matrix: models down, cases across, each cell with the model's most accurate result for the case."""
+"""Result matrix of a leaderboard: models down, cases across.
+
+Each cell has the most accurate result of a model for a case.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ LEAD = (
 
 
 def matrix(board: Board, order: Sequence[str]) -> str:
-    """Return the section; `order` is the order of models."""
+    """Return the HTML section with the matrix; `order` is the order of the models."""
     heads = [tag("th", tag("a", text(name), href=f"#case-{name}"), scope="col", title=card.question)
              for name, card in board.cases.items()]  # fmt: skip
     head = tag("thead", tag("tr", tag("th", "Model", scope="col"), *heads))
@@ -59,7 +62,7 @@ def _cell(cells: Sequence[Cell]) -> str:
 
 
 def _unsolved_row(board: Board) -> str:
-    """Return a row of cases that no model could solve."""
+    """Return a table row that marks the cases without any solution."""
     cells = [
         tag("td", "failed", class_="none", title=card.reason) if card.reason else tag("td")
         for card in board.cases.values()
@@ -68,7 +71,7 @@ def _unsolved_row(board: Board) -> str:
 
 
 def error_of(cell: Cell) -> str:
-    """Return an error in words; errors of rounding size are marked as such."""
+    """Return the error of a cell as text; errors of the size of rounding are marked."""
     return "–" if cell.error is None else _amount(cell.error, cell.unit)
 
 

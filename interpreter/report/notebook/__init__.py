@@ -1,5 +1,5 @@
-"""Notebook display of scenes, reports, comparisons and robustness studies, as pieces of HTML.
+"""Notebook display of scenes, reports, comparisons and robustness studies, as HTML fragments.
 
-`box_frame.py` is shared by all. Each piece is readable without styles and scripts, needs no network and has a bounded
-size. Scripts run in a frame of their own, so their names and styles do not affect the notebook.
+All use `box_frame.py`. Each fragment is readable without styles and scripts, needs no network and has a bounded size.
+Scripts run in a frame of their own, so that their names and styles do not affect the notebook.
 """

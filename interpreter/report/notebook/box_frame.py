@@ -1,4 +1,4 @@
-"""Box of a notebook display: isolated styles, and the frame for content drawn by scripts."""
+"""Frame of a notebook display: isolated styles, and an inner frame for content that scripts draw."""
 
 from __future__ import annotations
 
@@ -13,24 +13,27 @@ SIGNS = {"good": "✓", "bad": "✗", "warn": "…", "quiet": "–"}
 
 
 def shell(title: str, *content: str) -> str:
-    """Return the box with its title; `content` is markup."""
+    """Return the display with its title and content as HTML; `content` is markup."""
     heading = tag("p", text(title), class_="title")
     return tag("div", tag("style", part("inline.css")), heading, *content, class_="softmark")
 
 
 def verdict(mood: str, words: str) -> str:
-    """Return one line with a symbol and the outcome."""
+    """Return a line of HTML with a symbol for `mood` and the outcome in words."""
     return tag("p", tag("span", SIGNS[mood], aria_hidden="true"), " ", prose(words), class_=f"verdict {mood}")
 
 
 def isolated_frame(label: str, markup: str, styles: Sequence[str], scripts: Sequence[str], curves: int = 0) -> str:
-    """Return markup with its scripts as a document in a frame that is as high as its content."""
+    """Return markup with its scripts as a document in an HTML frame, which is as high as its content."""
     own = excerpt(label, curves, markup, [*styles, "frame.css"], [*scripts, "frame.js"])
     return tag("iframe", srcdoc=own, title=label, loading="lazy", width="100%", height="640")
 
 
 def if_it_fits(drawn: str, rest: str, where: str) -> str:
-    """Return the drawing if it fits with the rest; else a sentence about where to find it."""
+    """Return the HTML `drawn` if its size and that of the `rest` fit the limit.
+
+    Otherwise return a sentence that names the place `where` it is shown.
+    """
     if len(drawn) + len(rest) <= LARGEST:
         return drawn
     size = f"{len(drawn) / 1e6:.1f} of at most {LARGEST / 1e6:.0f} million characters"
@@ -38,7 +41,7 @@ def if_it_fits(drawn: str, rest: str, where: str) -> str:
 
 
 def table(label: str, head: Sequence[str], rows: Sequence[str]) -> str:
-    """Return a scrolling table; `head` are words, `rows` markup."""
+    """Return a scrolling HTML table; `head` is plain text, `rows` are markup."""
     top = tag("thead", tag("tr", *(tag("th", prose(word), scope="col") for word in head)))
     own = tag("table", top, tag("tbody", *rows))
     return tag("div", own, class_="scroll", tabindex=0, role="region", aria_label=label)

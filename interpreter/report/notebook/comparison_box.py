@@ -15,7 +15,7 @@ WHERE = "`comparison.write(FOLDER)`"
 
 
 def inline(comparison: ComparisonRecord) -> str:
-    """Return a comparison as a piece of HTML of bounded size."""
+    """Return the display of a comparison as HTML of bounded size."""
     own = views(comparison)
     said = [tag("p", prose(conclusion(own))), advice(own, comparison)]
     tables = [_table(view, own) for view in own if view.points]
@@ -31,7 +31,7 @@ def inline(comparison: ComparisonRecord) -> str:
 
 
 def _table(view: SceneView, own: Sequence[SceneView]) -> str:
-    """Return the configurations of a scene, only the first if there are many."""
+    """Return the table of the configurations of a scene; if there are many, only the first."""
     heading = tag("p", tag("b", text(view.heading))) if len(own) > 1 else ""
     left = len(view.once) - ROWS
     more = tag("p", prose(f"{left} more are in `comparison.points`."), class_="quiet") if left > 0 else ""

@@ -1,4 +1,4 @@
-"""Notebook display of a report: verdicts, models and metrics with units and stated errors, then the shapes."""
+"""Notebook display of a report: verdicts, models and metrics with units and stated errors, then deformed shapes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ WHERE = "`report.write(FOLDER)`"
 
 
 def inline(report: Report) -> str:
-    """Return a report as a piece of HTML of bounded size."""
+    """Return the display of a report as HTML of bounded size."""
     # without the text of the scene no number of a line is a link: the listing is not here
     findings = ReportSummary(replace(report, scene={**report.scene, "text": ""}))
     mood, ended = findings.status
@@ -34,11 +34,11 @@ def inline(report: Report) -> str:
     above += [_expectations(findings), messages(findings), _warning_summary(findings), *_results(findings)]
     drawn = _shapes(findings)
     drawn = if_it_fits(drawn, "".join(above), WHERE) if drawn else ""
-    return shell(title(findings), *above, drawn, _rest(findings))
+    return shell(title(findings), *above, drawn, _omitted_content_note(findings))
 
 
 def _warning_summary(findings: ReportSummary) -> str:
-    """Return the number of warnings, with the first ones on demand."""
+    """Return the number of warnings as HTML, which opens to a list of the first ones."""
     warnings = findings.report.warnings
     if not warnings:
         return ""
@@ -46,7 +46,7 @@ def _warning_summary(findings: ReportSummary) -> str:
 
 
 def _expectations(findings: ReportSummary) -> str:
-    """Return the table of verdicts; those not met come first if there are too many to show."""
+    """Return the table of expectations; those not met come first if there are too many to show."""
     judged = findings.report.expectations
     if not judged:
         return ""
@@ -63,7 +63,7 @@ def _urgency(e: ExpectationResult) -> int:
 
 
 def _results(findings: ReportSummary) -> Sequence[str]:
-    """Return a table for each body, their footnotes, and the errors that models state."""
+    """Return for each body a table of results, then footnotes and the errors that models state."""
     if not findings.everyone:
         return ()
     notes = Notes(linked=False)
@@ -72,7 +72,7 @@ def _results(findings: ReportSummary) -> Sequence[str]:
 
 
 def _table(findings: ReportSummary, body: BodyResults, notes: Notes) -> str:
-    """Return the table of a body under its name, only the first rows if there are many."""
+    """Return the table of a body under its name; if there are many results, only the first."""
     heading = tag("p", tag("b", prose(f"`{body.name}`"))) if body.name else ""
     few = replace(body, results=body.results[:ROWS])
     more = len(body.results) - len(few.results)
@@ -81,7 +81,7 @@ def _table(findings: ReportSummary, body: BodyResults, notes: Notes) -> str:
 
 
 def _shapes(findings: ReportSummary) -> str:
-    """Return the view of shapes, with fewer and coarser shapes than on the page; empty if there are none."""
+    """Return the view of deformed shapes, fewer and coarser than on the page; empty if there are none."""
     report = findings.report
     shaped = [n for n in (*report.references, *report.models) if findings.everyone[n].shape is not None]
     few = shaped[:SHAPES]
@@ -96,7 +96,7 @@ def _shapes(findings: ReportSummary) -> str:
     return (isolated_frame("Deformed shapes", markup, *files_of(markup)) if markup else "") + more
 
 
-def _rest(findings: ReportSummary) -> str:
-    """Return a sentence about further content of the report."""
+def _omitted_content_note(findings: ReportSummary) -> str:
+    """Return a sentence about the content of the report that is not shown."""
     said = f"Numbers as a table: `report.frame()`; the full page, with curves and sources: {WHERE}."
     return tag("p", prose(said), class_="quiet")

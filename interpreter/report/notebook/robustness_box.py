@@ -1,4 +1,4 @@
-"""Notebook display of a robustness study: silently wrong points, and where each model is right."""
+"""Notebook display of a robustness study: silently wrong points, and the range in which each model is right."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ WHERE = "`stress.write(FOLDER)`"
 
 
 def inline(stress: Robustness) -> str:
-    """Return a robustness study as a piece of HTML of bounded size."""
+    """Return the display of a robustness study as HTML of bounded size."""
     said = [verdict("bad" if stress.silent else "good", conclusion(stress))]
     said += [silent_points_section(stress, ROWS)] if stress.silent else []
     left = len(stress.silent) - ROWS

@@ -20,7 +20,7 @@ LINES = 200  # largest number of lines of the text
 
 
 def inline(scene: Scene, warnings: Sequence[Diagnostic]) -> str:
-    """Return a scene as a piece of HTML of bounded size."""
+    """Return the display of a scene as HTML of bounded size."""
     parts = [
         tag("p", prose(_expected(scene))),
         _warning_summary(warnings),
@@ -37,7 +37,7 @@ def _expected(scene: Scene) -> str:
 
 
 def _warning_summary(warnings: Sequence[Diagnostic]) -> str:
-    """Return the number of warnings, and the first of them."""
+    """Return the number of warnings as HTML, and the first warnings."""
     if not warnings:
         return ""
     said = [ReportWarning(d.code, d.message, d.span.line if d.span else None, d.help) for d in warnings[:ROWS]]
@@ -57,7 +57,7 @@ def _parameters(scene: Scene) -> str:
 
 
 def _declared(scene: Scene) -> str:
-    """Return the declared names of each kind, with their constructors."""
+    """Return the declared names of each kind with their constructors, as HTML."""
     rows = [_kind(kind, own) for kind in KINDS if (own := scene.of_kind(kind))]
     return table("Declarations of the scene", ("Kind", "Names"), rows) if rows else ""
 

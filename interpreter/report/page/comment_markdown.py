@@ -1,4 +1,4 @@
-"""Markdown for pull-request comments: tables of untrusted texts, within the size limit of a comment."""
+"""Markdown of pull-request comments: tables of untrusted texts within the size limit of a comment."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Row = Sequence[str]
 
 @dataclass(frozen=True)
 class MarkdownTable:
-    """Rows of cells, each made by `plain` or `code`, the most important first; `noun` names a row."""
+    """Table of cells, each made by `strip_markup` or `code`, with the most important rows first; `noun` names a row."""
 
     noun: str
     columns: Row
@@ -23,7 +23,10 @@ class MarkdownTable:
 
 
 def document(head: str, tables: Sequence[MarkdownTable], tail: str = "", limit: int = LIMIT) -> str:
-    """Return head, non-empty tables and tail; rows beyond the limit are counted at the end of their table."""
+    """Return head, non-empty tables and tail as Markdown of at most `limit` characters.
+
+    If rows do not fit, their number is given at the end of their table.
+    """
     blocks = [head]
     room = limit - _size(head) - _size(tail) - 8
     for table in (t for t in tables if t.rows):
@@ -44,14 +47,14 @@ def document(head: str, tables: Sequence[MarkdownTable], tail: str = "", limit: 
 
 
 def strip_markup(text: str) -> str:
-    """Return a text without markup, table breaks or mentions of people."""
+    """Return a text without Markdown, table separators or mentions of people."""
     escaped = re.sub(r"([\\`*_~\[\]])", r"\\\1", _shorten(text).replace("&", "&amp;"))
     escaped = escaped.replace("<", "&lt;").replace(">", "&gt;").replace("|", "&#124;")
     return re.sub(r"[@#](?=\w)", lambda sign: f"{sign[0]}\u200b", escaped)
 
 
 def code(text: str) -> str:
-    """Return a text verbatim as code, inside or outside a table."""
+    """Return a text as Markdown code, which is shown verbatim inside or outside a table."""
     told = _shorten(text)
     if not told or "|" in told:  # `|` ends a cell, in code too
         return told and f"<code>{strip_markup(told)}</code>"

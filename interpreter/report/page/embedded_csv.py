@@ -1,4 +1,4 @@
-"""CSV data embedded in the page as a download link."""
+"""CSV data embedded in an HTML page as a download link."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Cell = str | int | float | None
 
 
 def csv_text(header: Sequence[str], rows: Iterable[Sequence[Cell]]) -> str:
-    """Return RFC 4180 text; floats with all digits, an empty field for a missing value."""
+    """Return CSV text according to RFC 4180, with all digits of floats and an empty field for a missing value."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\r\n")
     writer.writerow([_field(cell) for cell in header])
@@ -31,12 +31,12 @@ def _field(cell: Cell) -> str:
 
 
 def csv_link(name: str, header: Sequence[str], rows: Iterable[Sequence[Cell]], label: str = "CSV") -> str:
-    """Return a link that saves the rows as `name`.csv."""
+    """Return an HTML link that saves the rows as the file `name`.csv."""
     body = csv_text(header, rows).encode("utf-8", "replace")
     address = "data:text/csv;charset=utf-8," + quote(body, safe=",;!*()?@$'+=")
     return tag("a", text(label), class_="save", href=address, download=f"{name}.csv")
 
 
 def format_short(value: float) -> float:
-    """Return a float with nine digits, enough for drawing; report.json has all digits."""
+    """Return a float rounded to nine digits, which are enough for drawing; report.json has all digits."""
     return float(f"{value:.9g}")

@@ -1,6 +1,6 @@
-"""Figure frame: a chart with caption, a legend that shows and hides curves, and its data as table and CSV.
+"""Figure on an HTML page: chart, caption, legend that shows and hides curves, and data as table and CSV.
 
-The legend works with style sheets only; `report.js` adds the coordinates of points, which it reads from the table.
+The legend works with style sheets only. `report.js` adds the coordinates of points, which it reads from the table.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ SHOWN = 12  # curves of models that are drawn at first; the legend has the other
 
 @dataclass(frozen=True)
 class PlateColumn:
-    """Columns of a data table under one name: symbols with units (`x / mm`), and a text for each row and symbol."""
+    """Group of columns of a data table under one name: symbols with units (`x / mm`), and a text for each row."""
 
     name: str
     symbols: tuple[str, ...]
@@ -31,7 +31,10 @@ def figure_block(
     legend: bool = True,
     open_: Sequence[str] | None = None,
 ) -> str:
-    """Return the figure. `caption` is markup; `open_` names the curves shown initially, None for all."""
+    """Return the HTML of a figure.
+
+    `caption` is markup. `open_` names the curves that are shown initially, None for all.
+    """
     drawing = tag("div", chart.svg(), class_="drawing")
     side = _legend(chart, open_) if legend else ""
     numbers = details("Data of this figure", data_table(f"Data: {chart.title}", columns), save)
@@ -52,17 +55,17 @@ def _legend(chart: Chart, open_: Sequence[str] | None) -> str:
 
 
 def toggles(curves: int) -> str:
-    """Return the CSS rules by which the boxes of a legend hide its curves."""
+    """Return the CSS rules by which the checkboxes of a legend hide their curves."""
     return "".join(f'.plate:has(input[value="k{i}"]:not(:checked)) .k{i}{{display:none}}' for i in range(curves))
 
 
 def details(summary: str, *content: str) -> str:
-    """Return content that opens on demand."""
+    """Return HTML content that is hidden until the reader opens it."""
     return tag("details", tag("summary", text(summary)), *content)
 
 
 def data_table(caption: str, columns: Sequence[PlateColumn]) -> str:
-    """Return a table of numbers; the first column has row headers, and names span the symbols of their columns."""
+    """Return an HTML table of numbers; the first column has row headers, and names span the columns of their group."""
     first, *rest = columns
     names = [tag("th", text(first.name), rowspan=2, scope="col", data_q=first.symbols[0])]
     names += [tag("th", text(c.name), colspan=len(c.symbols), scope="colgroup") for c in rest]
@@ -79,7 +82,7 @@ def _row(index: int, columns: Sequence[PlateColumn]) -> str:
 
 
 def hidden_models_note(total: int, shown: int, where: str = "legend") -> str:
-    """Return a sentence for the caption if not every model is drawn initially."""
+    """Return a sentence for the caption if not all models are drawn initially."""
     return (
         f" {count(shown, 'model')} of {total} are shown at first: select others in the {where}."
         if shown < total

@@ -1,4 +1,4 @@
-"""Self-contained HTML document, shared by the pages of runs and comparisons."""
+"""Self-contained HTML document, shared by the pages of runs, comparisons, robustness studies and leaderboards."""
 
 from __future__ import annotations
 
@@ -29,10 +29,11 @@ def document(
     styles: Sequence[str],
     scripts: Sequence[str],
 ) -> str:
-    """Return a complete HTML5 document of `sections` (id, markup), with links to the headings of non-empty ones.
+    """Return a complete HTML5 document with `sections` (id, markup) and links to non-empty sections.
 
-    `numbers` is the file with all numbers, `curves` the largest number of curves that a figure can show and hide;
-    `styles` and `scripts` are files of this package to include.
+    `numbers` is the name of the file with all numbers. `curves` is the largest number of curves in a figure. `styles`
+    and
+    `scripts` are files of this package to include.
     """
     items = [tag("li", tag("a", _heading(markup), href=f"#{key}")) for key, markup in sections if markup]
     body = tag(
@@ -48,7 +49,10 @@ def document(
 
 
 def excerpt(title: str, curves: int, content: str, styles: Sequence[str], scripts: Sequence[str]) -> str:
-    """Return a complete document with only `content`, for a frame in another page: no header, links or footer."""
+    """Return a complete HTML document with only `content`, for a frame in another page.
+
+    It has no header, links or footer.
+    """
     return _whole(_head(title, title, curves, styles), tag("body", tag("main", content), _scripts(scripts)))
 
 
@@ -74,26 +78,29 @@ def _scripts(names: Sequence[str]) -> str:
 
 
 def _heading(markup: str) -> str:
-    """Return the heading of a section as markup."""
+    """Return the heading of a section as HTML."""
     found = _HEADING.search(markup)
     return found[1] if found else ""
 
 
 @lru_cache(maxsize=8)
 def part(name: str, beside: tuple[str, ...] = ()) -> str:
-    """Return a file of this package, without lines ending in `// with OTHER` if OTHER is not included."""
+    """Return the text of a style sheet or script of this package.
+
+    Lines that end in `// with OTHER` are omitted if OTHER is not one of the included files `beside`.
+    """
     lines = files(__package__ or "").joinpath(name).read_text(encoding="utf-8").splitlines(keepends=True)
     return "".join(line for line in lines if (other := _WITH.search(line)) is None or other[1] in beside)
 
 
 def moment(written: str) -> str:
-    """Return a time element in words; the text itself if it is not a date."""
+    """Return the HTML of a date in words; the text itself if it is not a date."""
     words = format_date(written)
     return text(written) if words == written else tag("time", words, datetime=written)
 
 
 def format_date(written: str) -> str:
-    """Return `23 November 2026, 17:54 UTC`; the text itself if it is not a date."""
+    """Return a date as text, `23 November 2026, 17:54 UTC`; the text itself if it is not a date."""
     try:
         found = datetime.fromisoformat(written)
     except ValueError:

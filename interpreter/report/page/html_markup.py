@@ -1,4 +1,4 @@
-"""HTML generation: attributes and text are escaped by `text`; functions here return markup."""
+"""HTML generation: `text` escapes attributes and text, and the other functions return markup."""
 
 from __future__ import annotations
 
@@ -9,12 +9,15 @@ VOID = frozenset({"meta", "input", "br", "img", "link", "wbr"})
 
 
 def text(value: object) -> str:
-    """Return any value as HTML text: `<`, `>`, `&` and quotes escaped, control characters as symbols."""
+    """Return any value as escaped HTML text, with control characters as visible symbols.
+
+    Escaped are `<`, `>`, `&` and quotes.
+    """
     return html.escape(legible(value), quote=True)
 
 
 def legible(value: object) -> str:
-    """Return any value as text allowed in HTML and XML, with control characters made visible."""
+    """Return any value as text that HTML and XML allow, with control characters made visible."""
     return _CONTROL.sub(lambda match: _picture(match[0]), str(value))
 
 
@@ -29,7 +32,10 @@ def _picture(character: str) -> str:
 
 
 def tag(name: str, /, *content: str, **attributes: object) -> str:
-    """Return an element; content is markup. Attributes: `class_`, `data_x` for `data-x`; None omits one."""
+    """Return an HTML element; `content` is markup.
+
+    Attributes are given as `class_`, or `data_x` for `data-x`. An attribute that is None is omitted.
+    """
     opening = "".join(_attribute(key, value) for key, value in attributes.items())
     if name in VOID:
         return f"<{name}{opening}>"
@@ -44,7 +50,7 @@ def _attribute(key: str, value: object) -> str:
 
 
 def wrappable_name(name: str) -> str:
-    """Return a name that may be wrapped after its underscores."""
+    """Return the HTML of a name that the browser may wrap after underscores."""
     return text(name).replace("_", "_<wbr>")
 
 
@@ -58,27 +64,27 @@ def prose(message: str) -> str:
 
 
 def strip_backticks(message: str) -> str:
-    """Return a message without its backticks, for titles and for `desc`."""
+    """Return a message without its backticks, for titles and descriptions in plain text."""
     return _CODE.sub(r"\1", message)
 
 
 def section(name: str, heading: str, *content: str) -> str:
-    """Return a section of the page with its heading."""
+    """Return an HTML section of the page with its heading."""
     title = tag("h2", text(heading), id=f"{name}-heading")
     return tag("section", title, *content, id=name, aria_labelledby=f"{name}-heading")
 
 
 def count(n: int, noun: str) -> str:
-    """Return `1 model`, `4 models`."""
+    """Return a number with its noun in singular or plural, such as `1 model`, `4 models`."""
     return f"{n} {noun}" + ("" if n == 1 else "s")
 
 
 def join_names(items: list[str]) -> str:
-    """Return `a`, `a and b`, `a, b and c`."""
+    """Return names as a list in words: `a`, `a and b`, `a, b and c`."""
     return " and ".join([", ".join(items[:-1]), items[-1]]) if len(items) > 1 else "".join(items)
 
 
 def join_few_names(items: list[str], most: int = 8) -> str:
-    """Return a list like `listed` if it is short; `a, b and 9 others` if it is long."""
+    """Return names like `join_names`; if there are more than `most`, `a, b and 9 others`."""
     few = items if len(items) <= most else [*items[: most - 1], f"{len(items) - most + 1} others"]
     return join_names(few)

@@ -1,4 +1,4 @@
-"""Figures of `dsl robustness`: strips along each quantity, one row per model, and heat maps over pairs."""
+"""Figures of `dsl robustness`: strips along each quantity with one row per model, and heat maps over pairs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ CELL, EDGE = 46.0, 74.0  # cell and margin of a heat map, pixels
 
 
 def key(study: RobustnessStudyRecord) -> str:
-    """Return the classes that occur, with their meaning."""
+    """Return the HTML legend of the classes that occur in a study, with their meaning."""
     found = dict.fromkeys(p.found.word for p in study.points)
     items = [
         tag("li", _mark(12, 10, name, 5.0, alone=True), tag("b", text(class_of(name).words)), ": ",
@@ -36,7 +36,7 @@ def key(study: RobustnessStudyRecord) -> str:
 
 
 def _mark(x: float, y: float, name: str, size: float, alone: bool = False, title: str = "") -> str:
-    """Return a coloured disc with the glyph of a class."""
+    """Return the SVG of a coloured disc with the symbol of a class."""
     said = tag("title", text(strip_backticks(title))) if title else ""
     disc = tag("circle", cx=f"{x:.1f}", cy=f"{y:.1f}", r=size + 2.5)
     glyph = tag("text", text(class_of(name).sign), x=f"{x:.1f}", y=f"{y + 3.6:.1f}", text_anchor="middle")
@@ -47,7 +47,10 @@ def _mark(x: float, y: float, name: str, size: float, alone: bool = False, title
 
 
 def strip(study: RobustnessStudyRecord, asked: WalkedQuantity) -> str:
-    """Return all models along one quantity, with bands between points of the same class. Empty without points."""
+    """Return the chart of all models along one quantity; empty without points.
+
+    Points of equal class are connected by bands.
+    """
     rows = {m: points_along(study, m, asked) for m in study.models}
     rows = {m: points for m, points in rows.items() if len(points) > 1}
     if not rows:
@@ -90,7 +93,7 @@ def _row(model: str, points: Sequence[tuple[Value, RobustnessPoint]], scale: Rul
 
 
 def _nominal_line(asked: WalkedQuantity, scale: Ruler, rows: int) -> str:
-    """Return a line at the nominal value of the scene."""
+    """Return the SVG of a line at the value of the quantity in the scene."""
     if isinstance(asked.nominal, str) or asked.nominal not in scale.marks:
         return ""
     x = f"{_x(scale, asked.nominal):.1f}"
@@ -98,7 +101,7 @@ def _nominal_line(asked: WalkedQuantity, scale: Ruler, rows: int) -> str:
 
 
 def _ticks(scale: Ruler, y: float) -> str:
-    """Return as many labelled values as fit without overlap."""
+    """Return the SVG of as many value labels as fit without overlap."""
     pieces, end = [], -1e9
     for value in _some(scale.marks):
         x, said = _x(scale, value), scale.said(value)
@@ -117,7 +120,7 @@ def _some(marks: Sequence[Any]) -> Iterator[Any]:
 
 
 def maps(study: RobustnessStudyRecord) -> str:
-    """Return a heat map for each model and pair: the class by tint and glyph, the error as a number."""
+    """Return a heat map for each model and pair of quantities: the class as tint and symbol, the error as a number."""
     units = {q.name: q.unit for q in study.quantities}
     plates = [_map(own, units) for own in study.maps]
     return tag("div", *plates, class_="small-plates") if plates else ""

@@ -1,4 +1,4 @@
-"""HTML page of `dsl robustness`, one self-contained file that starts with the silently wrong points."""
+"""HTML page of `dsl robustness`: one self-contained file that starts with the silently wrong points."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FOLDED = 60  # points beyond which their table is folded
 
 
 def page(stress: Robustness) -> str:
-    """Return a complete HTML5 document of a `softmark-stress/1` result, without network access or other files."""
+    """Return the page as a complete HTML5 document that needs no network and no other files."""
     return document(
         f"{stress.scene['title']} – softmark stress",
         strip_backticks(conclusion(stress)),
@@ -46,7 +46,7 @@ def page(stress: Robustness) -> str:
 
 
 def conclusion(stress: Robustness) -> str:
-    """Return `2 340 points of 9 models: 1 402 right, 512 inaccurate and said so, ...; none was wrong ...`"""
+    """Return a sentence that counts points, such as `2 340 points of 9 models: 1 402 right, ...`."""
     summary, counts = stress.summary, stress.summary.classes
     models = len(dict.fromkeys(m for study in stress.studies for m in study.models))
     ordered = [name for name in CLASSES if counts.get(name) and name != "silent"]
@@ -70,7 +70,7 @@ def _silent(stress: Robustness) -> str:
 
 
 def silent_points_section(stress: Robustness, most: int | None = None) -> str:
-    """Return the silently wrong points, at most `most`, with the command that repeats each."""
+    """Return the points that are wrong without a warning, at most `most`, each with the command that repeats it."""
     file, plugins = scene_name(stress.scene, "-"), [p["file"] for p in stress.scene.get("plugins", ())]
     items = [
         tag("li", tag("code", text(p.model)), ", ", prose(point_tooltip(p)), _command(repeat_command(file, p, plugins)))
@@ -80,7 +80,7 @@ def silent_points_section(stress: Robustness, most: int | None = None) -> str:
 
 
 def repeat_command(file: str, point: RobustnessPoint, plugins: Sequence[str] = ()) -> str:
-    """Return the command that computes a point again."""
+    """Return the shell command that computes a point again."""
     parts = ["dsl", "run", file, *(part for own in plugins for part in ("--plugin", own))]
     parts += [part for n, t in point.texts.items() for part in ("-p", f"{n}={t}")]
     return shlex.join([*parts, "--model", point.model])
@@ -95,12 +95,12 @@ def _edges(stress: Robustness) -> str:
 
 
 def edges(stress: Robustness) -> str:
-    """Return for each study the range in which each model is right, and its status beyond."""
+    """Return for each study a table of the range in which each model is right, and its status beyond the range."""
     return "".join(_with_study_name(stress, study, _table(study)) for study in stress.studies)
 
 
 def _with_study_name(stress: Robustness, study: RobustnessStudyRecord, markup: str) -> str:
-    """Return the markup under the study's name if there are several studies."""
+    """Return HTML under the name of its study; the name is omitted if there is only one study."""
     if not markup or len(stress.studies) < 2:
         return markup
     return tag("h3", tag("code", text(study.name))) + markup
@@ -126,7 +126,7 @@ def _table(study: RobustnessStudyRecord) -> str:
 
 
 def _range(own: list[ValidityEdge], unit: str) -> str:
-    """Return `0.3 … 0.4995`, with the status beyond each end below."""
+    """Return table cell text such as `0.3 … 0.4995`, with the status beyond each end below it."""
     if not own:
         return tag("td", "–")
     if choices := [e for e in own if isinstance(e, ChoiceEdge)]:
@@ -156,7 +156,7 @@ def _strips(stress: Robustness) -> str:
 
 
 def strips(stress: Robustness) -> str:
-    """Return one figure for each quantity."""
+    """Return one figure for each quantity, in which every model has a strip."""
     blocks = []
     for study in stress.studies:
         figures = "".join(stress_figures.strip(study, asked) for asked in study.quantities)
@@ -165,13 +165,13 @@ def strips(stress: Robustness) -> str:
 
 
 def _maps(stress: Robustness) -> str:
-    """Return heat maps of pairs."""
+    """Return the section of heat maps over pairs of quantities."""
     blocks = [_with_study_name(stress, study, stress_figures.maps(study)) for study in stress.studies]
     return section("maps", "Two at a time", *blocks) if any(blocks) else ""
 
 
 def _remedies(stress: Robustness) -> str:
-    """Return the cause of each limit, and what would move it."""
+    """Return a table of validity edges with their reasons and remedies."""
     found: dict[tuple[str, str, str], list[str]] = {}
     for study in stress.studies:
         for e in study.edges:

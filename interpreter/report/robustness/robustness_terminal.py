@@ -1,4 +1,4 @@
-"""Terminal text of a robustness study: the range in which each model is right, and its status beyond."""
+"""Terminal text of a robustness study: the range in which each model is right, and its status beyond the range."""
 
 from __future__ import annotations
 
@@ -28,7 +28,10 @@ SAID = {
 
 
 def table(found: Robustness, file: str, overrides: Sequence[str], colour: bool, place: str | None) -> str:
-    """Return all studies, the counts, and every silently wrong point with the command that repeats it."""
+    """Return the terminal text: all studies, the number of points in each class, and the silently wrong points.
+
+    Each of these points has the command that repeats it.
+    """
     lines = [str(found.scene["title"])]
     for study in found.studies:
         lines += ["", *_study(study)]
@@ -60,7 +63,7 @@ def _is_vector(quantity: WalkedQuantity) -> bool:
 
 
 def _range(edges: Sequence[ValidityEdge], unit: str) -> str:
-    """Return `right 0.3 .. 0.4995`, or that the model is right nowhere, or that nothing was judged."""
+    """Return `right 0.3 .. 0.4995`, or a text that the model is right nowhere or was not judged."""
     if isinstance(edges[0], ChoiceEdge):
         return "; ".join(f"{SAID.get(word, word)}: {', '.join(own)}" for word, own in options_by_class(edges[0]))
     found = range_ends(edges, lambda value: number(value, unit))
@@ -71,7 +74,7 @@ def _range(edges: Sequence[ValidityEdge], unit: str) -> str:
 
 
 def _status_lines_beyond(edge: ValidityEdge, unit: str) -> Iterator[str]:
-    """Yield the status beyond a limit, and what would move it."""
+    """Yield lines with the status beyond a validity edge, and its remedy."""
     if edge.word is None:
         return
     at = ""
@@ -85,7 +88,7 @@ def _status_lines_beyond(edge: ValidityEdge, unit: str) -> Iterator[str]:
 
 
 def number(value: float, unit: str) -> str:
-    """Return a readable value; near one half the difference from it, which matters there."""
+    """Return a value as text; close to one half, as for Poisson's ratio, as the difference from one half."""
     if unit == "1" and 0.499 < value < 0.5:
         return f"0.5 - {0.5 - value:.3g}"
     return units.format_value(float(f"{value:.4g}"), units.parse_unit(unit).dimension)
@@ -99,7 +102,7 @@ def _counts(summary: RobustnessSummary) -> str:
 
 
 def _silent_point_lines(found: Robustness, file: str, overrides: Sequence[str], colour: bool) -> Iterator[str]:
-    """Yield points that look right and are wrong, with the commands that repeat them."""
+    """Yield lines on the points that are wrong without a warning, with the commands that repeat them."""
     silent = [(s.metric, p) for s in found.studies for p in s.points if p.found.word == "silent"]
     if not silent:
         return

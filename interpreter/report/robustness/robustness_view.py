@@ -1,4 +1,4 @@
-"""Display data of `dsl robustness` from a `softmark-stress/1` result: classes in words, and positions of values."""
+"""Display data of robustness studies: classes in words, and positions of values on a scale."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Class:
-    """Display of a class of points: a letter, a glyph and a tint, so that none of them alone is needed."""
+    """Display of a class of points: words, symbol and meaning; the symbol makes colour unnecessary."""
 
     words: str
     sign: str
@@ -43,13 +43,16 @@ CLASSES: Mapping[str, Class] = {
 
 
 def class_of(name: object) -> Class:
-    """Return the display of a class; an unknown one is shown by its name."""
+    """Return the display of a class of points; an unknown class is shown by its name."""
     return CLASSES.get(str(name)) or Class(str(name).replace("_", " "), "?", "")
 
 
 @dataclass(frozen=True)
 class Ruler:
-    """Scale of a quantity from 0 to 1: by decades, by decades of the distance to a limit, or evenly spaced."""
+    """Scale that maps values of a quantity to positions from 0 to 1.
+
+    It is logarithmic, logarithmic in the distance to a limit, linear, or evenly spaced.
+    """
 
     name: str
     unit: str
@@ -66,7 +69,7 @@ class Ruler:
         return place(self.kind, value, self.marks)
 
     def said(self, value: Any) -> str:
-        """Return a value in a suitable unit."""
+        """Return a value as text in a suitable unit."""
         return format_value(value, self.unit)
 
 
@@ -75,7 +78,10 @@ GAP_LIMIT, LEAST_GAP = 0.5, 1e-10  # for Poisson's ratio, the only quantity vari
 
 
 def place(kind: str, value: Any, marks: Sequence[Any]) -> float:
-    """Return the coordinate of a value on a scale of a kind."""
+    """Return the coordinate of a value on a scale of the given kind.
+
+    `marks` are the values of an evenly spaced scale.
+    """
     if kind == "turn":
         return float(list(marks).index(value)) if value in marks else 0.0
     if kind == "gap":
@@ -84,7 +90,7 @@ def place(kind: str, value: Any, marks: Sequence[Any]) -> float:
 
 
 def ruler(asked: WalkedQuantity, values: Sequence[Any]) -> Ruler:
-    """Return the scale that separates the values of a quantity best."""
+    """Return the scale that separates the given values of a quantity best."""
     numbers = all(isinstance(v, int | float) for v in values)
     marks = tuple(sorted(set(values)) if numbers else dict.fromkeys(values))
     kind = "turn"
@@ -99,7 +105,7 @@ def ruler(asked: WalkedQuantity, values: Sequence[Any]) -> Ruler:
 
 
 def format_value(value: Any, unit: str) -> str:
-    """Return a value with four digits; Poisson's ratios keep all nines."""
+    """Return a value as text with four digits; Poisson's ratios near 0.5 keep all their nines."""
     if not isinstance(value, int | float) or isinstance(value, bool):
         return str(value)
     if unit not in ("1", ""):
@@ -108,13 +114,16 @@ def format_value(value: Any, unit: str) -> str:
 
 
 def valid_range(own: Collection[ValidityEdge], unit: str) -> list[str]:
-    """Return both ends of the range in which a model is right, or the options with which it is."""
+    """Return both ends of the range in which a model is right as text, or the options with which it is right."""
     choice = next((e for e in own if isinstance(e, ChoiceEdge)), None)
     return range_ends(own, lambda value: format_value(value, unit)) if choice is None else list(choice.right)
 
 
 def status_beyond(edge: ValidityEdge, unit: str) -> str | None:
-    """Return the status beyond a limit, and where it starts; None if the model is right at all tested values."""
+    """Return the status beyond a validity edge and the value where it starts, as text.
+
+    Return None if the model is right at all tested values.
+    """
     if edge.word is None:
         return None
     words = class_of(edge.word).words
@@ -128,7 +137,7 @@ def status_beyond(edge: ValidityEdge, unit: str) -> str | None:
 def points_along(
     study: RobustnessStudyRecord, model: str, quantity: WalkedQuantity
 ) -> list[tuple[Value, RobustnessPoint]]:
-    """Return the points of a model along one quantity, all others nominal, in no particular order."""
+    """Return the points of a model along one quantity, with nominal values of all others, in no particular order."""
     nominal = {q.name: q.nominal for q in study.quantities}
     own = []
     for point in study.points:
@@ -151,5 +160,5 @@ def point_tooltip(point: RobustnessPoint) -> str:
 
 
 def percent(value: float) -> str:
-    """Return `0.32 %`, `250 %`, `> 1000 %`."""
+    """Return an error as per cent: `0.32 %`, `250 %`, `> 1000 %`."""
     return "> 1000 %" if value > 10 else f"{100 * value:.2g} %" if value < 1 else f"{100 * value:.0f} %"

@@ -1,4 +1,4 @@
-"""Validity range of a model along a quantity in words, limited to what was judged."""
+"""Validity range of a model along a quantity as text, limited to the judged points."""
 
 from __future__ import annotations
 
@@ -10,13 +10,16 @@ Shown = Callable[[float], str]  # a value in its unit
 
 
 def range_ends(own: Collection[ValidityEdge], shown: Shown) -> list[str]:
-    """Return both ends of the range in which a model is right, in all tested directions; one if they are equal."""
+    """Return both ends of the range in which a model is right as text, or one text if they are equal.
+
+    `own` are the validity edges in all tested directions.
+    """
     found = [v for e in own for v in (e.first_right, e.last_right) if v is not None]
     return list(dict.fromkeys(shown(v) for v in (min(found), max(found)))) if found else []
 
 
 def nowhere_right(own: Collection[ValidityEdge]) -> str:
-    """Return a sentence for a model that was right at no point."""
+    """Return a phrase for a model that was right at no point."""
     if not any(e.judged for e in own):
         return "not judged"
     here = next(iter(own)).here
@@ -28,7 +31,7 @@ def nowhere_right(own: Collection[ValidityEdge]) -> str:
 
 
 def gaps(own: Collection[ValidityEdge]) -> str:
-    """Return the parts between the ends that were not judged, or an empty text."""
+    """Return a phrase on points inside the range that were not judged, or an empty text."""
     if next(iter(own)).here == "unjudged":
         return "not judged at the value of the scene"
     blind = sum(e.blind for e in own)
@@ -36,6 +39,6 @@ def gaps(own: Collection[ValidityEdge]) -> str:
 
 
 def options_by_class(edge: ChoiceEdge) -> list[tuple[str, list[str]]]:
-    """Return the options of a choice grouped by class, right ones first."""
+    """Return each class with the options that have it, the class `right` first."""
     words = dict.fromkeys(("right", *edge.classes.values()))
-    return [(word, own) for word in words if (own := edge.under(word))]
+    return [(word, own) for word in words if (own := edge.options_of_class(word))]

@@ -1,4 +1,4 @@
-"""Families of models that differ only by mesh size, or only by Poisson's ratio."""
+"""Families of models that differ only in mesh size, or only in Poisson's ratio."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from softmark.interpreter.report.run.report_summary import ReportSummary
 
 
 def families_by_size(findings: ReportSummary) -> dict[str, dict[str, float]]:
-    """Return family -> models with their numbers of unknowns, ascending; at least two different sizes."""
+    """Return the number of unknowns of each model in each family, ascending, for families with at least two sizes."""
     found: dict[str, dict[str, float]] = {}
     for name, model in findings.report.models.items():
         kind = model.kind
@@ -20,7 +20,7 @@ def families_by_size(findings: ReportSummary) -> dict[str, dict[str, float]]:
 
 
 def families_by_poisson(findings: ReportSummary) -> dict[str, dict[str, float]]:
-    """Return family -> models with their Poisson's ratios, ascending; at least two different ones."""
+    """Return Poisson's ratio of each model in each family, ascending, for families with at least two ratios."""
     usual, found = scene_poisson(findings), dict[str, dict[str, float]]()
     for name, model in findings.report.models.items():
         kind = model.kind
@@ -31,7 +31,7 @@ def families_by_poisson(findings: ReportSummary) -> dict[str, dict[str, float]]:
 
 
 def _lines(found: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
-    """Return families with at least two values; the first of models with equal values."""
+    """Return the families with at least two different values, sorted; of models with equal values only the first."""
     kept: dict[str, dict[str, float]] = {}
     for family, members in found.items():
         first = {value: name for name, value in reversed(list(members.items()))}
@@ -41,6 +41,6 @@ def _lines(found: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, floa
 
 
 def scene_poisson(findings: ReportSummary) -> float | None:
-    """Return Poisson's ratio of the bodies' material, None if it is not unique."""
+    """Return Poisson's ratio of the material of all bodies; None if bodies differ."""
     values = {d.poisson for d in findings.declared.values() if d.kind == "body" and d.poisson is not None}
     return values.pop() if len(values) == 1 else None

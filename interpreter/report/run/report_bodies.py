@@ -1,4 +1,4 @@
-"""Assignment of models, references, metrics and shapes to bodies: several bodies give several comparisons."""
+"""Assignment of models, references, metrics and shapes to bodies; each body gets a comparison of its own."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class BodyResults:
-    """Names of results and metrics that belong to a body; `name` is empty if there is only one body."""
+    """Names of the results and metrics of one body; `name` is empty if they are not separated by body."""
 
     name: str
     results: tuple[str, ...]
@@ -20,9 +20,11 @@ class BodyResults:
 
 
 def bodies(findings: ReportSummary) -> tuple[BodyResults, ...]:
-    """Return the bodies of a report in the order of its results; one without a name if they cannot be distinguished.
+    """Return the results of each body, in the order of the report.
 
-    A metric that belongs to no body, such as a time, is in all of them.
+    If bodies cannot be distinguished, return one entry without a name. A metric without a body, such as a time, belongs
+    to
+    all bodies.
     """
     links, everyone = _links(findings), [n for n, r in findings.everyone.items() if not _is_value(r)]
     groups: dict[str, list[str]] = {}
@@ -37,13 +39,13 @@ def bodies(findings: ReportSummary) -> tuple[BodyResults, ...]:
 
 
 def _is_value(result: Result) -> bool:
-    """Return whether a result is a value given in the scene, which is shown with the results compared with it."""
+    """Return whether a result is a value given in the scene, which is shown next to the results compared with it."""
     return "value" in getattr(result, "facts", {})
 
 
 @dataclass
 class _Links:
-    """Groups of connected names, by union-find."""
+    """Groups of connected names, as a union-find structure."""
 
     parent: dict[str, str] = field(default_factory=dict)
 
@@ -72,7 +74,7 @@ def _links(findings: ReportSummary) -> _Links:
 
 
 def _of_result(findings: ReportSummary, name: str, result: Result) -> Iterator[str]:
-    """Yield the links of a result to its body: its probes, its declaration, its metrics."""
+    """Yield the names that connect a result to its body: its probes, its declared body, its metrics."""
     yield from (f"probe {probe}" for probe in result.probes)
     if (body := _body_of(findings, name)) is not None:
         yield f"body {body}"
@@ -81,7 +83,7 @@ def _of_result(findings: ReportSummary, name: str, result: Result) -> Iterator[s
 
 
 def _compared_with(findings: ReportSummary, name: str) -> Iterator[str]:
-    """Yield the metrics and models that use measured data, which have no links of their own."""
+    """Yield the metrics and results that use measured data, which have no body of their own."""
     yield from (f"metric {m.name}" for m in findings.metrics if m.against == name and m.probe is not None)
     for other, result in findings.everyone.items():
         if result.shape is not None and result.shape.measured_from == name:
@@ -93,12 +95,12 @@ def _declared_names(findings: ReportSummary) -> list[str]:
 
 
 def _body_of(findings: ReportSummary, name: str) -> str | None:
-    """Return the body that a name is declared for."""
+    """Return the body that the declaration of a name refers to, or None."""
     return findings.declared.get(name, UNKNOWN).body
 
 
 def _name(findings: ReportSummary, links: _Links, root: str) -> str:
-    """Return the name of the body, such as `beam`; several names if bodies share their references."""
+    """Return the name of the body of a group, such as `beam`; several names if bodies share their references."""
     found = [name for name in _declared_names(findings) if links.root(f"body {name}") == root]
     return join_names(found) or "the rest"
 

@@ -1,4 +1,4 @@
-"""Page header: title, conclusion, outcome of the run, time and machine."""
+"""Page header of a run's report: title, conclusion, outcome of the run, time and machine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ SIGNS = {"good": "✓", "bad": "✗", "warn": "…"}
 
 
 def header(findings: ReportSummary) -> str:
-    """Return the header of the page."""
+    """Return the HTML of the header."""
     mood, words = findings.status
     sign = tag("span", SIGNS[mood], class_="sign", aria_hidden="true")
     status = tag("p", sign, " ", prose(words + "."), class_=f"callout {mood}")
@@ -36,7 +36,10 @@ def title(findings: ReportSummary) -> str:
 
 
 def _run_line(findings: ReportSummary) -> str:
-    """Return `21 November 2026, 08:33 UTC · silicone-beam.scene · AMD EPYC, 2 threads`."""
+    """Return a line on time, scene and machine.
+
+    For example: `21 November 2026, 08:33 UTC · silicone-beam.scene · AMD EPYC, 2 threads`.
+    """
     env, scene = findings.report.environment, findings.report.scene
     threads = env.get("threads")
     machine = [str(env["cpu"])] if env.get("cpu") else []

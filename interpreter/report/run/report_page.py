@@ -1,4 +1,4 @@
-"""HTML page of a run's report, one self-contained file."""
+"""HTML page of a run's report: one self-contained file."""
 
 from __future__ import annotations
 
@@ -71,7 +71,10 @@ SECTIONS: tuple[tuple[str, Callable[[ReportSummary], str]], ...] = (
 
 
 def render(report: Report) -> str:
-    """Return a complete HTML5 document without network access; without JavaScript shapes are still pictures."""
+    """Return the page as a complete HTML5 document that needs no network.
+
+    Without JavaScript, shapes are still pictures.
+    """
     findings = ReportSummary(report)
     sections = [(key, make(findings)) for key, make in SECTIONS]
     return document(
@@ -86,7 +89,7 @@ def render(report: Report) -> str:
 
 
 def files_of(markup: str) -> tuple[list[str], list[str]]:
-    """Return the style sheets and scripts that the sections need; those for shapes only if there are shapes."""
+    """Return the style sheets and scripts that the sections in `markup` need."""
     shown = 'class="shapes"' in markup
     carried, rigid = 'value="carried"' in markup, '"instruments": [{' in markup
     return (

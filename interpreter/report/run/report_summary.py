@@ -1,4 +1,4 @@
-"""Conclusions of a report: error metrics, the models closest to each reference, and the summary sentence."""
+"""Conclusions drawn from a report: error metrics, models closest to each reference, and summary sentence."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ UNKNOWN = DeclaredName("")
 
 @dataclass(frozen=True)
 class MetricColumn:
-    """A column of the table. `against` is the reference of an error metric, None for a measurement."""
+    """Metric as a column of the results table; `against` is the reference of an error, None for a measurement."""
 
     name: str
     unit: str
@@ -34,44 +34,44 @@ class MetricColumn:
 
     @property
     def is_error(self) -> bool:
-        """True if smaller values are better."""
+        """True if the metric is an error, so that smaller values are better."""
         return self.against is not None
 
     @property
     def percent(self) -> bool:
-        """True if plain numbers of this metric are shown as percentages."""
+        """True if dimensionless values of the metric are shown as percentages."""
         return self.is_error or self.clock or self.model is not None
 
 
 @dataclass(frozen=True)
 class ReportSummary:
-    """A report with the conclusions drawn from it."""
+    """Report together with the conclusions drawn from it."""
 
     report: Report
 
     @property
     def declared(self) -> Mapping[str, DeclaredName]:
-        """Declarations of the scene's own text, by name."""
+        """Declarations in the text of the scene, by name."""
         return self.report.names.declared
 
     @cached_property
     def lines(self) -> range:
-        """Line numbers of the scene's text."""
+        """Line numbers of the text of the scene."""
         return range(1, len(str(self.report.scene.get("text", "")).splitlines()) + 1)
 
     def line(self, name: str) -> int | None:
-        """Return the line where a name is declared, if the text is known."""
+        """Return the line number where a name is declared, or None if the text of the scene is not known."""
         line = self.declared.get(name, UNKNOWN).line
         return line if line in self.lines else None
 
     @cached_property
     def everyone(self) -> dict[str, Result]:
-        """Models, then references."""
+        """Results of all models, then of all references, by name."""
         return {**self.report.models, **self.report.references}
 
     @cached_property
     def moved(self) -> float:
-        """Largest displacement of any probe or length metric, m, as the scale of rounding errors."""
+        """Largest absolute value of all probe displacements and length metrics, m, as the scale of rounding errors."""
         found = [0.0]
         for result in self.everyone.values():
             found += [abs(m.value) for m in result.metrics.values() if m.unit == "m" and m.value is not None]
@@ -105,16 +105,17 @@ class ReportSummary:
 
     @cached_property
     def telling(self) -> tuple[MetricColumn, ...]:
-        """Error metrics by importance: those used in expectations on models first, in their order.
+        """Error metrics by importance: first those that expectations use.
 
-        Expectations show what the scene is about; without any, the order of the text is used.
+        Expectations show what the scene is about. The other metrics follow in the order of the scene.
         """
         order = {name: i for i, name in enumerate(self.report.names.expected)}
         return tuple(sorted(self.errors, key=lambda m: order.get(m.name, len(order))))
 
     def best(self, metric: MetricColumn) -> tuple[str, ...]:
-        """Return the models with the smallest value of an error metric, and those that the uncertainty cannot
-        distinguish.
+        """Return the models with the smallest value of an error metric.
+
+        Models whose difference from it is below the uncertainty of the reference are included.
         """
         values = {n: v for n, m in self.report.models.items() if (v := value_of(m, metric.name)) is not None}
         least = min(values.values(), default=0.0)
@@ -122,18 +123,18 @@ class ReportSummary:
         return tuple(n for n, v in values.items() if v <= within) if metric.is_error else ()
 
     def uncertainty(self, metric: MetricColumn) -> float:
-        """Return the smallest meaningful difference of a metric, in its unit; 0 if it is unknown."""
+        """Return the smallest meaningful difference of a metric, the uncertainty of its reference, in its unit."""
         found = (m.metrics.get(metric.name) for m in self.report.models.values())
         return max((m.uncertainty for m in found if m is not None and m.uncertainty), default=0.0)
 
     def tied(self, metric: MetricColumn) -> bool:
-        """Return whether several models are best because the uncertainty cannot distinguish them."""
+        """Return whether several models are best, because the uncertainty cannot distinguish their errors."""
         values = {value_of(self.report.models[n], metric.name) for n in self.best(metric)}
         return len(values) > 1
 
     @cached_property
     def probes(self) -> dict[str, dict[str, ProbeResult]]:
-        """Values at each probe by model or reference, in the order in which probes appear."""
+        """Results at each probe, by the name of the model or reference."""
         found: dict[str, dict[str, ProbeResult]] = {}
         for name, result in self.everyone.items():
             for probe, seen in result.probes.items():
@@ -142,20 +143,20 @@ class ReportSummary:
 
     @cached_property
     def unsolved(self) -> dict[str, Result]:
-        """Models and references that were attempted and have no solution."""
+        """Models and references that were attempted but have no solution."""
         return {n: r for n, r in self.everyone.items() if r.status not in (*ANSWERED, *LEFT_OUT)}
 
     # -------------------------------------------------------------- sentences
 
     @property
     def of_last(self) -> str:
-        """Suffix ` in the last state, 18.25 %` for single numbers; empty for a scene without states."""
+        """Phrase such as ` in the last state, 18.25 %`, added to numbers; empty for a scene without states."""
         last = next((r.states[-1] for r in self.everyone.values() if r.states), None)
         return "" if last is None else f" in the last state, {format_state(last)}"
 
     @property
     def conclusion(self) -> str:
-        """Summary sentence: number of models, the closest to the first reference, and the outcome of expectations."""
+        """Summary sentence: number of models, models closest to the first reference, and outcome of expectations."""
         parts = [self._crowd(), *self._fates(), *self._first_closest(), self._expected()]
         return "; ".join(part for part in parts if part) + "."
 
@@ -169,7 +170,7 @@ class ReportSummary:
         return models + (f" against {references}" if self.report.references else ", no reference")
 
     def _fates(self) -> Iterator[str]:
-        """Yield `2 of 4 models gave no solution (`a`, `b`)`, and the same for references."""
+        """Yield phrases such as `2 of 4 models gave no solution (`a`, `b`)`, for models and for references."""
         for results, noun in ((self.report.models, "model"), (self.report.references, "reference")):
             lost = [f"`{n}`" for n in results if n in self.unsolved]
             if lost:
@@ -178,7 +179,7 @@ class ReportSummary:
                 yield f"{len(lost)} of {whole} gave no solution ({join_names(shown)})"
 
     def _first_closest(self) -> Iterator[str]:
-        """Yield the models closest to the first reference, and to the first measured one."""
+        """Yield phrases on the models closest to the first reference, and to the first measurement."""
         where = f"{self.of_last.strip()}, " if self.of_last else ""
         said = [where + words for words in self.closest()]
         known = list(dict.fromkeys(str(m.against) for m in self.telling if self.best(m)))
@@ -187,10 +188,9 @@ class ReportSummary:
         yield from (said[i] for i in chosen if i < len(said))
 
     def closest(self, probe: str | None = None) -> list[str]:
-        """Return a sentence per reference, by its most important metric: `the closest to theory is rod: 5.9 % (eta),
-        ...`.
+        """Return a phrase for each reference: `the closest to theory is rod: 5.9 % (eta), ...`.
 
-        With `probe` only the metrics at that probe count.
+        It uses the most important metric of the reference. With `probe`, only metrics at that probe count.
         """
         said: dict[str, str] = {}
         for metric in self.telling:
@@ -205,7 +205,7 @@ class ReportSummary:
         return list(said.values())
 
     def _farthest(self, metric: MetricColumn, best: tuple[str, ...]) -> str:
-        """Return `, the farthest is linear_tet: 47 %`, to put the smallest error into perspective."""
+        """Return `, the farthest is linear_tet: 47 %`, which puts the smallest error into perspective."""
         values = {n: v for n, m in self.report.models.items() if (v := value_of(m, metric.name)) is not None}
         worst = max(values, key=lambda n: values[n])
         if worst in best:
@@ -213,7 +213,7 @@ class ReportSummary:
         return f", the farthest is `{worst}`: {format_quantity(values[worst], metric.unit, digits=2, percent=True)}"
 
     def _amount(self, metric: MetricColumn, best: tuple[str, ...]) -> str:
-        """Return the smallest error, or the bound below which several models cannot be distinguished."""
+        """Return the smallest error as text, or the uncertainty below which several models cannot be distinguished."""
         if self.tied(metric):
             return f"no difference above ± {format_quantity(self.uncertainty(metric), metric.unit, 2, percent=True)}"
         value = value_of(self.report.models[best[0]], metric.name)
@@ -229,7 +229,7 @@ class ReportSummary:
 
     @property
     def status(self) -> tuple[str, str]:
-        """Overall outcome: good, warn or bad, and a line of words."""
+        """Overall outcome: `good`, `warn` or `bad`, and a line of words."""
         if self.report.partial:
             return "warn", "Unfinished: the run is in progress or was interrupted"
         if self.unsolved:

@@ -53,9 +53,9 @@ WIDE = 110  # characters of a line where nobody says how wide the window is
 
 
 def table(report: Report, terminal: bool, width: int | None = None) -> str:
-    """Return title, a row per model and reference, expectations and failures.
+    """Return the report as terminal text: title, a row per model and reference, expectations, failures and notes.
 
-    Each body has its own table; columns beyond `width` continue below.
+    Each body has its own table. Columns beyond `width` characters continue below.
     """
     report = _terminal_safe(report)
     paint = _Paint(terminal and not os.environ.get("NO_COLOR"))
@@ -85,7 +85,7 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
 
 
 def _terminal_safe(report: Report) -> Report:
-    """Return the report with all external texts made safe for a terminal; the scene's text is unchanged."""
+    """Return the report with all external texts made safe for a terminal; the text of the scene is unchanged."""
     scene = {n: v if n == "text" else make_all_visible(v) for n, v in report.scene.items()}
     models, references = ({n: _plain(r) for n, r in known.items()} for known in (report.models, report.references))
     judged = tuple(
@@ -125,7 +125,7 @@ EFFORT = ("unknowns", "newton", "time", "")
 
 @dataclass(frozen=True)
 class _Rows:
-    """Table of one body."""
+    """Table of the results of one body as text."""
 
     findings: ReportSummary
     body: BodyResults
@@ -133,7 +133,7 @@ class _Rows:
 
     @property
     def metrics(self) -> list[MetricColumn]:
-        """Columns: errors by reference, measurements, times, as on the page."""
+        """Metrics of the columns, in the same order as on the page: errors by reference, measurements, times."""
         return sort_metrics(self.body.metrics)
 
     @cached_property
@@ -144,7 +144,10 @@ class _Rows:
         return {n: max((abs(v) for v in known if v is not None), default=0.0) for n, known in values.items()}
 
     def text(self, room: int) -> str:
-        """Return the lines; columns that do not fit follow below, with the names repeated."""
+        """Return the lines of the table, at most `room` characters wide.
+
+        Columns that do not fit follow below, with the names repeated.
+        """
         head = ["", *(m.name for m in self.metrics), *EFFORT]
         rows = [self._row(n, self.findings.everyone[n]) for n in self.body.results]
         widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
@@ -186,7 +189,7 @@ class _Rows:
 
 
 def _uncertainty_suffix(reference: ReferenceResult) -> str:
-    """Return `, ± 23 µm`: the uncertainty of a reference, unless it is negligible."""
+    """Return the uncertainty of a reference as a suffix, `, ± 23 µm`; empty if it is negligible."""
     error, facts = reference.estimated_error, reference.facts
     if error is not None:
         displaced = reference.probes or reference.shape is not None  # irrelevant for a reference with forces only
@@ -201,7 +204,10 @@ def _format_uncertainty(value: float, unit: str) -> str:
 
 
 def _blocks(widths: Sequence[int], room: int, effort: int) -> list[list[int]]:
-    """Return column indices block by block, with the name first in each; effort columns stay together."""
+    """Return the indices of the columns in each block of the table.
+
+    Each block begins with the column of names. The columns of the effort, from index `effort` on, stay together.
+    """
     last = list(range(len(widths) - effort, len(widths)))
     blocks: list[list[int]] = [[0]]
     for group in [*([i] for i in range(1, last[0])), last]:
@@ -234,7 +240,10 @@ def _short(clock: str) -> str:
 
 
 def _verdict(found: MetricResult) -> str:
-    """Return `yes, 46 % left` or `NO, 3.8 x`; a step longer than a frame can never be fast enough."""
+    """Return a real-time verdict such as `yes, 46 % left` or `NO, 3.8 x`.
+
+    If a time step is longer than a frame, the model can never be fast enough.
+    """
     margin = float(found.details.get("margin", 0.0))
     if found.details["verdict"]:
         return f"yes, {100 * margin:.0f} % left"
@@ -250,7 +259,7 @@ def _amount(value: float, unit_text: str) -> str:
 
 
 def _symmetry_notes(findings: ReportSummary) -> list[str]:
-    """Return notes on models of a symmetric part: `push, held are of the quarter of layer that is modelled`."""
+    """Return notes on models of a symmetric part, such as `push, held are of the quarter of layer that is modelled`."""
     same: dict[str, list[str]] = {}
     for metric in findings.metrics:
         if metric.part:
@@ -262,7 +271,7 @@ def _symmetry_notes(findings: ReportSummary) -> list[str]:
 
 
 def _references_of_part(findings: ReportSummary, metrics: Sequence[str]) -> str:
-    """Return the references whose numbers are of the same part."""
+    """Return a phrase on the references whose values also hold for the symmetric part."""
     known = [n for n, r in findings.report.references.items() if any(value_of(r, m) is not None for m in metrics)]
     return f"; also of {', '.join(known)}" if known else ""
 
@@ -291,7 +300,7 @@ def _validity_footnote(report: Report) -> list[str]:
 
 
 def _reasons(report: Report) -> list[str]:
-    """Return failures, each once: missing solutions, and metrics without a value."""
+    """Return the reasons of missing solutions and missing metric values, each once."""
     lines = [f"{m.name}: {m.message}" for m in report.outcomes if m.message]
     same: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
     for part in report.outcomes:
@@ -313,12 +322,12 @@ def _reading_notes(report: Report) -> list[str]:
 
 
 def _reference_notes(report: Report) -> list[str]:
-    """Return notes that references give about themselves."""
+    """Return the notes that references contain about themselves."""
     return [f"{name}: {said}" for name, r in report.references.items() if (said := r.facts.get("said"))]
 
 
 def _reference_uncertainty(report: Report, e: ExpectationResult) -> str:
-    """Return the reference uncertainty of a metric, if it is not small against the limit or may change the verdict."""
+    """Return the reference uncertainty of an expectation's metric as text, if it is large or may change the verdict."""
     if e.passed is None or e.value is None:
         return ""
     compared = (e.value, *e.limits)

@@ -1,4 +1,7 @@
-"""Note on results reused from earlier runs, with their dates; their times are of those runs."""
+"""Note on results that were reused from earlier runs, with the dates of these runs.
+
+The computing times are those of the earlier runs.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,10 @@ SEVERAL = 8  # names of one run that are listed
 
 
 def sentence(report: Report, quote: str = "") -> str:
-    """Return `reused from the run of 23 November 2026, 17:54 UTC, with its times: rod, theory; ...`, or nothing."""
+    """Return the note as text; empty if nothing was reused.
+
+    For example: `reused from the run of 23 November 2026, 17:54 UTC, with its times: rod, theory; ...`.
+    """
     by_date: dict[str, list[str]] = {}
     for result in report.outcomes:
         if result.kept:
@@ -25,6 +31,6 @@ def _listed(names: list[str]) -> str:
 
 
 def note(report: Report) -> str:
-    """Return the note at the top of the page."""
+    """Return the note as HTML for the top of the page."""
     said = sentence(report, "`")
     return tag("p", prose(f"{said[:1].upper()}{said[1:]}."), class_="kept where") if said else ""

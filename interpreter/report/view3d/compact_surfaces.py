@@ -26,14 +26,17 @@ FINEST = 65535
 
 @dataclass(frozen=True)
 class ReducedSurfaces:
-    """Reduced surfaces, and notes on what was left out."""
+    """Surfaces reduced for a page, and notes on the omitted detail."""
 
     shapes: Mapping[str, DrawnSurface]
     notes: tuple[str, ...]
 
 
 def reduce_surfaces(shapes: Mapping[str, DrawnSurface], points: int = POINTS, room: int = ROOM) -> ReducedSurfaces:
-    """Thin surfaces to at most `points` points, keep as many frames as fit into `room` bytes, then thin further."""
+    """Return surfaces with at most `points` points each, and with as many frames as fit into `room` bytes.
+
+    If even a few frames do not fit, surfaces are thinned further.
+    """
     limit = points
     while True:
         thin = {name: thin_surface(shape, limit) for name, shape in shapes.items()}
@@ -46,7 +49,7 @@ def reduce_surfaces(shapes: Mapping[str, DrawnSurface], points: int = POINTS, ro
 
 
 def _affordable(shapes: Mapping[str, DrawnSurface], room: int) -> int:
-    """Return how many frames of every surface fit into `room` bytes."""
+    """Return the number of frames of every surface that fit into `room` bytes."""
     fixed = sum(
         8 * s.position.size / 3 + 3 * len(s.position) * (1 + len(s.carried)) + 8 * s.triangles.size / 3
         for s in shapes.values()
@@ -56,7 +59,7 @@ def _affordable(shapes: Mapping[str, DrawnSurface], room: int) -> int:
 
 
 def _thin_frames(shape: DrawnSurface, most: int) -> DrawnSurface:
-    """Return the surface with its first and last frame, and others evenly between them."""
+    """Return the surface with at most `most` frames: the first, the last, and others evenly between them."""
     if shape.frames is None or shape.times is None or len(shape.times) <= most:
         return shape
     chosen = pick_evenly(len(shape.times), most)
@@ -67,7 +70,7 @@ def _thin_frames(shape: DrawnSurface, most: int) -> DrawnSurface:
 
 
 def notes_of(given: Mapping[str, DrawnSurface], kept: Mapping[str, DrawnSurface]) -> list[str]:
-    """Return sentences on what is coarser on the page than in the results."""
+    """Return sentences on surfaces that are coarser on the page than in the results."""
     coarse: dict[tuple[str, int, str], dict[str, int]] = {}  # (with or at, how many there are, of what) -> who has left
     for name, shape in given.items():
         own = kept[name]
@@ -80,7 +83,7 @@ def notes_of(given: Mapping[str, DrawnSurface], kept: Mapping[str, DrawnSurface]
 
 
 def _thinning_note(how: str, total: int, things: str, left: Mapping[str, int]) -> str:
-    """Return `a` and `b` are drawn with 1143 to 1198 of 1570 points."""
+    """Return a sentence such as `a` and `b` are drawn with 1143 to 1198 of 1570 points."""
     low, high = min(left.values()), max(left.values())
     counts = f"{low}" if low == high else f"{low} to {high}"
     verb = "is" if len(left) == 1 else "are"
@@ -88,9 +91,10 @@ def _thinning_note(how: str, total: int, things: str, left: Mapping[str, int]) -
 
 
 def thin_surface(shape: DrawnSurface, limit: int, triangles: bool = False) -> DrawnSurface:
-    """Return a surface with at most `limit` points (or triangles); the points in each grid cell are averaged.
+    """Return a surface with at most `limit` points, or triangles if `triangles`.
 
-    Vertex clustering by Rossignac and Borrel (1993). Frames, errors and other fields are averaged alike.
+    Points in the same grid cell are replaced by their average. Frames, errors and other fields are averaged too.
+    Source: vertex clustering, Rossignac and Borrel (1993).
     """
     size = len(shape.triangles) if triangles else len(shape.position)
     if size <= limit:
@@ -108,7 +112,7 @@ def thin_surface(shape: DrawnSurface, limit: int, triangles: bool = False) -> Dr
 
 
 def _merge_points(shape: DrawnSurface, cell: float) -> DrawnSurface:
-    """Return the surface with the points of each cubic cell (edge in m) merged."""
+    """Return the surface with all points in the same cubic cell (edge length `cell`, m) merged."""
     rest = shape.position if shape.frames is None else shape.frames[0]
     keys = np.floor((rest - rest.min(axis=0)) / cell).astype(np.int64)
     _, group = np.unique(_number_rows(keys), return_inverse=True)
@@ -132,8 +136,9 @@ def _merge_points(shape: DrawnSurface, cell: float) -> DrawnSurface:
 
 
 def _number_rows(keys: Ints) -> Ints:
-    """Return one number (n,) for each row of non-negative integers (n, 3), in the same order, 10 times faster than
-    rows.
+    """Return one number (n,) for each row of non-negative integers (n, 3), in the same order as the rows.
+
+    Sorting these numbers is 10 times faster than sorting rows.
     """
     size = keys.max(axis=0, initial=0) + 1
     if float(np.prod(size.astype(float))) < 2.0**62:
@@ -144,7 +149,7 @@ def _number_rows(keys: Ints) -> Ints:
 
 
 def bounds(shape: DrawnSurface) -> tuple[Floats, Floats]:
-    """Return the corners of the bounding box of a surface over all times, m."""
+    """Return both corners (3,) of the bounding box of a surface over all times, m."""
     every = [shape.position] if shape.frames is None else [shape.position, shape.frames.reshape(-1, 3)]
     low = np.min([X.min(axis=0) for X in every], axis=0)
     high = np.max([X.max(axis=0) for X in every], axis=0)
@@ -152,7 +157,10 @@ def bounds(shape: DrawnSurface) -> tuple[Floats, Floats]:
 
 
 def pack_surface(name: str, shape: DrawnSurface, mesh: int) -> dict[str, Any]:
-    """Return a surface as `shapes.js` reads it: positions in 1/65535 of the box, errors in 1/65535 of the largest."""
+    """Return a surface as JSON that `shapes.js` reads.
+
+    Positions are in 1/65535 of the bounding box, errors in 1/65535 of the largest error.
+    """
     low, high = bounds(shape)
     span = np.where(high > low, high - low, 1.0)
     found: dict[str, Any] = {
@@ -178,13 +186,13 @@ def pack_surface(name: str, shape: DrawnSurface, mesh: int) -> dict[str, Any]:
 
 
 def packed_triangles(triangles: Ints) -> dict[str, Any]:
-    """Return indices of points, in 16 bits if they fit."""
+    """Return the point indices of triangles as JSON, in 16 bits if they fit."""
     wide = int(triangles.max(initial=0)) > FINEST
     return {"wide": wide, "triangles": _base64(triangles.astype("<u4" if wide else "<u2"))}
 
 
 def shorts(shares: Floats) -> str:
-    """Return numbers between 0 and 1 in 16 bits each."""
+    """Return numbers between 0 and 1 as text, encoded in 16 bits each."""
     return _base64(np.clip((shares * FINEST).round(), 0, FINEST).astype("<u2"))
 
 
@@ -193,5 +201,5 @@ def _base64(array: NDArray[Any]) -> str:
 
 
 def step_of(shapes: Mapping[str, DrawnSurface]) -> float:
-    """Return the largest rounding step of positions on the page, m."""
+    """Return the largest rounding step of positions on the page, m, of all surfaces."""
     return max((float(np.ptp(bounds(s), axis=0).max()) / FINEST for s in shapes.values()), default=0.0)

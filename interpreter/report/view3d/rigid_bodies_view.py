@@ -1,7 +1,7 @@
-"""Rigid bodies in the figure of shapes: their data on the page, their space, and the caption.
+"""Rigid bodies in the figure of deformed shapes: their data on the page, the drawn box, and the caption.
 
-The picture covers the deformable bodies with some margin; a rigid body that extends farther, such as a floor, is cut
-off at its edge.
+The picture covers the deformable bodies with some margin. A rigid body that extends farther, such as a floor, is cut
+off at the edge of the picture.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ AROUND = 0.35  # margin for rigid bodies on each side, as a fraction of the diag
 
 @dataclass(frozen=True)
 class Room:
-    """Box (3,), m, that the pictures cover."""
+    """Box that the pictures cover, given by its corners (3,), m."""
 
     low: Floats
     high: Floats
 
     def positions(self, shape: DrawnSurface) -> list[Floats]:
-        """Return points (n, 3) of the rigid bodies of a shape at all times, m, moved to the edge if outside."""
+        """Return the points (n, 3), m, of the rigid bodies of a shape at all times, moved into the box."""
         each = ((own, i) for own in shape.instruments for i in range(len(own.turns)))
         return [self.within(own.at(i)) for own, i in each]
 
     def within(self, X: Floats) -> Floats:
-        """Return points (n, 3), m, moved to the edge if outside."""
+        """Return points (n, 3), m; those outside the box are moved to its edge."""
         return np.clip(X, self.low, self.high)
 
 
 def room_of(shapes: Iterable[DrawnSurface]) -> Room:
-    """Return the box of the deformable bodies at all times, with a margin."""
+    """Return the box around the deformable bodies at all times, with a margin."""
     ends = [bounds(shape) for shape in shapes]
     low, high = np.min([a for a, _ in ends], axis=0), np.max([b for _, b in ends], axis=0)
     more = AROUND * float(np.linalg.norm(high - low))
@@ -45,7 +45,7 @@ def room_of(shapes: Iterable[DrawnSurface]) -> Room:
 
 
 def packed_instruments(shapes: Mapping[str, DrawnSurface]) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
-    """Return data of `instruments.js`: each rigid surface once, and its position for each shape."""
+    """Return data that `instruments.js` reads: each rigid surface once, and its positions for each shape."""
     known: dict[bytes, int] = {}
     surfaces: list[dict[str, Any]] = []
     each: dict[str, dict[str, Any]] = {}
@@ -70,7 +70,7 @@ def _surface(own: DrawnRigidBody) -> dict[str, Any]:
 
 
 def caption(shapes: Iterable[DrawnSurface], moment: str) -> str:
-    """Return a sentence that rigid bodies are transparent."""
+    """Return a sentence for the caption that rigid bodies are transparent."""
     names = [f"`{name}`" for name in dict.fromkeys(own.name for shape in shapes for own in shape.instruments)]
     if not names:
         return ""

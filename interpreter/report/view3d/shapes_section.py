@@ -1,4 +1,7 @@
-"""Figure 2 of Marchal et al. (2008): every deformed shape under one camera, with its error as colour."""
+"""Figure of every deformed shape under one camera, with its error as colour.
+
+Source: Marchal et al. (2008), figure 2.
+"""
 
 from __future__ import annotations
 
@@ -54,9 +57,11 @@ STATISTICS = ("mean", "median", "95 %", "largest")
 
 
 def section_of(findings: ReportSummary, points: int = POINTS, room: int = ROOM, stills: bool = True) -> str:
-    """Return the figure, with surfaces of at most `points` points, in about `room` bytes; empty without shapes.
+    """Return the HTML section with the figure; empty without shapes.
 
-    With `stills` there are pictures for readers without scripts.
+    Surfaces have at most `points` points and take about `room` bytes. With `stills` there are still pictures for
+    readers
+    without scripts.
     """
     given = {n: r.shape for n, r in _references_first(findings) if r.shape is not None and _drawable(r.shape)}
     if not given:
@@ -71,7 +76,7 @@ def section_of(findings: ReportSummary, points: int = POINTS, room: int = ROOM, 
 
 
 def _references_first(findings: ReportSummary) -> Iterator[tuple[str, Result]]:
-    """Yield references first, as in the paper, then models."""
+    """Yield the references, as in the paper, and then the models."""
     yield from findings.report.references.items()
     yield from findings.report.models.items()
 
@@ -84,7 +89,7 @@ def _drawable(shape: DrawnSurface) -> bool:
 
 @dataclass(frozen=True)
 class _Shapes:
-    """Figure of all surfaces."""
+    """Figure of the deformed surfaces of all models and references."""
 
     findings: ReportSummary
     small: ReducedSurfaces
@@ -99,34 +104,34 @@ class _Shapes:
 
     @cached_property
     def errors(self) -> dict[str, Floats]:
-        """Errors (n,), m, at all points, before thinning."""
+        """Errors at all points before thinning, shape (n,), m, by shape."""
         shapes = ((n, self.findings.everyone[n].shape) for n in self.shapes)
         return {n: s.error for n, s in shapes if s is not None and s.error is not None and len(s.error)}
 
     @cached_property
     def most(self) -> float:
-        """Largest error, m."""
+        """Largest error of all shapes, m."""
         return max((float(e.max()) for e in self.errors.values()), default=0.0)
 
     @cached_property
     def high(self) -> dict[str, float]:
-        """Error not exceeded by CLIP per cent of the points, m, by shape."""
+        """Error that CLIP per cent of the points do not exceed, m, by shape."""
         return {n: float(np.percentile(e, CLIP)) for n, e in self.errors.items()}
 
     @cached_property
     def clipped(self) -> float:
-        """Upper end of the scale of usual errors, m; shapes with FAR larger errors do not count."""
+        """Upper end of the colour scale of typical errors, m; shapes with FAR times larger errors are ignored."""
         usual = FAR * float(np.median(list(self.high.values()))) if self.high else 0.0
         return max((h for h in self.high.values() if h <= usual), default=self.most)
 
     @cached_property
     def beyond(self) -> list[str]:
-        """Shapes whose errors go far beyond the usual ones."""
+        """Names of shapes whose errors are far beyond the typical ones."""
         return [n for n, h in self.high.items() if h > FAR / 2 * self.clipped]
 
     @cached_property
     def first(self) -> dict[str, DrawnSurface]:
-        """Shapes shown initially: if there are many, references and the models whose lines are drawn initially."""
+        """Shapes that are shown initially: all if they are few, else references and initially shown models."""
         if len(self.shapes) <= PANELS:
             return dict(self.shapes)
         models, chosen = self.findings.report.models, initially_shown(self.findings)
@@ -135,12 +140,12 @@ class _Shapes:
 
     @cached_property
     def view(self) -> CameraView:
-        """Initial camera view."""
+        """Initial camera view of the figure."""
         return view_of(self.findings, self.shapes.values())
 
     @cached_property
     def against(self) -> str:
-        """Reference of the errors, in words."""
+        """Reference of the errors as text."""
         names = list(dict.fromkeys(s.measured_from for s in self.shapes.values() if s.measured_from))
         return f"`{names[0]}`" if len(names) == 1 else "its reference"
 
@@ -151,7 +156,7 @@ class _Shapes:
 
     @cached_property
     def carried(self) -> FieldColours | None:
-        """Stress and contacts as colour; None if the scene does not request them or no result has them."""
+        """Stress, strain and contact fields as colours; None if no result has them."""
         given = {n: s for n in self.shapes if (s := self.findings.everyone[n].shape) is not None}
         if not any(c.values is not None for s in given.values() for c in s.carried):
             return None
@@ -165,7 +170,7 @@ class _Shapes:
         return any(s.labels for s in self.shapes.values())
 
     def figure(self) -> str:
-        """Return controls, pictures, colour bar, caption and numbers."""
+        """Return the HTML of the figure: controls, pictures, colour bar, caption and numbers."""
         bar = (
             colour_bar(self.most, self.clipped, f"distance from {strip_backticks(self.against)}") if self.errors else ""
         )
@@ -195,12 +200,12 @@ class _Shapes:
         )  # fmt: skip
 
     def _names(self) -> list[tuple[str, str, str, bool]]:
-        """Return (name, colour sample, classes, shown) of each shape."""
+        """Return (name, colour sample, CSS classes, shown initially) of each shape."""
         known = curve_styles(self.findings.report)
         return [(n, sample(known[n]), known[n].classes, n in self.first) for n in self.shapes]
 
     def _ghosts(self) -> list[tuple[int, str, bool]]:
-        """Return (index, name, initially behind the others) of the references."""
+        """Return (index, name, initially drawn behind the others) of each reference."""
         references = self.findings.report.references
         found = [(i, n) for i, n in enumerate(self.shapes) if n in references]
         usual = next((n for _, n in found if f"`{n}`" == self.against), found[0][1] if found else "")
@@ -232,7 +237,7 @@ class _Shapes:
         return tag("div", canvas, label, class_=f"panel {classes}", data_shown="yes" if shown else "no")
 
     def _said(self, name: str) -> str:
-        """Return mean and largest error in words."""
+        """Return mean and largest error of a shape as text."""
         error = self.errors.get(name)
         if error is None:
             reference = self.findings.report.references.get(name)
@@ -248,7 +253,7 @@ class _Shapes:
         return tag("noscript", render_still(self.first, self.view, top, words, f"shapes{self.key}"))
 
     def _data(self) -> str:
-        """Return the data of `shapes.js`."""
+        """Return the JSON that `shapes.js` reads."""
         meshes: dict[bytes, int] = {}
         packs, triangles = [], []
         for name, shape in self.shapes.items():
@@ -282,7 +287,7 @@ class _Shapes:
         return "; ".join(f"{n}: {said}" for n in self.shapes if (said := self._said(n))) + "."
 
     def _ranking(self) -> str:
-        """Return the shapes with the smallest and the largest error."""
+        """Return a sentence on the shapes with the smallest and the largest error."""
         means = {n: float(e.mean()) for n, e in self.errors.items() if n in self.findings.report.models}
         if not means:
             return f"{count(len(self.shapes), 'shape')}, without errors."
@@ -313,7 +318,7 @@ class _Shapes:
         return f"{self._ranking()} {seen}{colour}{plainly} On this page positions are rounded to {step}.{notes}{shown}"
 
     def _cut(self) -> str:
-        """Return the shapes beyond the scale of usual errors."""
+        """Return a sentence on the shapes whose errors are beyond the scale of typical errors."""
         if not self.beyond:
             return ""
         names, clip = join_few_names([f"`{n}`" for n in self.beyond]), format_quantity(self.clipped, "m", 3)
@@ -357,15 +362,15 @@ class _Shapes:
 
 
 def _last(dynamic: bool, in_states: bool) -> str:
-    """Return when stress is available for moving shapes, in words."""
+    """Return a phrase on the time or state at which stress is shown for moving shapes."""
     return ("in the last state" if in_states else "at the last moment") if dynamic else ""
 
 
 def _columns_of(panels: int) -> int:
-    """Return the number of columns that leaves few gaps in the last row."""
+    """Return the number of columns of panels that leaves few gaps in the last row."""
     return panels if panels <= 4 else 3 if panels in (5, 6, 9) else 5 if panels > 16 else 4
 
 
 def _statistics(error: Floats) -> tuple[float, ...]:
-    """Return mean, median, 95th percentile and largest error, m."""
+    """Return mean, median, 95th percentile and largest of some errors, m."""
     return float(error.mean()), float(np.median(error)), float(np.percentile(error, 95.0)), float(error.max())

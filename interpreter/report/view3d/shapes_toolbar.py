@@ -1,4 +1,4 @@
-"""Controls of the figure of shapes: layout, colours, camera and time."""
+"""Controls of the figure of deformed shapes: layout, colours, camera and time."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ VIEWS = (
 
 @dataclass(frozen=True)
 class FigureKind:
-    """Settings of one figure: suffix of its names, whether some shapes dwarf others, its axes."""
+    """Settings of one figure: suffix of its element names, whether errors are clipped initially, and its axes."""
 
     key: str
     clipped: bool
@@ -38,7 +38,10 @@ def toolbar(
     kind: FigureKind,
     carried: Sequence[str] = (),
 ) -> str:
-    """Return the controls, hidden without scripts. `carried`: fields such as stress that colours can show."""
+    """Return the HTML of the controls, which are hidden without scripts.
+
+    `carried` are names of fields, such as stress, that colours can show.
+    """
     key, first = kind.key, 0 if beside else 1
     groups = [_choice("Layout", f"layout{key}", (("beside", "Side by side"), ("overlaid", "Overlaid")), first)]
     colours = ((("error", "Error"),) if errors else ()) + (("own", "By model"),)
@@ -69,18 +72,18 @@ def _choice(legend: str, name: str, options: Sequence[tuple[str, str]], first: i
 
 
 def _kinds(carried: Sequence[str]) -> str:
-    """Return `Stress, strain`."""
+    """Return the names of the available kinds of fields as text, such as `Stress, strain`."""
     return ", ".join(dict.fromkeys(words.partition(" ")[0] for words in carried)).capitalize()
 
 
 def _numbers(carried: Sequence[str]) -> str:
-    """Return the choice of the field shown as colour."""
+    """Return the HTML of the choice of the field that is shown as colour."""
     options = [tag("option", text(words), value=f"n{i}") for i, words in enumerate(carried)]
     return tag("div", tag("label", tag("span", _kinds(carried)), tag("select", *options)), class_="behind number")
 
 
 def _background_choice(ghosts: Sequence[tuple[int, str, bool]]) -> str:
-    """Return the choice of the reference drawn in grey behind each shape."""
+    """Return the HTML of the choice of the reference that is drawn in grey behind each shape."""
     options = [tag("option", "nothing", value="")]
     options += [tag("option", text(name), value=str(i), selected=first) for i, name, first in ghosts]
     label = tag("label", tag("span", "Grey overlay"), tag("select", *options))
@@ -103,7 +106,7 @@ def _who(name: str, drawn: str, classes: str, shown: bool) -> str:
 
 
 def time_bar(name: str) -> str:
-    """Return the slider of times or states, with its play button."""
+    """Return the HTML of the slider of times or states, with its play button."""
     play = tag("button", "Play", type="button", class_="play")
     slider = tag("input", type="range", min=0, max=1000, value=1000, step=1)
     label = tag("label", tag("span", text(name)), slider)
@@ -111,7 +114,7 @@ def time_bar(name: str) -> str:
 
 
 def colour_bar(most: float, clipped: float, name: str) -> str:
-    """Return the colour bar of errors, once for each range; the style sheet shows the chosen one."""
+    """Return the HTML of the colour bar of errors, once for each range; the style sheet shows the chosen one."""
     top, cut = most or 1e-9, clipped or most or 1e-9
     scales = scale_below(linear(0.0, top, name, "m", 6), "full", "")
     scales += scale_below(linear(0.0, cut, name, "m", 6), "clipped", MORE)
@@ -123,12 +126,12 @@ def colour_bar(most: float, clipped: float, name: str) -> str:
 
 
 def colours() -> str:
-    """Return the colours from the smallest to the largest value."""
+    """Return the HTML of the colour bar itself, from the smallest to the largest value."""
     return tag("div", class_="colours", style=f"background:{gradient()}", aria_hidden="true")
 
 
 def scale_below(axis: Axis, kind: str, ends: str) -> str:
-    """Return the ticks of the colours, their name, and the marks for values beyond them."""
+    """Return the HTML below a colour bar: ticks, name, and marks for values beyond its ends."""
     ticks = [tag("span", text(label), style=f"left:{100 * axis.at(value):.2f}%") for value, label in axis.ticks]
     marks = tag("div", *ticks, class_="marks")
     return tag("div", marks, tag("p", text(axis.label + ends)), class_=f"scale {kind}".strip())

@@ -1,4 +1,4 @@
-"""Still picture of the shapes for readers without JavaScript: coarse polygons, drawn back to front."""
+"""Still pictures of deformed shapes for readers without JavaScript: coarse polygons, drawn back to front."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SEEN_THROUGH = 0.5  # opacity of rigid bodies
 
 @dataclass(frozen=True)
 class CameraView:
-    """Azimuth and elevation in degrees in a frame (3, 3) whose last row points upwards, against gravity."""
+    """Camera view: azimuth and elevation, degrees, in a frame (3, 3) whose last row points upwards, against gravity."""
 
     turn: float
     tilt: float
@@ -30,7 +30,7 @@ class CameraView:
 
 
 def frame_of(up: Floats) -> Floats:
-    """Return two horizontal directions and the upward one (3, 3), right-handed, along the axes nearest to `up`."""
+    """Return a right-handed frame (3, 3): two horizontal directions, near coordinate axes, and the direction `up`."""
     k = int(np.abs(up).argmax())
     sign = 1.0 if up[k] > 0 else -1.0
     unit = np.eye(3)
@@ -39,7 +39,7 @@ def frame_of(up: Floats) -> Floats:
 
 
 def axes_of(view: CameraView) -> Floats:
-    """Return the directions to the right, upwards and towards the viewer (3, 3)."""
+    """Return the directions to the right, upwards and towards the viewer, shape (3, 3)."""
     yaw, pitch = math.radians(view.turn), math.radians(view.tilt)
     s, c, u, v = math.sin(yaw), math.cos(yaw), math.sin(pitch), math.cos(pitch)
     level: Floats = np.array([[c, s, 0.0], [-s * u, c * u, v], [s * v, -c * v, u]]) @ view.frame
@@ -47,7 +47,7 @@ def axes_of(view: CameraView) -> Floats:
 
 
 def seen_box(shapes: Mapping[str, DrawnSurface], view: CameraView) -> tuple[Floats, Floats]:
-    """Return the corners (2,) of the projection of all shapes at all times, m."""
+    """Return both corners (2,) of the box around the projection of all shapes at all times, m."""
     axes, flat, room = axes_of(view)[:2].T, [], room_of(shapes.values())
     for shape in shapes.values():
         flat += [X @ axes for X in (shape.position, *(() if shape.frames is None else shape.frames))]
@@ -58,9 +58,10 @@ def seen_box(shapes: Mapping[str, DrawnSurface], view: CameraView) -> tuple[Floa
 def render_still(
     shapes: Mapping[str, DrawnSurface], view: CameraView, most: float, words: tuple[str, str], key: str = "shapes"
 ) -> str:
-    """Return an SVG with a panel for each shape; `most`, m, is the top of the colours, `words` title and description.
+    """Return an SVG with a panel for each shape.
 
-    `key` is the prefix of its ids.
+    `most`, m, is the error at the top of the colour scale. `words` are title and description. `key` is the prefix of
+    element ids.
     """
     low, high = seen_box(shapes, view)
     scale = CELL / max(float((high - low).max()), 1e-12)
@@ -83,7 +84,7 @@ def render_still(
 
 
 def _polygons(shape: DrawnSurface, view: CameraView, low: Floats, high: Floats, scale: float, most: float) -> str:
-    """Return triangles that face the viewer, the farthest first."""
+    """Return the SVG of the triangles that face the viewer, the farthest first."""
     axes = axes_of(view)
     X = shape.position @ axes.T  # (n, 3) right, up, near
     corners = X[shape.triangles]  # (t, 3, 3)

@@ -1,4 +1,4 @@
-"""Stress, strain and contact fields as colours of shapes, if a scene requests them: one scale for all models."""
+"""Stress, strain and contact fields as colours of shapes, if a scene requests them; all models share one scale."""
 
 from __future__ import annotations
 
@@ -29,21 +29,24 @@ STATISTICS = ("least", "mean", "largest")
 
 @dataclass(frozen=True)
 class FieldScale:
-    """Colour scale of one field of all models: its description, and its ends for all points and for usual ones."""
+    """Colour scale of one field, shared by all models.
+
+    `whole` has its ends for all points, `usual` for typical values.
+    """
 
     kind: SurfaceField
     whole: tuple[float, float]
     usual: tuple[float, float]
 
     def amount(self, value: float) -> str:
-        """Return a value in words, with enough digits to distinguish the ends."""
+        """Return a value of the field as text, with enough digits to distinguish the ends of the scale."""
         low, high = self.whole
         digits = 3 if high - low > 0.02 * max(abs(low), abs(high)) else 6
         return format_quantity(value, self.kind.unit, digits, percent=True)
 
 
 def scale_over(numbers: list[SurfaceField]) -> FieldScale | None:
-    """Return the scale of a field over several models; None if no model has it."""
+    """Return the colour scale of a field over several models; None if no model has it."""
     known = [n.values for n in numbers if n.values is not None and len(n.values)]
     if not known:
         return None
@@ -59,13 +62,13 @@ def scale_over(numbers: list[SurfaceField]) -> FieldScale | None:
 
 
 def _for_usual_range(values: Floats) -> Floats:
-    """Return nonzero values (n,), with only as many zeros as are needed for zero to be an end of the usual range."""
+    """Return the nonzero values (n,) and a few zeros, so that zero is an end of the range of typical values."""
     some = values[values != 0.0]
     return np.concatenate([np.zeros(2 + len(some) // 10), some]) if len(some) else values
 
 
 def _separate_ends(low: float, high: float, floor: float) -> tuple[float, float]:
-    """Return ends of a scale that differ by more than rounding errors."""
+    """Return the ends of a scale, moved apart if they differ only by rounding errors."""
     if high - low > floor:
         return low, high
     middle, half = 0.5 * (low + high), max(0.05 * abs(low + high), floor)
@@ -74,7 +77,7 @@ def _separate_ends(low: float, high: float, floor: float) -> tuple[float, float]
 
 @dataclass(frozen=True)
 class FieldColours:
-    """Fields of a figure besides the errors. `given` are shapes with all points, `shapes` those that are drawn."""
+    """Fields of a figure besides the errors; `given` are shapes with all points, `shapes` the drawn ones."""
 
     given: Mapping[str, DrawnSurface]
     shapes: Mapping[str, DrawnSurface]
@@ -82,12 +85,12 @@ class FieldColours:
 
     @cached_property
     def models(self) -> dict[str, DrawnSurface]:
-        """Models whose fields are shown."""
+        """Models that have fields, by name."""
         return {n: s for n, s in self.given.items() if s.carried}
 
     @cached_property
     def known(self) -> dict[int, FieldScale]:
-        """Scales of the available fields, by the index of the requested field."""
+        """Colour scales of the available fields, by the index of the requested field."""
         asked = range(max((len(s.carried) for s in self.models.values()), default=0))
         found = ((i, scale_over([s.carried[i] for s in self.models.values()])) for i in asked)
         return {i: scale for i, scale in found if scale is not None}
@@ -99,7 +102,7 @@ class FieldColours:
 
     @property
     def scales(self) -> list[FieldScale]:
-        """Scales of the available fields."""
+        """Colour scales of the available fields."""
         return list(self.known.values())
 
     @property
@@ -108,7 +111,7 @@ class FieldColours:
         return [scale.kind.words for scale in self.scales]
 
     def bars(self) -> str:
-        """Return a colour bar for each field, with both ranges; a script shows the chosen one."""
+        """Return the HTML of a colour bar for each field and both ranges; a script shows the chosen one."""
         found = []
         for i, scale in enumerate(self.scales):
             ranges = _below(scale, scale.whole, "whole", "") + _below(scale, scale.usual, "usual", ENDS)
@@ -117,7 +120,7 @@ class FieldColours:
         return "".join(found)
 
     def still(self, first: Mapping[str, DrawnSurface], view: CameraView, key: str) -> str:
-        """Return the first field as one picture with its colour bar, for readers without scripts."""
+        """Return a still picture of the first field with its colour bar, for readers without scripts."""
         scale = self.scales[0]
         low, high = scale.usual
         shown = {n: _with_field_colours(s, self.places[0], low) for n, s in first.items() if s.carried}
@@ -130,7 +133,7 @@ class FieldColours:
         return f"{name}: {self._range(name, 0)}."
 
     def _range(self, name: str, place: int) -> str:
-        """Return the smallest and largest value of a shape."""
+        """Return the smallest and largest value of a field on a shape as text."""
         values, scale = self.given[name].carried[self.places[place]].values, self.scales[place]
         if values is None:
             return f"no {scale.kind.words}"
@@ -138,7 +141,7 @@ class FieldColours:
         return " to ".join(dict.fromkeys(ends))
 
     def data(self) -> list[dict[str, Any]]:
-        """Return the scales as `carried.js` reads them."""
+        """Return the scales as JSON that `carried.js` reads."""
         found = []
         for scale in self.scales:
             ratio = scale.kind.unit == "1"
@@ -148,7 +151,7 @@ class FieldColours:
         return found
 
     def packed(self, name: str) -> dict[str, Any]:
-        """Return the values of a shape in 1/65535 of their range, added to its other data on the page."""
+        """Return the field values of a shape as JSON, in 1/65535 of their range."""
         if name not in self.models:
             return {}
         found: list[dict[str, Any] | None] = []
@@ -163,7 +166,10 @@ class FieldColours:
         return {"carried": found}
 
     def caption(self, errors: bool) -> str:
-        """Return the meaning of the colours besides `errors`, the models without data, and limitations."""
+        """Return sentences on the meaning of the colours, models without data, and limitations.
+
+        `errors` is true if colours can also show errors.
+        """
         asked = []
         for scale in self.scales:
             by = join_few_names([f"`{m}`" for m in scale.kind.metrics])
@@ -198,7 +204,7 @@ class FieldColours:
                 yield f"Stresses of adjacent cells of `{name}` differ at {percent} of the points (W387)."
 
     def columns(self) -> list[PlateColumn]:
-        """Return smallest, mean and largest value of each field, for the table."""
+        """Return columns of the table with smallest, mean and largest value of each field."""
         found = []
         for i, scale in self.known.items():
             unit = choose_scale(scale.whole, scale.kind.unit, percent=scale.kind.unit == "1")
@@ -208,11 +214,11 @@ class FieldColours:
         return found
 
     def header(self) -> list[str]:
-        """Return the column names of the file."""
+        """Return the headers of the field columns in the CSV file."""
         return [f"{s} {scale.kind.words} [{scale.kind.unit}]" for scale in self.scales for s in STATISTICS]
 
     def row(self, name: str) -> list[Cell]:
-        """Return the values of a shape, in SI, for the file."""
+        """Return the field values of a shape, SI, for its row in the CSV file."""
         found = (v for i in self.places for v in self._statistics(name, i))
         return [None if v is None else format_short(v) for v in found]
 
@@ -229,6 +235,6 @@ def _below(scale: FieldScale, ends: tuple[float, float], kind: str, words: str) 
 
 
 def _with_field_colours(shape: DrawnSurface, i: int, low: float) -> DrawnSurface:
-    """Return a shape whose error is the field's excess over the low end of the scale, for the still picture."""
+    """Return a shape whose errors are replaced by the field values minus `low`, for the still picture."""
     values = shape.carried[i].values
     return replace(shape, error=None if values is None else values - low)

@@ -1,4 +1,4 @@
-"""Initial camera: gravity points down on the screen, and the bending plane lies in the picture."""
+"""Initial camera view: gravity points down on the screen, and the bending plane lies in the picture plane."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ PLANE = frozenset(word for word, body in BODIES.items() if body.planar)  # bodie
 
 
 def view_of(findings: ReportSummary, shapes: Iterable[DrawnSurface]) -> CameraView:
-    """Return the initial view: longer horizontal direction from left to right, plane bodies in the picture plane."""
+    """Return the initial camera view.
+
+    The longer horizontal direction points from left to right, and plane bodies lie in the picture plane.
+    """
     names = findings.report.names
     if (own := names.of_kind("body")) and all(names.declared[name].word in PLANE for name in own):
         return CameraView(0.0, 90.0, np.eye(3))
@@ -29,10 +32,10 @@ def view_of(findings: ReportSummary, shapes: Iterable[DrawnSurface]) -> CameraVi
 
 
 def letters(view: CameraView) -> str:
-    """Return the names of the horizontal directions and of the upward one: `xyz`, `zxy`."""
+    """Return the letters of the horizontal axes and of the upward axis, such as `xyz` or `zxy`."""
     return "".join(LETTERS[int(np.abs(row).argmax())] for row in view.frame)
 
 
 def upward(findings: ReportSummary) -> Floats:
-    """Return the direction (3,) against gravity; z without gravity."""
+    """Return the unit vector (3,) against gravity, or along z without gravity."""
     return 0.0 - np.array(findings.report.names.down)  # without the sign of a zero

@@ -1,6 +1,7 @@
-"""Analysis of the points of a comparison: orders, limits, Pareto fronts, pairs, changes, advice.
+"""Analysis of a comparison: convergence orders, limits, Pareto fronts, pairs, changes and advice.
 
-`ComparedPoint.from_json` reads a configuration's result from a task or a file, `ComparisonRecord.from_json` a whole
-comparison. Results are JSON records, written only by their `to_json`. To add a result: a class with its fields in the
-order of the JSON, a function that computes it, and a field of `SceneAnalysis`.
+`ComparedPoint.from_json` reads the result of one configuration from a task or a file, `ComparisonRecord.from_json`
+reads
+a whole comparison. Results are JSON records, written only by their method `to_json`. To add a result, write a class
+with its fields in the order of the JSON, a function that computes it, and a field of `SceneAnalysis`.
 """

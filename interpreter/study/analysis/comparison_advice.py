@@ -1,4 +1,4 @@
-"""Advice for each error of a scene: one sentence with the numbers behind it and its caveats."""
+"""Advice on which configuration of a scene to use: one sentence for each error metric, with its caveats."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ NAMED = 6  # maximum number of indistinguishable configurations named
 
 @dataclass(frozen=True)
 class AdviceQuestion:
-    """Input of advice: an error of a scene, its relevant levels, and the data of each point.
+    """Input from which advice is derived: one error metric of a scene, error levels, and the data of each point.
 
-    `doubts` has a sentence for points whose study is outside the asymptotic range, by key.
+    `doubts` maps the key of a configuration to the reason why its refinement study is outside the asymptotic range.
     """
 
     scene: str
@@ -33,16 +33,16 @@ class AdviceQuestion:
     remarks: Mapping[str, Sequence[str]] = field(default_factory=dict)  # remarks on a point, by key
 
     def amount(self, value: float) -> str:
-        """Format an error."""
+        """Format a value of the error metric with its unit."""
         return format_quantity(value, self.unit, 3, percent=True)
 
     @property
-    def measured_from(self) -> str:
-        """Phrase that names what the error is measured against, such as "against `truth`"; may be empty."""
+    def reference_phrase(self) -> str:
+        """Phrase that names the reference of the error metric, such as " against `truth`"; empty if there is none."""
         return f" against `{self.against}`" if self.against else ""
 
     def effort(self, spread: Spread) -> str:
-        """Format an effort: `84 ms (80 to 91 ms)`, or a number of unknowns."""
+        """Format an effort, which is a time or a number of unknowns: `84 ms (80 to 91 ms)`, `4320 unknowns`."""
         if self.judged.clock == UNKNOWNS:
             return f"{group_digits(int(spread.median))} unknowns"
         said = format_quantity(spread.median, "s", 3)
@@ -53,7 +53,10 @@ class AdviceQuestion:
         return f"{said} ({low.split(chr(0xA0))[0] if same else low} to {high})"
 
     def error(self, candidate: Candidate) -> str:
-        """Format a candidate's error: `1.2 %`, or a bound if the reference is not more accurate."""
+        """Format the error of a candidate, such as `1.2 % error`.
+
+        If the error is below the uncertainty of the reference, the text gives this uncertainty as a bound instead.
+        """
         if candidate.within:
             return f"an error below the uncertainty ± {self.amount(self.judged.uncertainty)} of the reference"
         return f"{self.amount(candidate.measured)} error"
@@ -61,7 +64,10 @@ class AdviceQuestion:
 
 @dataclass(frozen=True)
 class Advice(JsonRecord):
-    """Sentence, the models it concerns, and the data behind it; `winner` is None if nothing can be recommended."""
+    """Recommended configuration of a scene for one error metric, as a sentence with the data behind it.
+
+    `winner` is None if no configuration can be recommended.
+    """
 
     question: AdviceQuestion
     sentence: str
@@ -73,18 +79,18 @@ class Advice(JsonRecord):
 
     @property
     def text(self) -> str:
-        """Sentence with its caveats."""
+        """Recommendation followed by its caveats."""
         return " ".join([self.sentence, *self.caveats])
 
     @property
     def factor(self) -> float | None:
-        """Ratio of the next model's effort to that of the winner."""
+        """Ratio of the effort of the runner-up, which is another model, to the effort of the winner."""
         if self.winner is None or self.runner_up is None or self.winner.effort.median <= 0:
             return None
         return self.runner_up.effort.median / self.winner.effort.median
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries, with those of the question."""
+        """Return the JSON entries, including those of the question."""
         return {
             "scene": self.question.scene, "metric": self.question.metric, "against": self.question.against,
             "text": self.text, "level": self.level, "decidable": self.decidable, "factor": self.factor,
@@ -94,15 +100,15 @@ class Advice(JsonRecord):
 
 
 def advise(question: AdviceQuestion) -> Advice:
-    """Return the advice on which configuration to use."""
+    """Return the advice on which configuration of a scene to use."""
     candidates = list(question.judged.candidates.values())
     if not candidates:
-        return _nothing(question)
+        return _advise_nothing(question)
     level = next((v for v in sorted(question.levels) if any(_reaches(c, v) for c in candidates)), None)
     if level is None or level < question.judged.uncertainty:
-        return _nearest(question, candidates, level)
+        return _advise_most_accurate(question, candidates, level)
     able = sorted((c for c in candidates if _reaches(c, level)), key=_by_effort)
-    return _quickest(question, level, able)
+    return _advise_fastest(question, level, able)
 
 
 def _reaches(candidate: Candidate, level: float) -> bool:
@@ -117,33 +123,36 @@ def _by_error(c: Candidate) -> tuple[float, float]:
     return c.error, c.effort.median
 
 
-def _nothing(question: AdviceQuestion) -> Advice:
+def _advise_nothing(question: AdviceQuestion) -> Advice:
     reasons: dict[str, int] = {}
     for _, reason in question.judged.left_out.values():
         reasons[reason] = reasons.get(reason, 0) + 1
     why = "; ".join(f"{reason} ({n})" for reason, n in reasons.items()) or "there are no configurations"
-    said = f"No recommendation by `{question.metric}`{question.measured_from}: {why}."
+    said = f"No recommendation by `{question.metric}`{question.reference_phrase}: {why}."
     said += " `--allow-contaminated` includes disturbed timings." if DISTURBED in reasons else ""
     return Advice(question, said, None, None, None, True, [])
 
 
-def _quickest(question: AdviceQuestion, level: float, able: Sequence[Candidate]) -> Advice:
-    """Recommend the fastest configuration at or below a level, and name the fastest of another model."""
+def _advise_fastest(question: AdviceQuestion, level: float, able: Sequence[Candidate]) -> Advice:
+    """Recommend the fastest configuration whose error is at most `level`, and name the fastest of another model."""
     winner = able[0]
     other = next((c for c in able[1:] if c.model != winner.model), None)
     few = "smallest" if question.judged.clock == UNKNOWNS else "fastest"
     said = (
-        f"For `{question.metric}`{question.measured_from} of {question.amount(level)} or less, "
+        f"For `{question.metric}`{question.reference_phrase} of {question.amount(level)} or less, "
         f"`{winner.label}` is the {few}: "
         f"{question.effort(winner.effort)}, {question.error(winner)}"
     )
-    decided = other is None or _decided(question, winner, other)
-    said += _against(question, winner, other, decided) + _cheaper(question, level, winner)
+    decided = other is None or _is_difference_clear(question, winner, other)
+    said += _compare_with_next_model(question, winner, other, decided) + _describe_cheaper(question, level, winner)
     return Advice(question, said, winner, other, level, decided, _caveats(question, winner, winner.within))
 
 
-def _cheaper(question: AdviceQuestion, level: float, winner: Candidate) -> str:
-    """Return the fastest configuration at the next larger level, if it is a different one, in words."""
+def _describe_cheaper(question: AdviceQuestion, level: float, winner: Candidate) -> str:
+    """Return a sentence on the fastest configuration at the next larger error level.
+
+    The text is empty if that configuration is the winner at all larger levels.
+    """
     for above in sorted(v for v in question.levels if v > level):
         able = [c for c in question.judged.candidates.values() if _reaches(c, above)]
         first = min(able, key=_by_effort)
@@ -153,12 +162,14 @@ def _cheaper(question: AdviceQuestion, level: float, winner: Candidate) -> str:
     return ""
 
 
-def _decided(question: AdviceQuestion, winner: Candidate, other: Candidate) -> bool:
-    return question.judged.clock == UNKNOWNS or winner.effort.apart(other.effort)
+def _is_difference_clear(question: AdviceQuestion, winner: Candidate, other: Candidate) -> bool:
+    return question.judged.clock == UNKNOWNS or winner.effort.is_distinct_from(other.effort)
 
 
-def _against(question: AdviceQuestion, winner: Candidate, other: Candidate | None, decided: bool) -> str:
-    """Compare the winner with the next model, in words."""
+def _compare_with_next_model(
+    question: AdviceQuestion, winner: Candidate, other: Candidate | None, decided: bool
+) -> str:
+    """Return a clause that compares the effort of the winner with that of the best other model."""
     if other is None:
         models = {c.model for c in question.judged.candidates.values()}
         return "; no other model reaches this." if len(models) > 1 else "."
@@ -173,17 +184,21 @@ def _against(question: AdviceQuestion, winner: Candidate, other: Candidate | Non
     return f"; the next model, `{other.label}`, takes {takes} ({question.error(other)})."
 
 
-def _nearest(question: AdviceQuestion, candidates: Sequence[Candidate], level: float | None) -> Advice:
-    """Recommend the smallest error, if no level is reached or has a meaning."""
+def _advise_most_accurate(question: AdviceQuestion, candidates: Sequence[Candidate], level: float | None) -> Advice:
+    """Recommend the configuration with the smallest error.
+
+    This advice is given if no configuration reaches an error level, or if the level is below the reference's
+    uncertainty.
+    """
     ranked = sorted(candidates, key=_by_error)
     winner = ranked[0]
     other = next((c for c in ranked[1:] if c.model != winner.model), None)
     if winner.within:
-        return _indistinguishable(question, [c for c in ranked if c.error == winner.error], other, level)
+        return _advise_indistinguishable(question, [c for c in ranked if c.error == winner.error], other, level)
     lowest = f"no configuration reaches {question.amount(max(question.levels))}" if question.levels else ""
     begin = f"{lowest}; " if level is None and lowest else ""
     said = (
-        f"By `{question.metric}`{question.measured_from}, {begin}`{winner.label}` is the closest: "
+        f"By `{question.metric}`{question.reference_phrase}, {begin}`{winner.label}` is the closest: "
         f"{question.error(winner)}, {question.effort(winner.effort)}"
     )
     tied = other is not None and other.error == winner.error
@@ -196,10 +211,13 @@ def _nearest(question: AdviceQuestion, candidates: Sequence[Candidate], level: f
     return Advice(question, said + ".", winner, other, None, not tied, _caveats(question, winner))
 
 
-def _indistinguishable(
+def _advise_indistinguishable(
     question: AdviceQuestion, alike: Sequence[Candidate], other: Candidate | None, level: float | None
 ) -> Advice:
-    """Recommend nothing in particular: errors are below the uncertainty of the reference, so none is smallest."""
+    """Name the configurations whose errors are below the uncertainty of the reference, the fastest first.
+
+    None of them can be called the most accurate.
+    """
     winner = alike[0]
     several = len(alike) > 1
     named = join_names([f"`{c.label}`" for c in alike], NAMED)
@@ -207,7 +225,7 @@ def _indistinguishable(
     blind = f", so an error of {question.amount(max(question.levels))} cannot be resolved" if lost else ""
     few = "smallest" if question.judged.clock == UNKNOWNS else "fastest"
     said = (
-        f"`{question.metric}`{question.measured_from} has an uncertainty of ± "
+        f"`{question.metric}`{question.reference_phrase} has an uncertainty of ± "
         f"{question.amount(question.judged.uncertainty)}{blind}; {named} {'are' if several else 'is'} within it"
         + (f", indistinguishable; `{winner.label}` is the {few} of them" if several else "")
         + f": {question.effort(winner.effort)}."
@@ -216,7 +234,10 @@ def _indistinguishable(
 
 
 def _caveats(question: AdviceQuestion, winner: Candidate, within: bool = False) -> list[str]:
-    """Return the caveats of a recommended point; `within` the reference's uncertainty, if not yet mentioned."""
+    """Return the caveats of a recommended configuration as sentences.
+
+    `within` adds the caveat that the error is below the uncertainty of the reference.
+    """
     found = []
     if winner.contaminated:
         found.append("Its timing was disturbed: the time is unreliable.")
@@ -232,7 +253,7 @@ def _caveats(question: AdviceQuestion, winner: Candidate, within: bool = False) 
 
 
 def remarks_of(point: ComparedPoint) -> list[str]:
-    """Return remarks on a reduced model: the basis of its error, and costs that its time omits."""
+    """Return remarks on the training of a reduced model: its range, its load state, and its time."""
     reduced, setup = point.reduced, point.cost.setup_s
     if reduced is None:
         return []
@@ -257,7 +278,10 @@ def remarks_of(point: ComparedPoint) -> list[str]:
 
 @dataclass(frozen=True)
 class Disagreement(JsonRecord):
-    """Two errors that rank configurations differently: `discordant` of `pairs` in opposite order."""
+    """Two error metrics that rank configurations differently.
+
+    Of `pairs` configuration pairs, `discordant` are in opposite order.
+    """
 
     metrics: list[str]
     text: str
@@ -266,7 +290,7 @@ class Disagreement(JsonRecord):
 
 
 def find_disagreements(judged: Mapping[str, JudgedPoints]) -> list[Disagreement]:
-    """Return pairs of errors with different best models, and how many configuration pairs they order differently."""
+    """Return the pairs of error metrics whose most accurate configurations belong to different models."""
     found = []
     for (one, a), (two, b) in combinations(judged.items(), 2):
         shared = [key for key in a.candidates if key in b.candidates]
@@ -289,6 +313,9 @@ def _sign(judged: JudgedPoints, x: str, y: str) -> int:
 
 
 def _closest(judged: JudgedPoints, keys: Sequence[str]) -> list[Candidate]:
-    """Return the candidates with the smallest error that the reference can distinguish, the fastest first."""
+    """Return the candidates with the smallest error, the fastest first.
+
+    Errors below the uncertainty of the reference are equal.
+    """
     found = sorted((judged.candidates[key] for key in keys), key=_by_error)
     return [c for c in found if c.error == found[0].error]

@@ -1,4 +1,7 @@
-"""Analysis of a comparison (`analyse`), with all results about its points; SI, None with a reason."""
+"""Analysis of a comparison: the function `analyse` and the classes of its results.
+
+Numbers are in SI units. A result that does not exist is None, with a reason.
+"""
 
 from __future__ import annotations
 
@@ -33,10 +36,10 @@ from softmark.interpreter.study.analysis.pareto_front import (
     EffortEstimate,
     JudgedPoints,
     best_within,
-    effort_to,
+    effort_to_reach,
+    error_levels,
     find_pareto_front,
     judge_points,
-    levels_of,
 )
 from softmark.interpreter.study.analysis.refinement_convergence import LineOrders, orders_of
 from softmark.interpreter.study.analysis.refinement_lines import RefinementLine, lines_of
@@ -50,7 +53,7 @@ References = Mapping[str, SolvedReference]  # by name
 
 @dataclass(frozen=True)
 class ComparisonTerms(JsonRecord):
-    """Settings of an analysis: clock, levels, frame rates and treatment of disturbed timings."""
+    """Settings of an analysis: clock, frame rates, and whether disturbed timings count."""
 
     allow_contaminated: bool = False  # disturbed timings count as well
     rates: tuple[float, ...] = RATES  # Hz
@@ -58,12 +61,12 @@ class ComparisonTerms(JsonRecord):
 
     @classmethod
     def from_json(cls, known: Json | None) -> ComparisonTerms:
-        """Read settings by name, with defaults."""
+        """Read settings from JSON; missing settings have their defaults."""
         known = known or {}
         return cls(bool(known.get("allow_contaminated")), tuple(known.get("rates") or RATES), known.get("clock"))
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries without the clock, which each scene has separately."""
+        """Return the JSON entries without the clock, which is stored for each scene."""
         return {"allow_contaminated": self.allow_contaminated, "rates": self.rates}
 
 
@@ -72,7 +75,10 @@ class ComparisonTerms(JsonRecord):
 
 @dataclass(frozen=True)
 class EffortAtLevel(JsonRecord):
-    """Effort of a line to reach a level of error, or why it does not reach it, and its smallest error."""
+    """Effort that a refinement line needs to reach an error level.
+
+    If the line does not reach the level, `reason` says why, and `least_error` is its smallest error.
+    """
 
     line: str
     reached: EffortEstimate | None
@@ -80,7 +86,7 @@ class EffortAtLevel(JsonRecord):
     least_error: float | None = None
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries with the effort, or the reason."""
+        """Return the JSON entries with the effort, or with the reason why there is none."""
         if (own := self.reached) is not None:
             return {"line": self.line, "effort": own.effort, "interpolated": own.interpolated, "keys": own.between}
         why = {"reason": self.reason, "least_error": self.least_error}
@@ -89,7 +95,7 @@ class EffortAtLevel(JsonRecord):
 
 @dataclass(frozen=True)
 class Level(JsonRecord):
-    """Efforts of all lines to reach one level of an error."""
+    """Efforts of all refinement lines to reach one error level."""
 
     level: float
     lines: list[EffortAtLevel]
@@ -98,7 +104,7 @@ class Level(JsonRecord):
 
 @dataclass(frozen=True)
 class ErrorAnalysis(JsonRecord):
-    """Analysis of one error of a scene: its Pareto front, the effort for levels, and the best within a frame time."""
+    """Analysis of one error metric: Pareto front, effort to reach error levels, and best model for frame rates."""
 
     unit: str
     against: str
@@ -109,11 +115,11 @@ class ErrorAnalysis(JsonRecord):
 
     @property
     def uncertainty(self) -> float:
-        """Uncertainty of the reference; 0 if none is stated."""
+        """Uncertainty of the reference, in the unit of the error; 0 if none is stated."""
         return self.judged.uncertainty
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries with the excluded points."""
+        """Return the JSON entries, including the excluded points with the reasons."""
         left_out = [{"key": k, "label": label, "reason": why} for k, (label, why) in self.judged.left_out.items()]
         return {
             "unit": self.unit, "against": self.against, "uncertainty": self.uncertainty or None,
@@ -124,7 +130,7 @@ class ErrorAnalysis(JsonRecord):
 
 @dataclass(frozen=True)
 class Failure(JsonRecord):
-    """Configuration (kind model) or reference without a solution, with the reason."""
+    """Configuration (kind `model`) or reference (kind `reference`) without a solution, with the reason."""
 
     kind: str
     label: str
@@ -135,7 +141,7 @@ class Failure(JsonRecord):
 
 @dataclass(frozen=True)
 class TimingQuality(JsonRecord):
-    """Quality of the timings: disturbances, excluded runs, and the number of each remark."""
+    """Quality of all timings: disturbed configurations, excluded runs, and how often each remark occurs."""
 
     timed: int
     of: int  # configurations
@@ -148,7 +154,7 @@ class TimingQuality(JsonRecord):
 
 @dataclass(frozen=True)
 class SceneAnalysis(JsonRecord):
-    """Analysis of competing configurations: those of a scene, for one problem."""
+    """Analysis of configurations that compete with each other: those of one scene and one problem."""
 
     scene: str
     problem: Mapping[str, str]
@@ -166,13 +172,16 @@ class SceneAnalysis(JsonRecord):
     advice: list[Advice]
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries without the advice, which is written before the scenes."""
+        """Return the JSON entries without the advice, which is stored before the scenes."""
         return {name: value for name, value in super().entries().items() if name != "advice"}
 
 
 @dataclass(frozen=True)
 class Analysis(JsonRecord):
-    """Analysis of `softmark-compare/1`, by parts (`ComparedPoint.part`): only configurations of one part compete."""
+    """Analysis of a comparison, as the entry `analysis` of `softmark-compare/1`.
+
+    Configurations compete only within one group (`ComparedPoint.part`); each group is an entry of `scenes`.
+    """
 
     options: ComparisonTerms
     scenes: dict[str, SceneAnalysis]
@@ -183,7 +192,7 @@ class Analysis(JsonRecord):
         return [advice for own in self.scenes.values() for advice in own.advice]
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries, with the advice first."""
+        """Return the JSON entries, with the advice of all scenes first."""
         return {"options": self.options, "advice": self.advice, "scenes": self.scenes}
 
 
@@ -196,9 +205,10 @@ def analyse(
     studies: Mapping[str, Mapping[str, Study]] | None = None,
     terms: ComparisonTerms | None = None,
 ) -> Analysis:
-    """Analyse points by scene and, if a sweep changes the reference of errors, also by its values.
+    """Analyse the points of each scene separately.
 
-    References are by parts, studies by scenes.
+    If a sweep changes the reference of the errors, the points of each of its values are analysed separately too.
+    `references` are given by group (`ComparedPoint.part`), `studies` by scene.
     """
     own: dict[str, list[ComparedPoint]] = {part: [] for part in (*(p.part for p in points), *references)}
     for p in points:
@@ -250,7 +260,10 @@ def _answers(
     clock: str,
     terms: ComparisonTerms,
 ) -> list[Answer]:
-    """Answer the studies of a scene: Pareto fronts for each part, convergence of a metric once over all parts."""
+    """Return the answers to the studies of a scene.
+
+    Each group of points has its own Pareto fronts. Convergence is answered once, over all groups of the scene.
+    """
     scene = parts[part][0].scene
     own = {name: points for name, points in parts.items() if points and points[0].scene == scene}
     found: list[Answer] = []
@@ -267,13 +280,16 @@ def _question(
 ) -> AdviceQuestion:  # fmt: skip
     metric = judged.metric
     unit = unit_of(points, metric) or "1"
-    levels = levels_of(unit, scale, [e for p in points if (e := p.error(metric)) is not None])
+    levels = error_levels(unit, scale, [e for p in points if (e := p.error(metric)) is not None])
     remarks = {p.key: remarks_of(p) for p in points}
     return AdviceQuestion(part, metric, unit, against_of(points, metric) or "", levels, judged, doubts, remarks)
 
 
 def displacement_scale(points: Sequence[ComparedPoint], references: References) -> float | None:
-    """Return the largest displacement of the references' probes, m; of the points' if references have none."""
+    """Return the largest displacement at the probes of the references, m.
+
+    If the references have no displacements, return the largest displacement of the configurations, or None.
+    """
     for owners in ([r.probes for r in references.values()], [p.probes for p in points if p.solved]):
         moved = [u for probes in owners for probe in probes.values() for u in probe.displacement]
         largest = max((sum(c * c for c in u) ** 0.5 for u in moved), default=0.0)
@@ -298,7 +314,7 @@ def _level(level: float, lines: Sequence[RefinementLine], judged: JudgedPoints) 
 
 
 def _at_level(level: float, line: RefinementLine, judged: JudgedPoints) -> EffortAtLevel:
-    found = effort_to(level, line, judged)
+    found = effort_to_reach(level, line, judged)
     if isinstance(found, EffortEstimate):
         return EffortAtLevel(line.name, found)
     errors = [judged.candidates[key].measured for key in line.keys if key in judged.candidates]
@@ -306,14 +322,14 @@ def _at_level(level: float, line: RefinementLine, judged: JudgedPoints) -> Effor
 
 
 def find_failures(points: Sequence[ComparedPoint], references: References) -> list[Failure]:
-    """Return configurations and references without a solution."""
+    """Return the configurations and references that have no solution."""
     found = [Failure("model", p.label, p.key, p.status, p.message) for p in points if not p.solved]
     lost = {name: r for name, r in references.items() if r.status != "converged"}
     return found + [Failure("reference", name, None, r.status, r.message) for name, r in lost.items()]
 
 
 def assess_timing(points: Sequence[ComparedPoint]) -> TimingQuality:
-    """Return the quality of the timings of all timed points."""
+    """Return a summary of the quality of all timings."""
     flags: dict[str, int] = {}
     for flag in (flag for p in points for flag in p.cost.flags):
         flags[flag] = flags.get(flag, 0) + 1

@@ -1,7 +1,7 @@
-"""Points of a comparison: one configuration each, with its effort, errors, displacements and resolution.
+"""Points of a comparison: each is one configuration with its effort, errors, displacements and resolution.
 
-A point is read from the JSON of a task, of a journal or of a saved `softmark-compare/1` only by
-`ComparedPoint.from_json`; entries missing in older versions have defaults. Nothing here computes an error or a time.
+A point is read only by `ComparedPoint.from_json`, from the JSON of a task, of a journal or of a saved
+`softmark-compare/1`. Entries that older versions did not write have defaults. This module computes no error or time.
 """
 
 from __future__ import annotations
@@ -41,9 +41,10 @@ class Spread(JsonRecord):
 
     @classmethod
     def read(cls, known: Json | None) -> Spread | None:
-        """Read median, q1 and q3, or minimum and maximum if there are no quartiles, as in a report.
+        """Read median and quartiles from JSON; return None if there is no median.
 
-        Time steps have their 95 % quantile instead. Returns None without a median.
+        If there are no quartiles, the minimum replaces the first. The 95 % quantile, or else the maximum, replaces the
+        third.
         """
         if not known or known.get("median") is None:
             return None
@@ -54,21 +55,21 @@ class Spread(JsonRecord):
 
     @classmethod
     def exact(cls, value: float) -> Spread:
-        """Return the spread of an exactly known value."""
+        """Return the spread of an exactly known value: median and quartiles are equal to it."""
         return cls(value, value, value)
 
-    def apart(self, other: Spread) -> bool:
-        """Return whether the quartile intervals are disjoint: the difference is more than noise."""
+    def is_distinct_from(self, other: Spread) -> bool:
+        """Return whether the quartile intervals are disjoint, so that the difference is larger than the noise."""
         return self.q3 < other.q1 or other.q3 < self.q1
 
     def entries(self) -> Mapping[str, float]:
-        """Return the entries without the basis."""
+        """Return the JSON entries: median and both quartiles."""
         return {"median": self.median, "q1": self.q1, "q3": self.q3}
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Timing results of a configuration; all empty if it was not timed."""
+    """Times and memory of a configuration; all fields are empty if it was not timed."""
 
     cpu_s: Spread | None = None
     wall_s: Spread | None = None
@@ -84,7 +85,7 @@ class Cost:
 
     @classmethod
     def from_json(cls, known: Json | None) -> Cost:
-        """Read the form that `timing_quality` writes; missing values are None."""
+        """Read the JSON that `timing_quality` writes; missing values become None."""
         if not known:
             return UNTIMED
         return cls(
@@ -96,24 +97,24 @@ class Cost:
         )  # fmt: skip
 
     def spread(self, clock: str) -> Spread | None:
-        """Return the seconds of one of SPREADS."""
+        """Return the time measured by a clock, s; the clock is one of the names in SPREADS."""
         found: Spread | None = getattr(self, clock)
         return found
 
     @property
-    def most(self) -> bool:
-        """True if its times are upper bounds."""
+    def is_upper_bound(self) -> bool:
+        """True if the times are only upper bounds, because they include a whole external process."""
         return WHOLE in self.flags
 
     @property
     def runs(self) -> int | None:
-        """Number of runs behind its times."""
+        """Number of runs from which the times were computed."""
         solution = self.cpu_s or self.wall_s
         return solution.runs if solution else None
 
     @cached_property
     def frame(self) -> Spread | None:
-        """Seconds that must fit into a frame, with the spread of their clock."""
+        """Time that must fit into a frame, s, with quartiles from the clock that measured it."""
         if not self.frame_s:
             return None
         known = [s for s in (self.step_s, self.step_cpu_s, self.wall_s, self.cpu_s) if s is not None]
@@ -135,7 +136,7 @@ NOT_MEASURED = PointError()
 
 @dataclass(frozen=True)
 class Fineness(JsonRecord):
-    """Resolution of a configuration (made by `resolution_of`)."""
+    """Resolution of a configuration, as returned by `resolution_of`."""
 
     of: Mapping[str, float] = field(default_factory=dict)  # size, segments and step, as far as it has them
     formal: Mapping[str, float] = field(default_factory=dict)  # the order in displacements that theory gives each
@@ -146,7 +147,7 @@ class Fineness(JsonRecord):
 
 @dataclass(frozen=True)
 class ReducedFrom(JsonRecord):
-    """Data of a reduced model about its own making."""
+    """Origin of a reduced model: the full model that it was trained on, and the quality of the training."""
 
     READ: ClassVar = {"extrapolates": tuple}
 
@@ -161,7 +162,7 @@ class ReducedFrom(JsonRecord):
 
 @dataclass(frozen=True)
 class ComparedPoint:
-    """One configuration, a model of a scene at one set of varied values, with its results."""
+    """Point of a comparison: one model of a scene with one set of varied values, and its results."""
 
     key: str
     scene: str
@@ -188,7 +189,7 @@ class ComparedPoint:
 
     @classmethod
     def from_json(cls, found: Json) -> ComparedPoint:
-        """Read a point of `softmark-compare/1`."""
+        """Read a point from an entry of `softmark-compare/1`."""
         size, solve, fineness = found.get("size") or {}, found.get("solve") or {}, found.get("resolution")
         return cls(
             key=str(found.get("key")), scene=str(found.get("scene")), model=str(found.get("model")),
@@ -206,7 +207,7 @@ class ComparedPoint:
 
     @property
     def solved(self) -> bool:
-        """True if it has a solution."""
+        """True if the configuration has a solution."""
         return self.status in ANSWERED
 
     @property
@@ -216,42 +217,48 @@ class ComparedPoint:
 
     @property
     def timed(self) -> bool:
-        """True if it was timed."""
+        """True if the configuration was timed."""
         return self.cost is not UNTIMED
 
     @property
     def part(self) -> str:
-        """Group in which it competes: its scene, and the varied values that change the reference of errors."""
+        """Group of configurations that compete with this one.
+
+        A group has the same scene and the same values of those varied names that change the reference of the errors.
+        """
         return part_of(self.scene, self.problem)
 
     def metric(self, name: str) -> PointError:
-        """Return the result of a metric."""
+        """Return the result of a metric by its name."""
         return self.errors.get(name, NOT_MEASURED)
 
     def error(self, metric: str) -> float | None:
-        """Return the magnitude of an error, or None."""
+        """Return the magnitude of an error metric in its unit, or None if it has no value."""
         value = self.metric(metric).value
         return None if value is None else abs(float(value))
 
     def within(self, metric: str, largest: float) -> bool:
-        """Return whether an error is below the reference's uncertainty, at this point or at most `largest`."""
+        """Return whether an error is below the uncertainty of its reference.
+
+        If this point states no uncertainty, `largest` is used instead.
+        """
         error, own = self.error(metric), self.uncertainty(metric)
         return error is not None and error < (largest if own is None else own)
 
     def uncertainty(self, metric: str) -> float | None:
-        """Return the reference's uncertainty of an error, in its unit; None if not stated."""
+        """Return the uncertainty of the reference of an error metric, in the unit of the metric; None if not stated."""
         own = self.metric(metric).uncertainty
         return None if own is None else abs(float(own))
 
     def effort(self, clock: str) -> Spread | None:
-        """Return seconds, or the number of unknowns; None if unknown."""
+        """Return the effort of the configuration: a time, s, or the number of unknowns; None if it is not known."""
         if clock == UNKNOWNS:  # a reduced model has few unknowns, whose equations may cost as much as the full model's
             return Spread.exact(float(self.dofs)) if self.dofs and self.reduced is None else None
         found = self.cost.spread(clock)
         return found if found is not None and found.median > 0 else None
 
-    def rest(self, varied: str | None) -> tuple[tuple[str, str], ...]:
-        """Return the other varied names with their values."""
+    def other_values(self, varied: str | None) -> tuple[tuple[str, str], ...]:
+        """Return all varied names except `varied`, with their values."""
         return tuple((name, text) for name, text in self.variation.items() if name != varied)
 
 
@@ -260,17 +267,17 @@ def _texts(found: Json | None) -> dict[str, str]:
 
 
 def part_of(scene: str, problem: Mapping[str, str]) -> str:
-    """Return the group in which a configuration competes: `beam, E = 30 kPa`."""
+    """Return the name of the group in which a configuration competes, such as `beam, E = 30 kPa`."""
     return ", ".join((scene, *(f"{name} = {text}" for name, text in problem.items())))
 
 
 def format_values(model: str, values: Mapping[str, str]) -> list[str]:
-    """Format each varied value, `h = 5 mm`; a field of the model itself without the model's name."""
+    """Format varied values, such as `h = 5 mm`; the name of the model is omitted from names of its own fields."""
     return [f"{name.removeprefix(f'{model}.')} = {text}" for name, text in values.items()]
 
 
 def ratio_of(a: float | None, b: float | None) -> float | None:
-    """Return a / b, or None if undefined, also for b near zero."""
+    """Return a / b, or None if it is undefined or not finite."""
     if a is None or not b:
         return None
     found = a / b
@@ -281,27 +288,28 @@ def ratio_of(a: float | None, b: float | None) -> float | None:
 
 
 def clock_of(points: Sequence[ComparedPoint], asked: str | None = None) -> str:
-    """Return the effort by which points are compared: the requested one, else CPU time, or unknowns if nothing was
-    timed.
+    """Return the kind of effort by which points are compared.
+
+    It is the requested one, by default CPU time, or the number of unknowns if nothing was timed.
     """
     return asked or next((clock for clock in CLOCKS if any(p.cost.spread(clock) for p in points)), UNKNOWNS)
 
 
 def error_metrics(points: Iterable[ComparedPoint]) -> list[str]:
-    """Return the metrics that measure an error against something, in order of appearance."""
+    """Return the names of the metrics that measure an error against a reference, in order of appearance."""
     return list(dict.fromkeys(n for p in points for n, found in p.errors.items() if found.against is not None))
 
 
 def uncertainty_of(points: Iterable[ComparedPoint], metric: str) -> float:
-    """Return the reference's largest stated uncertainty, in the metric's unit; 0 if none is stated."""
+    """Return the largest stated uncertainty of a metric's reference, in the unit of the metric; 0 if none is stated."""
     return max((u for p in points if (u := p.uncertainty(metric)) is not None), default=0.0)
 
 
 def unit_of(points: Iterable[ComparedPoint], metric: str) -> str | None:
-    """Return the unit of a metric from the first point that has it."""
+    """Return the unit of a metric, from the first point that has this metric."""
     return next((unit for p in points if (unit := p.metric(metric).unit) is not None), None)
 
 
 def against_of(points: Iterable[ComparedPoint], metric: str) -> str | None:
-    """Return the reference of a metric from the first point that has it."""
+    """Return the name of the reference of a metric, from the first point that has this metric."""
     return next((name for p in points if (name := p.metric(metric).against) is not None), None)

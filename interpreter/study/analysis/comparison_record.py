@@ -1,4 +1,4 @@
-"""Record of a whole comparison with its analysis, the data for its page and its table."""
+"""Record of a whole comparison with its analysis, used by the page and the terminal table."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class ComparisonRecord:
-    """Points of a comparison, their references, and the analysis."""
+    """Comparison read from JSON: its points, their references, and the analysis."""
 
     points: Sequence[ComparedPoint]
     references: Mapping[str, References]  # by parts
@@ -26,7 +26,10 @@ class ComparisonRecord:
 
     @classmethod
     def from_json(cls, saved: Json, terms: ComparisonTerms | None = None) -> ComparisonRecord:
-        """Read a `softmark-compare/1` and analyse it again, by default with the settings of its own analysis."""
+        """Read a saved `softmark-compare/1` and analyse it again.
+
+        By default the settings are those of the saved analysis.
+        """
         points = [ComparedPoint.from_json(p) for p in saved.get("points") or ()]
         references = {
             part: mapping_reader(SolvedReference.from_json)(own)

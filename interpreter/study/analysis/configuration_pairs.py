@@ -1,4 +1,4 @@
-"""Pairs of configurations: distances of their displacements, and the effect of one change on time and error."""
+"""Pairs of configurations: distance of their displacements, and effect of a single change on time and error."""
 
 from __future__ import annotations
 
@@ -29,9 +29,11 @@ class NoDistance(JsonRecord):
 
 @dataclass(frozen=True)
 class Distances(JsonRecord):
-    """Relative distances |u_row - u_column| / |u_column| over common probes, for references and each model's finest.
+    """Relative distances |u_row - u_column| / |u_column| between displacements at common probes.
 
-    `matrix` has None if there is no common point or the column does not move; `reasons` say which.
+    Rows and columns are the references and the finest configuration of each model. An entry of `matrix` is None if
+    there is
+    no common point, or if the column has zero displacement; `reasons` then has the reason.
     """
 
     names: list[str]
@@ -42,7 +44,10 @@ class Distances(JsonRecord):
 
 
 def finest_configurations(points: Sequence[ComparedPoint]) -> list[ComparedPoint]:
-    """Return the solved configuration with the most unknowns of every model; converged ones before capped ones."""
+    """Return for every model its solved configuration with the most unknowns.
+
+    Converged configurations are preferred to those that were stopped at `max_iterations`.
+    """
     best: dict[str, ComparedPoint] = {}
     for point in points:
         if point.solved and (point.model not in best or _rank(point) > _rank(best[point.model])):
@@ -55,14 +60,14 @@ def _rank(point: ComparedPoint) -> tuple[bool, int]:
 
 
 def compute_distances(points: Sequence[ComparedPoint], references: Mapping[str, SolvedReference]) -> Distances:
-    """Return the distance of each model and reference from each other."""
+    """Return the distances between the displacements of all models and references."""
     chosen = finest_configurations(points)
     known = {n: r for n, r in references.items() if r.probes}
     names = [*known, *(p.model for p in chosen)]
     owners: list[tuple[ComparedPoint | None, Probes]] = [(None, r.probes) for r in known.values()]
     owners += [(p, p.probes) for p in chosen]
     fine = resolution_names(points)
-    found = [[_incomparable(p, q, fine) or _distance(a, b) for q, b in owners] for p, a in owners]
+    found = [[_reason_incomparable(p, q, fine) or _distance(a, b) for q, b in owners] for p, a in owners]
     reasons = [
         NoDistance(names[i], names[j], d)
         for i, row in enumerate(found) for j, d in enumerate(row) if isinstance(d, str)
@@ -73,16 +78,19 @@ def compute_distances(points: Sequence[ComparedPoint], references: Mapping[str, 
     )  # fmt: skip
 
 
-def _incomparable(a: ComparedPoint | None, b: ComparedPoint | None, fine: Collection[str]) -> str | None:
-    """Return why two configurations are not comparable: they differ in a value other than the resolution."""
+def _reason_incomparable(a: ComparedPoint | None, b: ComparedPoint | None, fine: Collection[str]) -> str | None:
+    """Return the reason why two configurations cannot be compared, or None if they can.
+
+    They cannot be compared if they differ in a varied value other than the resolution.
+    """
     x, y = (p.variation if p else {} for p in (a, b))
     names = [n for n in x if n in y and x[n] != y[n] and n not in fine]
     return f"they were computed at different {' and '.join(names)}" if names else None
 
 
 def _distance(a: Probes, b: Probes) -> float | str:
-    """Return the distance of a from b, or why it is undefined."""
-    shared = [(a[name], b[name]) for name in a if name in b and a[name].alike(b[name])]
+    """Return the relative distance of displacements a from displacements b, or the reason why it is undefined."""
+    shared = [(a[name], b[name]) for name in a if name in b and a[name].has_same_points(b[name])]
     if not shared:
         return "they share no points"
     apart = sum(_square(p, q) for x, y in shared for p, q in _moved(x, y))
@@ -104,7 +112,10 @@ def _square(p: Sequence[float], q: Sequence[float]) -> float:
 
 @dataclass(frozen=True)
 class ErrorChange(JsonRecord):
-    """Effect of a change on an error: ratio new to old, and whether the reference can distinguish the two."""
+    """Effect of a change on an error metric: the ratio of the new to the old error.
+
+    `within_uncertainty` is true if the difference is below the uncertainty of the reference.
+    """
 
     ratio: float | None
     within_uncertainty: bool
@@ -112,7 +123,7 @@ class ErrorChange(JsonRecord):
 
 @dataclass(frozen=True)
 class ChangeEffect(JsonRecord):
-    """Effect of one change on effort and errors: each ratio is the new value over the old one."""
+    """Effect of changing one varied name on effort and errors; each ratio is the new value divided by the old one."""
 
     NAMED: ClassVar = {"from_": "from"}
 
@@ -128,12 +139,12 @@ class ChangeEffect(JsonRecord):
 
 
 def find_change_effects(points: Sequence[ComparedPoint], metrics: Sequence[str], clock: str) -> list[ChangeEffect]:
-    """Return the effect of each change of exactly one varied name on effort and errors.
+    """Return the effects of changing one varied name while all others stay the same.
 
-    Numbers are compared with their neighbours, other values with the first.
+    A numeric value is compared with the next larger value, another value with the first one.
     """
     floors = {metric: uncertainty_of(points, metric) for metric in metrics}
-    return [_lever(name, a, b, clock, floors) for name, a, b in _single_changes(points)]
+    return [_change_effect(name, a, b, clock, floors) for name, a, b in _single_changes(points)]
 
 
 def _single_changes(points: Sequence[ComparedPoint]) -> Iterator[tuple[str, ComparedPoint, ComparedPoint]]:
@@ -141,24 +152,29 @@ def _single_changes(points: Sequence[ComparedPoint]) -> Iterator[tuple[str, Comp
     for name in dict.fromkeys(name for p in solved for name in p.variation):
         groups: dict[tuple[str, tuple[tuple[str, str], ...]], dict[str, ComparedPoint]] = {}
         for p in (p for p in solved if name in p.variation):
-            groups.setdefault((p.model, tuple(sorted(p.rest(name)))), {}).setdefault(p.variation[name], p)
+            groups.setdefault((p.model, tuple(sorted(p.other_values(name)))), {}).setdefault(p.variation[name], p)
         for own in groups.values():
             yield from ((name, a, b) for a, b in _steps(name, list(own.values())))
 
 
 def _steps(name: str, own: list[ComparedPoint]) -> Iterator[tuple[ComparedPoint, ComparedPoint]]:
-    """Yield neighbouring pairs for numbers, else pairs with the first."""
+    """Yield the pairs of configurations to compare, ordered by the value of `name`.
+
+    For numbers these are neighbours from large to small, otherwise the first configuration with each of the others.
+    """
     if all(name in p.numbers for p in own):
         return pairwise(sorted(own, key=lambda p: -float(p.numbers[name])))
     return ((own[0], p) for p in own[1:])
 
 
-def _lever(name: str, a: ComparedPoint, b: ComparedPoint, clock: str, floors: Mapping[str, float]) -> ChangeEffect:
+def _change_effect(
+    name: str, a: ComparedPoint, b: ComparedPoint, clock: str, floors: Mapping[str, float]
+) -> ChangeEffect:
     before, after = a.effort(clock), b.effort(clock)
     return ChangeEffect(
-        name, a.model, a.variation[name], b.variation[name], dict(a.rest(name)), [a.key, b.key],
+        name, a.model, a.variation[name], b.variation[name], dict(a.other_values(name)), [a.key, b.key],
         ratio_of(after.median, before.median) if before and after else None,
-        before is not None and after is not None and clock != UNKNOWNS and not before.apart(after),
+        before is not None and after is not None and clock != UNKNOWNS and not before.is_distinct_from(after),
         {metric: _change(a.error(metric), b.error(metric), floor) for metric, floor in floors.items()},
     )  # fmt: skip
 

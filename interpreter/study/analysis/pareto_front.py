@@ -1,12 +1,12 @@
-"""Pareto front of configurations, the time to reach an error, and the smallest error within a frame time.
+"""Pareto front of configurations, effort to reach an error level, and smallest error within a frame time.
 
-The rules, for one error of one scene:
+The rules for one error metric of one scene are:
 
-- a point counts if it was solved, has an error and an effort, and its timing was not disturbed;
-- an error below the uncertainty of its reference counts as that uncertainty, so that differences below it do not
-matter;
-- a point is on the front unless another has no more effort *and* no more error, and less of one of the two;
-- the error is interpolated linearly in logarithms, only between two neighbouring points of one line.
+- A configuration counts if it was solved, has an error and an effort, and its timing was not disturbed.
+- An error below the uncertainty of its reference is replaced by that uncertainty, so that differences below it do not
+  matter.
+- A configuration is on the front unless another has no more effort *and* no more error, and less of one of the two.
+- The error is interpolated linearly in logarithms, only between two neighbouring points of one refinement line.
 """
 
 from __future__ import annotations
@@ -39,7 +39,10 @@ STATUS = {
 
 @dataclass(frozen=True)
 class Candidate(JsonRecord):
-    """Point that counts: its effort, and its error raised to at least the reference's uncertainty."""
+    """Configuration that counts for the Pareto front, with its effort and its error.
+
+    `measured` is the error itself. `error` is at least the uncertainty of the reference.
+    """
 
     key: str
     label: str
@@ -53,16 +56,19 @@ class Candidate(JsonRecord):
 
     @property
     def within(self) -> bool:
-        """True if its error is within the reference's uncertainty."""
+        """True if the measured error is below the uncertainty of the reference."""
         return self.measured < self.error
 
     def beats(self, other: Candidate) -> bool:
-        """Return whether it has no more effort, no more error, and less of one of the two."""
+        """Return whether this candidate dominates another.
+
+        It then has no more effort and no more error, and less of one of the two.
+        """
         no_worse = self.effort.median <= other.effort.median and self.error <= other.error
         return no_worse and (self.effort.median < other.effort.median or self.error < other.error)
 
     def entries(self) -> Mapping[str, object]:
-        """Return this candidate's fields (label, effort, error, ...) as a dictionary."""
+        """Return the JSON entries: label, effort, error and others."""
         return {
             "key": self.key, "label": self.label, "model": self.model, "effort": self.effort, "error": self.measured,
             "within_uncertainty": self.within, "capped": self.capped, "contaminated": self.contaminated,
@@ -71,7 +77,7 @@ class Candidate(JsonRecord):
 
 @dataclass(frozen=True)
 class JudgedPoints:
-    """Points of one scene for one error: those that count, and why the others do not."""
+    """Points of one scene for one error metric, divided into those that count and those that are left out."""
 
     metric: str
     clock: str
@@ -83,7 +89,7 @@ class JudgedPoints:
 def judge_points(
     points: Sequence[ComparedPoint], metric: str, clock: str, allow_contaminated: bool = False
 ) -> JudgedPoints:
-    """Divide the points of one scene into those that count and those that do not."""
+    """Divide the points of one scene into those that count for an error metric and those that are left out."""
     uncertainty = uncertainty_of(points, metric)
     judged = JudgedPoints(metric, clock, uncertainty, {}, {})
     first = {p.key: p for p in reversed(points)}  # of one configuration in several studies, the first gives the label
@@ -99,7 +105,7 @@ def judge_points(
 def _candidate(
     point: ComparedPoint, metric: str, clock: str, uncertainty: float, allow_contaminated: bool
 ) -> Candidate | str:  # fmt: skip
-    """Return a point as a candidate, or why it does not count."""
+    """Return a point as a candidate, or the reason why it does not count."""
     error, effort = point.error(metric), point.effort(clock)
     if not point.solved:
         return STATUS.get(point.status, f"it is {point.status.replace('_', ' ')}")
@@ -133,7 +139,10 @@ def _why_no_effort(point: ComparedPoint, clock: str) -> str:
 
 
 def find_pareto_front(candidates: Iterable[Candidate]) -> list[Candidate]:
-    """Return the candidates that none dominates, the fastest first, including all equal ones. O(n log n)."""
+    """Return the candidates that no other dominates, the fastest first, in O(n log n).
+
+    If several candidates have equal effort and error, all of them are included.
+    """
     ordered = sorted(candidates, key=lambda c: (c.effort.median, c.error))
     front: list[Candidate] = []
     for c in ordered:
@@ -149,42 +158,46 @@ def find_pareto_front(candidates: Iterable[Candidate]) -> list[Candidate]:
 
 @dataclass(frozen=True)
 class EffortEstimate:
-    """Effort at which a line reaches a level of error; `between` are the keys between which it is interpolated."""
+    """Effort at which a refinement line reaches an error level.
+
+    `between` has the keys of the two configurations between which it is interpolated, or one key if it is computed.
+    """
 
     effort: Spread
     between: tuple[str, ...]  # one key: a computed point
 
     @property
     def interpolated(self) -> bool:
-        """True if it lies between two computed points."""
+        """True if the effort is interpolated between two computed configurations."""
         return len(self.between) > 1
 
 
-def effort_to(level: float, line: RefinementLine, judged: JudgedPoints) -> EffortEstimate | str:
-    """Return the least effort at which a line reaches a level of error, or why it never does.
+def effort_to_reach(level: float, line: RefinementLine, judged: JudgedPoints) -> EffortEstimate | str:
+    """Return the least effort at which a refinement line reaches an error level, or the reason why it does not.
 
-    Between neighbours a, b of the line log t = log ta + s (log tb - log ta), s = log(level / ea) / log(eb / ea).
+    Efforts t are interpolated between neighbours a and b with errors ea and eb: log t = log ta + s (log tb - log ta),
+    s = log(level / ea) / log(eb / ea).
     """
     if level < judged.uncertainty:
         return "the uncertainty of the reference is larger"
     members = [judged.candidates.get(key) for key in line.keys]
     usable = [c for c in members if c is not None]
     if not usable:
-        return _why_none(line, judged)
+        return _reason_without_candidates(line, judged)
     found = [EffortEstimate(c.effort, (c.key,)) for c in usable if c.error <= level]
-    found += [r for a, b in pairwise(members) if (r := _crossing(level, a, b)) is not None]
+    found += [r for a, b in pairwise(members) if (r := _interpolate_effort(level, a, b)) is not None]
     if not found:
         return "not reached"
     return min(found, key=lambda r: r.effort.median)
 
 
-def _why_none(line: RefinementLine, judged: JudgedPoints) -> str:
+def _reason_without_candidates(line: RefinementLine, judged: JudgedPoints) -> str:
     reasons = dict.fromkeys(judged.left_out[key][1] for key in line.keys if key in judged.left_out)
     return "; ".join(reasons) or "it has no points"
 
 
-def _crossing(level: float, a: Candidate | None, b: Candidate | None) -> EffortEstimate | None:
-    """Return the point where the segment between two neighbours crosses a level."""
+def _interpolate_effort(level: float, a: Candidate | None, b: Candidate | None) -> EffortEstimate | None:
+    """Return the interpolated effort where the segment from a to b crosses an error level; None if it does not."""
     if a is None or b is None or a.error <= 0 or b.error <= 0:
         return None
     if not min(a.error, b.error) < level < max(a.error, b.error):
@@ -202,11 +215,12 @@ def _between(x: float, y: float, s: float) -> float:
     return math.exp((1 - s) * math.log(x) + s * math.log(y)) if x > 0 and y > 0 else 0.0
 
 
-def levels_of(unit: str, scale: float | None, errors: Iterable[float]) -> list[float]:
-    """Return useful levels of error, the largest first.
+def error_levels(unit: str, scale: float | None, errors: Iterable[float]) -> list[float]:
+    """Return useful levels of an error metric, the largest first.
 
-    For plain numbers these are 10, 5 and 1 %, for lengths round values near 10, 5 and 1 % of `scale` (the largest
-    displacement), in other units powers of ten among the errors.
+    For dimensionless errors they are 10, 5 and 1 %. For lengths they are round values near 10, 5 and 1 % of `scale`,
+    the
+    largest displacement, m. For other units they are at most three powers of ten within the range of `errors`.
     """
     if unit in ("1", ""):
         return list(RELATIVE)
@@ -220,7 +234,7 @@ def levels_of(unit: str, scale: float | None, errors: Iterable[float]) -> list[f
 
 
 def nearest_round_number(value: float) -> float:
-    """Return the nearest (by ratio) 1, 2 or 5 times a power of ten."""
+    """Return the number nearest to `value`, by ratio, that is 1, 2 or 5 times a power of ten."""
     decade = math.floor(math.log10(value))
     choices = [float(f"{m}e{decade + k}") for k in (0, 1) for m in (1, 2, 5)]
     return min(choices, key=lambda c: abs(math.log(c / value)))
@@ -231,7 +245,10 @@ def nearest_round_number(value: float) -> float:
 
 @dataclass(frozen=True)
 class BestInFrame(JsonRecord):
-    """Smallest error whose third quartile of time fits a frame, its configuration, and the next best."""
+    """Most accurate configuration whose time fits into a frame, and the next most accurate one.
+
+    A time fits if its third quartile is at most the frame time.
+    """
 
     hz: float
     best: Candidate | None
@@ -242,11 +259,11 @@ class BestInFrame(JsonRecord):
 
     @property
     def margin(self) -> float | None:
-        """Unused fraction of the frame."""
+        """Unused fraction of the frame time."""
         return None if self.takes is None else 1.0 - self.takes.q3 * self.hz
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries without missing ones."""
+        """Return the JSON entries; entries without a value are omitted."""
         best, other, found = self.best, self.runner_up, {"hz": self.hz, "frame_s": 1.0 / self.hz, "key": None}
         own: dict[str, object] = {**found, "reason": self.reason, "unsure": self.unsure}
         if best is not None:
@@ -258,7 +275,10 @@ class BestInFrame(JsonRecord):
 
 
 def best_within(hz: float, judged: JudgedPoints) -> BestInFrame:
-    """Return the most accurate configuration whose third quartile of time is at most 1/hz; of equals, the fastest."""
+    """Return the most accurate configuration whose third quartile of time is at most 1/hz, hz in Hz.
+
+    Of configurations with equal errors the fastest is returned.
+    """
     framed = [(c, c.frame) for c in judged.candidates.values() if c.frame is not None]
     limit = 1.0 / hz
     fitting = [(c.error, f.median, c.key, c) for c, f in framed if f.q3 <= limit]

@@ -1,4 +1,4 @@
-"""Convergence under refinement: orders of errors, limits of displacements, and their reliability."""
+"""Convergence under refinement: orders of errors, limits of displacements, and whether both are reliable."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TARGETS = ("size", "segments", "step")  # fields that control the resolution
 
 @dataclass(frozen=True)
 class Refinement:
-    """Solved members of a line that differ only in their resolution."""
+    """Solved configurations of a refinement line that differ only in their resolution."""
 
     target: str  # size, segments or step
     formal: float | None  # order in displacements that theory gives it
@@ -34,22 +34,27 @@ class Refinement:
 
 @dataclass(frozen=True)
 class ErrorTrend(JsonRecord):
-    """Order of convergence of a line's errors; `cut` if members within the reference's uncertainty are omitted."""
+    """Order of convergence of an error metric along a refinement line.
+
+    `cut` is true if errors below the uncertainty of the reference were omitted.
+    """
 
     unit: str | None
     cut: bool
     order: ErrorOrder
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries together with those of the order."""
+        """Return the JSON entries, including those of the order."""
         return {"unit": self.unit, "cut": self.cut, **self.order.to_json()}
 
 
 @dataclass(frozen=True)
 class Limit(JsonRecord):
-    """Limit under refinement: of the largest displacement of a probe, m, or of a metric's value.
+    """Limit under refinement of a displacement, m, or of a metric, in its unit.
 
-    Metrics are used for lines without such probes, and for quantities such as forces.
+    For a probe it is the limit of the largest displacement component. Metrics are used for lines without common probes,
+    and
+    for quantities such as forces.
     """
 
     of: str
@@ -60,13 +65,16 @@ class Limit(JsonRecord):
     refined: ConvergenceEstimate
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries together with those of the limit."""
+        """Return the JSON entries, including those of the estimated limit."""
         own = {self.kind: self.of, "what": self.what, "unit": self.unit}
         return {**own, "finest": self.finest, **self.refined.to_json()}
 
     @property
     def doubt(self) -> str | None:
-        """Reason why the limit is unreliable, None if it is reliable; for a metric with its name."""
+        """Reason why the limit is unreliable; None if it is reliable.
+
+        For a metric the text begins with the name of the metric.
+        """
         if self.refined.asymptotic:
             return None
         why = str(self.refined.doubt or self.refined.reason)
@@ -75,7 +83,10 @@ class Limit(JsonRecord):
 
 @dataclass(frozen=True)
 class LineOrders(JsonRecord):
-    """Orders of every error, and limits, along a line; `doubt` if they are unreliable."""
+    """Convergence orders of all error metrics, and limits, along a refinement line.
+
+    `doubt` is the reason if they are unreliable, else None.
+    """
 
     line: RefinementLine
     refinement: Refinement
@@ -89,14 +100,16 @@ class LineOrders(JsonRecord):
         return self.doubt is None
 
     def doubt_of(self, metric: str) -> str | None:
-        """Return the doubt about one metric, which for forces, or without shared displacements, follows from its own
-        values.
+        """Return the reason why the order of one metric is unreliable, or None.
+
+        If the metric has a limit of its own, as forces do, the reason comes from that limit, otherwise from the whole
+        line.
         """
         own = [limit for limit in self.limits if limit.kind == "metric"]
         return next((limit.doubt for limit in own if limit.of == metric), self.doubt)
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries with the line and its refined number."""
+        """Return the JSON entries, including the refinement line and the name of its refined number."""
         return {
             "line": self.line.name, "model": self.line.model, "study": self.line.study, "varied": self.line.varied,
             "refines": self.refinement.target, "formal": self.refinement.formal,
@@ -106,7 +119,10 @@ class LineOrders(JsonRecord):
 
 
 def orders_of(line: RefinementLine, metrics: Sequence[str], points: Sequence[ComparedPoint]) -> LineOrders | None:
-    """Return orders and limits of a line; None for a single configuration and for a line that is no refinement."""
+    """Return the convergence orders and limits of a refinement line.
+
+    Return None if the line has only one configuration, or if its number does not only control the resolution.
+    """
     found = refinement_of(line)
     if isinstance(found, str):
         return None
@@ -117,11 +133,14 @@ def orders_of(line: RefinementLine, metrics: Sequence[str], points: Sequence[Com
     nothing = [] if limits else ["its configurations have no common probe or metric"]
     doubt = next(iter([*nothing, *(d for limit in limits if (d := limit.doubt) is not None)]), None)
     limits = [*probes, *(own or _missing_limit(m) for m, own in values.items())] if probes else limits
-    return LineOrders(line, found, doubt, {m: _errors(found.members, m, points) for m in metrics}, limits)
+    return LineOrders(line, found, doubt, {m: _error_trend(found.members, m, points) for m in metrics}, limits)
 
 
 def refinement_of(line: RefinementLine) -> Refinement | str:
-    """Return the refinement of a line, or why it is none: its number must control only a size, segments or a step."""
+    """Return the refinement that a line describes, or the reason why it is not a refinement.
+
+    The varied number must control only a cell size, a number of segments, or a time step.
+    """
     if line.varied is None:
         return "one configuration gives no order"
     solved = [(p, p.fineness) for p in line.members if p.solved and p.fineness]
@@ -138,22 +157,30 @@ def refinement_of(line: RefinementLine) -> Refinement | str:
 
 def _refinement(target: str, solved: Sequence[tuple[ComparedPoint, Fineness]]) -> Refinement:
     formal = {fine.formal.get(target) for _, fine in solved}
-    by_h = {_h(target, p, fine): (p, fine) for p, fine in solved}  # of two with the same mesh, the last
+    by_h = {
+        _representative_size(target, p, fine): (p, fine) for p, fine in solved
+    }  # of two with the same mesh, the last
     rows = sorted(by_h.items(), key=lambda row: -row[0])
     counts = [fine.counts for _, (_, fine) in rows if fine.counts]
     why = find_dissimilarity(counts) if target == "size" and len(counts) == len(rows) else None
     return Refinement(target, formal.pop() if len(formal) == 1 else None, [(h, p) for h, (p, _) in rows], why)
 
 
-def _h(target: str, point: ComparedPoint, fine: Fineness) -> float:
-    """Return the step, or the cell size (V / N)^(1/3) of ASME V&V 20-2009 up to a constant factor."""
+def _representative_size(target: str, point: ComparedPoint, fine: Fineness) -> float:
+    """Return the time step, segment length or cell size, up to a constant factor.
+
+    The cell size is (V / N)^(1/3) with the volume V and the number of cells N.
+    Source: ASME V&V 20-2009.
+    """
     if target == "size" and fine.meshed and point.elements:
         return float(point.elements ** (-1 / 3))
     value = float(fine.of[target])
     return 1.0 / value if target == "segments" else value
 
 
-def _errors(members: Sequence[tuple[float, ComparedPoint]], metric: str, points: Sequence[ComparedPoint]) -> ErrorTrend:
+def _error_trend(
+    members: Sequence[tuple[float, ComparedPoint]], metric: str, points: Sequence[ComparedPoint]
+) -> ErrorTrend:
     floor = uncertainty_of(points, metric)
     family = [(h, e) for h, p in members if (e := p.error(metric)) is not None]
     above = list(takewhile(lambda pair: pair[1] > floor, family))
@@ -165,13 +192,18 @@ def _errors(members: Sequence[tuple[float, ComparedPoint]], metric: str, points:
 
 
 def _common_probes(members: Sequence[ComparedPoint]) -> list[str]:
-    """Return probes with the same points in all members."""
+    """Return the names of the probes that have the same points in all configurations."""
     first, *others = (p.probes for p in members)
-    return [n for n, probe in first.items() if all(n in own and probe.alike(own[n]) for own in (first, *others))]
+    return [
+        n for n, probe in first.items() if all(n in own and probe.has_same_points(own[n]) for own in (first, *others))
+    ]
 
 
 def _limit(line: Refinement, probe: str) -> Limit:
-    """Return order, limit and grid convergence index of the displacement that is largest on the finest mesh."""
+    """Return the limit of the displacement component, m, that is largest on the finest mesh.
+
+    The limit comes with its order and its grid convergence index.
+    """
     finest = line.members[-1][1].probes[probe].displacement
     i, axis = max(
         ((i, a) for i in range(len(finest)) for a in range(3)),
@@ -183,7 +215,10 @@ def _limit(line: Refinement, probe: str) -> Limit:
 
 
 def _metric_limit(line: Refinement, metric: str) -> Limit | None:
-    """Return the limit of a metric's value, None if only some have it; only displacements have a theoretical order."""
+    """Return the limit of the value of a metric, or None if some configurations have no value.
+
+    No theoretical order is assumed, because theory gives orders only for displacements.
+    """
     family = [(h, float(v)) for h, p in line.members if (v := p.metric(metric).value) is not None]
     if len(family) < len(line.members):
         return None
@@ -192,7 +227,7 @@ def _metric_limit(line: Refinement, metric: str) -> Limit | None:
 
 
 def _missing_limit(metric: str) -> Limit:
-    """Return the missing limit of a metric that only some members have."""
+    """Return an entry without a limit for a metric that some configurations do not have."""
     return Limit(
         metric,
         "metric",
@@ -206,7 +241,10 @@ def _missing_limit(metric: str) -> Limit:
 def estimate_limit(
     line: Refinement, family: Sequence[tuple[float, float]], formal: float | None
 ) -> ConvergenceEstimate:
-    """Estimate the limit of values along a line; it is in doubt if the meshes are not similar."""
+    """Estimate the limit of a family of values (h, value) under refinement.
+
+    If the meshes are not geometrically similar, the estimate is marked as unreliable.
+    """
     found = estimate_convergence(family, formal)
     if line.unlike is None or found.order is None:
         return found

@@ -1,4 +1,4 @@
-"""Refinement lines of a comparison: configurations of a model that differ in only one number."""
+"""Refinement lines of a comparison: configurations of one model that differ in only one number."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class RefinementLine(JsonRecord):
-    """Configurations of a model that differ in only one number, ordered by that number."""
+    """Refinement line: configurations of one model that differ in only one number, ordered by it."""
 
     scene: str
     model: str
@@ -25,18 +25,18 @@ class RefinementLine(JsonRecord):
 
     @cached_property
     def keys(self) -> list[str]:
-        """Keys of its members."""
+        """Keys of the configurations."""
         return [p.key for p in self.members]
 
     @property
     def label(self) -> str:
-        """Label of the line, `corot_tet, nu = 0.49`; for one configuration its own label."""
+        """Label of the line, such as `corot_tet, nu = 0.49`; a single configuration keeps its own label."""
         if self.varied is None:
             return self.members[0].label
         return ", ".join([self.model, *format_values(self.model, dict(self.fixed))])
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries with the keys of its members."""
+        """Return the JSON entries, with the keys of the configurations."""
         return {
             "label": self.name, "model": self.model, "study": self.study, "varied": self.varied,
             "fixed": dict(self.fixed), "keys": self.keys,
@@ -44,9 +44,9 @@ class RefinementLine(JsonRecord):
 
 
 def lines_of(points: Sequence[ComparedPoint]) -> list[RefinementLine]:
-    """Return the lines of one scene: each study of a model by the number that it refines, all else being equal.
+    """Return the refinement lines of one scene, ordered by model.
 
-    Lines of one model follow each other, in the order of the models.
+    The configurations of a line belong to one study of a model, and all their other varied values are equal.
     """
     groups: dict[tuple[str, str, str | None], list[ComparedPoint]] = {}
     for point in points:
@@ -59,10 +59,10 @@ def lines_of(points: Sequence[ComparedPoint]) -> list[RefinementLine]:
 def _lines(who: tuple[str, str, str | None], members: Sequence[ComparedPoint]) -> list[RefinementLine]:
     varied = refinement_name(members)
     if varied is None:
-        return [RefinementLine(*who, None, p.rest(None), (p,)) for p in members]
+        return [RefinementLine(*who, None, p.other_values(None), (p,)) for p in members]
     groups: dict[tuple[tuple[str, str], ...], list[ComparedPoint]] = {}
     for point in members:
-        groups.setdefault(point.rest(varied), []).append(point)
+        groups.setdefault(point.other_values(varied), []).append(point)
     common = set.intersection(*(set(rest) for rest in groups))
     found = []
     for rest, own in groups.items():
@@ -75,9 +75,11 @@ def _lines(who: tuple[str, str, str | None], members: Sequence[ComparedPoint]) -
 
 
 def refinement_name(members: Sequence[ComparedPoint]) -> str | None:
-    """Return the name that makes lines: the first that controls a size, segments or a step.
+    """Return the varied name by which configurations are ordered in refinement lines; None if no number varies.
 
-    Otherwise the first that changes the number of unknowns, else the first.
+    It is the first name that controls a size, segments or a step, otherwise the first that changes the number of
+    unknowns,
+    otherwise the first varied number.
     """
     numbers: dict[str, set[float]] = {}
     for point in members:
@@ -92,7 +94,7 @@ def refinement_name(members: Sequence[ComparedPoint]) -> str | None:
 
 
 def resolution_names(points: Sequence[ComparedPoint]) -> set[str]:
-    """Return the names that only control the resolution of some model, and not its problem."""
+    """Return the varied names that control the resolution of some model and not the problem that it solves."""
     names = dict.fromkeys(n for p in points for n in p.variation)
     what = _resolution if any(_resolution(p) for p in points) else _unknowns
     families = [[p for p in points if p.model == m] for m in dict.fromkeys(p.model for p in points)]
@@ -100,7 +102,7 @@ def resolution_names(points: Sequence[ComparedPoint]) -> set[str]:
 
 
 def _resolution(point: ComparedPoint) -> Hashable:
-    """Return the resolution of a point, if known."""
+    """Return the resolution of a point, or None if it is not known."""
     return tuple(sorted(point.fineness.of.items())) if point.fineness else None
 
 
@@ -109,22 +111,22 @@ def _unknowns(point: ComparedPoint) -> Hashable:
 
 
 def _changes(members: Sequence[ComparedPoint], name: str, what: Callable[[ComparedPoint], Hashable]) -> bool:
-    """Return whether two configurations that differ in only this number also differ in `what`."""
+    """Return whether changing only the number `name` changes the value of the function `what` between two points."""
     seen: dict[tuple[tuple[str, str], ...], set[Hashable]] = {}
     for point in members:
         if value := what(point):
-            seen.setdefault(point.rest(name), set()).add(value)
+            seen.setdefault(point.other_values(name), set()).add(value)
     return any(len(values) > 1 for values in seen.values())
 
 
 def _sort_coarse_to_fine(ordered: list[ComparedPoint]) -> list[ComparedPoint]:
-    """Order members from coarse to fine: by growing number of segments or falling cell size."""
+    """Return the points from coarse to fine, reversed if the number of unknowns decreases along them."""
     sizes = [p.dofs for p in ordered if p.dofs]
     return ordered[::-1] if len(sizes) > 1 and sizes[0] > sizes[-1] else ordered
 
 
 def _with_unique_names(lines: Sequence[RefinementLine]) -> list[RefinementLine]:
-    """Give each line a unique name, with the study's name or a number where needed."""
+    """Return the lines with unique names, to which the name of the study or a number is added where needed."""
     plain = [line.label for line in lines]
     several = [f"{p} ({line.study})" if line.study and plain.count(p) > 1 else p
                for p, line in zip(plain, lines, strict=True)]  # fmt: skip

@@ -1,8 +1,8 @@
-"""Changes between two results of the same kind, and which of them exceed the noise.
+"""Changes between two results of the same kind, and whether they exceed the noise.
 
-Both are reports of `dsl run` (softmark-report/1) or comparisons of `dsl compare` (softmark-compare/1). Entries are
-matched by name: models and references of a report by theirs, configurations of a comparison by scene, model, study and
-varied values, but not by their keys, which change with every source file.
+Both are reports of `dsl run` (softmark-report/1) or comparisons of `dsl compare` (softmark-compare/1). Models and
+references of a report are matched by name. Configurations of a comparison are matched by scene, model, study and
+varied values, but not by their keys, because keys change with every source file.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ UNNAMED = ("started", "created")  # entries of an environment that always differ
 
 
 class NotComparable(ValueError):
-    """Files cannot be compared; the message names the file and the reason."""
+    """Error: result files cannot be compared. The message names the file and the reason."""
 
 
 def read_result(path: str | Path) -> Json:
@@ -46,7 +46,10 @@ def read_result(path: str | Path) -> Json:
 
 
 def kind_of(found: Any, name: str) -> str:
-    """Return the schema of a file. Raises NotComparable if it is none of ours."""
+    """Return the schema of a result: REPORT or COMPARISON. Raises NotComparable for any other JSON.
+
+    `name` is the file name used in messages.
+    """
     schema = found.get("schema") if isinstance(found, dict) else None
     if not isinstance(schema, str) or schema not in (REPORT, COMPARISON):
         named = f"`{schema[:80]}`" if isinstance(schema, str) else json_validation.describe_type(schema)
@@ -64,7 +67,7 @@ def kind_of(found: Any, name: str) -> str:
 
 @dataclass(frozen=True)
 class FactChange(JsonRecord):
-    """Fact that differs; None for the result that lacks it."""
+    """Change of a fact other than a number, such as a version; None for a result without this fact."""
 
     what: str
     old: Any
@@ -73,7 +76,7 @@ class FactChange(JsonRecord):
 
 @dataclass(frozen=True)
 class StatusChange(JsonRecord):
-    """Old and new status of a model or a reference, and its new message."""
+    """Change of the status of a model or reference, with the message of the new status."""
 
     name: str
     old: str | None
@@ -83,8 +86,11 @@ class StatusChange(JsonRecord):
 
 @dataclass(frozen=True)
 class MetricChange(JsonRecord):
-    """Change of a metric; `verdict`: changed, changed below the uncertainty, lost or gained its value, added or
-    removed.
+    """Change of the value of a metric, classified by `verdict`.
+
+    Verdicts: `changed`, `changed by less than the uncertainty`, `lost` and `found` (of the value), `added` and
+    `removed`
+    (of the metric).
     """
 
     name: str
@@ -98,7 +104,7 @@ class MetricChange(JsonRecord):
     reason: str | None = None
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries that the verdict needs."""
+        """Return the JSON entries that belong to the verdict."""
         named = {"name": self.name, "metric": self.metric, "unit": self.unit}
         ends, verdict = {"old": self.old, "new": self.new}, {"relative": self.relative, "verdict": self.verdict}
         if self.verdict in ("added", "removed"):
@@ -110,7 +116,10 @@ class MetricChange(JsonRecord):
 
 @dataclass(frozen=True)
 class TimeChange(JsonRecord):
-    """Change of a time; `verdict`: slower or quicker beyond noise; undecided if the noise is unknown."""
+    """Change of a computing time that exceeds the noise, classified by `verdict`.
+
+    Verdicts: `slower`, `quicker`, and `undecided` if the noise is not known.
+    """
 
     name: str
     clock: str
@@ -121,18 +130,18 @@ class TimeChange(JsonRecord):
 
     @property
     def ratio(self) -> float:
-        """New time over the old one."""
+        """Ratio of the new to the old time."""
         return self.new.median / self.old.median
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries, with a reason if there is one."""
+        """Return the JSON entries; the reason is included if there is one."""
         own = {"name": self.name, "clock": self.clock, "old": self.old, "new": self.new, "ratio": self.ratio}
         return {**own, "verdict": self.verdict} | ({"reason": self.reason} if self.reason else {})
 
 
 @dataclass(frozen=True)
 class Changes(JsonRecord):
-    """All changes from one result to another of the same kind."""
+    """All changes between two results of the same kind."""
 
     schema: str
     kind: str  # REPORT or COMPARISON
@@ -149,7 +158,10 @@ class Changes(JsonRecord):
 
 
 def find_changes(old: Json, new: Json, names: tuple[str, str] = ("the old file", "the new file")) -> Changes:
-    """Return all changes from one result to another of the same kind, both as JSON. Raises NotComparable."""
+    """Return all changes from the result `old` to the result `new`, both as JSON. Raises NotComparable.
+
+    `names` are the names of the files in messages.
+    """
     kinds = kind_of(old, names[0]), kind_of(new, names[1])
     if kinds[0] != kinds[1]:
         raise NotComparable(
@@ -178,7 +190,7 @@ def find_changes(old: Json, new: Json, names: tuple[str, str] = ("the old file",
 
 @dataclass(frozen=True)
 class ComparedSubject:
-    """Model, configuration or reference with the data that are compared."""
+    """Model, configuration or reference of a result, with the data that are compared."""
 
     status: str | None
     message: str | None
@@ -188,7 +200,7 @@ class ComparedSubject:
 
     @classmethod
     def from_json(cls, found: Json, errors: Json | None, times: Json | None = None) -> ComparedSubject:
-        """Read an entry of a file with its metrics and costs."""
+        """Read a model, configuration or reference with its metrics `errors` and computing times `times`."""
         known = times or {}
         spreads = {n: s for n in TIMES if isinstance(t := known.get(n), Mapping) and (s := Spread.read(t))}
         measured = mapping_reader(PointError.from_json)(errors or {})
@@ -196,7 +208,7 @@ class ComparedSubject:
 
 
 def _subjects(result: Json) -> dict[str, ComparedSubject]:
-    """Return models, configurations and references by name."""
+    """Return the models, configurations and references of a result by unique names."""
     named: dict[str, ComparedSubject] = {}
     for name, own in _of_report(result) if result["schema"] == REPORT else _of_comparison(result):
         alike = sum(n == name or n.startswith(f"{name} #") for n in named)
@@ -225,7 +237,7 @@ def _of_comparison(result: Json) -> Iterator[tuple[str, ComparedSubject]]:
 
 
 def _texts(result: Json) -> Json:
-    """Return digests of the scenes' texts, and the parameters of a report."""
+    """Return the digests of scene texts and, for a report, the values of parameters."""
     if result["schema"] == COMPARISON:
         return {f"text of {s.get('file') or s.get('title')}": s.get("sha256") for s in result.get("scenes") or ()}
     scene = result.get("scene") or {}
@@ -240,7 +252,7 @@ def _expectations(result: Json) -> Json:
 
 
 def _facts(old: Json, new: Json) -> list[FactChange]:
-    """Return the facts by name that differ."""
+    """Return the facts that differ between two mappings from names to facts."""
     names = [n for n in dict.fromkeys([*old, *new]) if n not in UNNAMED]
     return [FactChange(n, old.get(n), new.get(n)) for n in names if old.get(n) != new.get(n)]
 
@@ -261,7 +273,7 @@ def _metrics(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[
 
 
 def _metric(name: str, metric: str, old: PointError, new: PointError) -> MetricChange | None:
-    """Return the change of a metric, None if nothing changed."""
+    """Return the change of a metric, or None if its value is the same up to rounding."""
     a, b, unit = old.value, new.value, new.unit or old.unit
     if a is None and b is None:
         return None
@@ -283,9 +295,9 @@ def _times(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[Ti
 
 
 def _verdict(a: Spread, b: Spread, disturbed: bool) -> tuple[str, str | None] | None:
-    """Return the verdict and its reason; None within the noise."""
+    """Return the verdict on a change of time and its reason, or None if the change is within the noise."""
     low, high = sorted((a.median, b.median))
-    if high / low - 1 <= SLOWER or not a.apart(b):
+    if high / low - 1 <= SLOWER or not a.is_distinct_from(b):
         return None
     if disturbed:
         return "undecided", "a timing was disturbed"

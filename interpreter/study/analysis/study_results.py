@@ -1,4 +1,4 @@
-"""Answers to the studies of a scene: convergence of a metric over a sweep, and Pareto fronts."""
+"""Answers to the `convergence` and `pareto` studies that a scene declares."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Study = Convergence | Pareto
 
 
 def studies_from_json(known: Json) -> dict[str, Study]:
-    """Return the evaluations that a scene's studies ask for, by name; a sweep asks for none."""
+    """Return the convergence and Pareto studies of a scene by name; sweeps are left out."""
     found: dict[str, Study] = {}
     for name, study in known.items():
         if study["kind"] == "convergence":
@@ -33,9 +33,9 @@ def studies_from_json(known: Json) -> dict[str, Study]:
 
 @dataclass(frozen=True)
 class LineConvergence(JsonRecord):
-    """Limit of a metric along a line of a sweep, in `unit`; `reason` if there is none.
+    """Limit of a metric along one refinement line of a sweep, in `unit`.
 
-    Outside the asymptotic range, `refined` says so and why.
+    `reason` says why there is no limit. If the line is outside the asymptotic range, `refined` contains the reason.
     """
 
     line: str
@@ -47,11 +47,11 @@ class LineConvergence(JsonRecord):
 
     @property
     def limit(self) -> ConvergenceEstimate:
-        """Estimated limit, or the reason why there is none."""
+        """Estimated limit, or an unusable estimate with the reason."""
         return self.refined or ConvergenceEstimate("unusable", self.reason)
 
     def entries(self) -> Mapping[str, object]:
-        """Return all known entries except the unit; None is left out."""
+        """Return the JSON entries, including those of the estimated limit if there is one."""
         own = {"line": self.line, "unit": self.unit}
         if self.refined is not None:
             return {**own, "members": self.members, "finest": self.finest, **self.refined.to_json()}
@@ -71,7 +71,7 @@ class ConvergenceAnswer(JsonRecord):
 
 
 def answer_convergence(name: str, asked: Convergence, points: Sequence[ComparedPoint]) -> ConvergenceAnswer:
-    """Return order, limit and index of the metric along each line of the sweep, over all points of a scene."""
+    """Return order, limit and grid convergence index of a metric along each refinement line of the sweep."""
     unit = unit_of(points, asked.metric)
     lines = [
         _line_convergence(line, asked.metric, unit) for line in lines_of([p for p in points if p.study == asked.over])
@@ -96,7 +96,7 @@ def _line_convergence(line: RefinementLine, metric: str, unit: str | None) -> Li
 
 @dataclass(frozen=True)
 class FrontMember(JsonRecord):
-    """Configuration that no other dominates."""
+    """Configuration on a Pareto front."""
 
     key: str
     label: str
@@ -107,7 +107,7 @@ class FrontMember(JsonRecord):
 
 @dataclass(frozen=True)
 class ParetoAnswer(JsonRecord):
-    """Answer to a `pareto` study: the front for the requested cost."""
+    """Answer to a `pareto` study: the Pareto front of error and requested cost."""
 
     study: str
     kind: str  # pareto
@@ -124,7 +124,10 @@ class ParetoAnswer(JsonRecord):
 def answer_pareto(
     name: str, asked: Pareto, points: Sequence[ComparedPoint], clock: str, allow_contaminated: bool = False
 ) -> ParetoAnswer:
-    """Return the Pareto front for the requested cost: a metric, or the time of a step or of the whole solution."""
+    """Return the answer to a `pareto` study.
+
+    The cost is the requested metric, by default the time of a step or, without steps, of the whole solution.
+    """
     own = [p for p in points if asked.over in (None, p.study)]
     judged = judge_points(own, asked.error, UNKNOWNS if asked.cost else clock, allow_contaminated)
     if asked.cost is not None:
@@ -145,7 +148,7 @@ def answer_pareto(
 def _with_metric_as_effort(
     candidates: Mapping[str, Candidate], metric: str, points: Sequence[ComparedPoint]
 ) -> list[Candidate]:
-    """Return the candidates that have a metric, with it as their effort."""
+    """Return the candidates that have a value of the metric, with this value as their effort."""
     values = {p.key: p.metric(metric).value for p in points}
     return [replace(c, effort=Spread.exact(float(v))) for c in candidates.values() if (v := values[c.key]) is not None]
 

@@ -1,15 +1,19 @@
-"""Detection of disturbed timings, and summary of several runs of one job, as plain functions of plain values.
+"""Detection of disturbed timings, and summary of several timed runs of one job.
 
-A run is a record of `timed_process.py`. Disturbed runs are left out if enough others are clean; otherwise all are kept
-and marked contaminated. The thresholds come from measurements on two virtual processors of an EPYC, with solutions of
-20 to 80 ms. With the other processor idle or busy, one thread got 99.3 to 100 % of its own, waited for 0 to 0.7 %, and
-the machine's tasks for 0 to 1.5 % of the time; with two to four tasks for two processors these were 31 to 82 %, 10 to
-70 % and 50 to 100 %, and wall times up to four times as long, while CPU times grew by up to a tenth. Involuntary
-switches are no criterion: up to 160 a second caused no disturbance. The mean pressure of ten seconds is recorded but
-not used, since it also covers the time before; the counter of the run itself shows the same. No counter shows another
-guest on the same core of the host: CPU times and the pace of a fixed loop then grew together, by half and more.
-Under a load of six, CPU times of 18 runs spread by 28 to 53 %, those of the 10 to 12 at the usual pace by 7 to 11 %
-(quartiles over median, three models).
+The functions use only plain values. A run is a record that `timed_process.py` writes. Disturbed runs are left out if
+enough others are undisturbed. Otherwise all runs are kept and marked as contaminated.
+
+The thresholds come from measurements on two virtual processors of an EPYC, with solutions of 20 to 80 ms. If the other
+processor was idle or busy, one thread got 99.3 to 100 % of its processor, it waited for 0 to 0.7 % of the time, and
+some task of the machine waited for 0 to 1.5 % of the time. With two to four tasks for two processors these numbers were
+31 to 82 %, 10 to 70 % and 50 to 100 %. Wall times were then up to four times as long, while CPU times grew by up to a
+tenth.
+
+Involuntary switches are no criterion, because up to 160 a second caused no disturbance. The mean pressure of ten
+seconds is recorded but not used, because it also covers the time before the run; the counter of the run itself shows
+the same. No counter shows another guest on the same core of the host. CPU times and the pace of a fixed loop then grew
+together, by half and more. Under a load of six, CPU times of 18 runs spread by 28 to 53 %, those of the 10 to 12 runs
+at the usual pace by 7 to 11 % (quartiles over median, three models).
 """
 
 from __future__ import annotations
@@ -44,7 +48,7 @@ DISTURBANCES: dict[str, str] = {
 SLOWING = ("pace", "compiled")  # disturbances that also affect CPU times; waiting hardly does
 # remarks on all runs
 REMARKS: dict[str, str] = {
-    "contaminated": "too few runs were undisturbed: times are those of all runs, and CPU time is more reliable",
+    "contaminated": "too few runs were undisturbed: times include all runs, and CPU time is more reliable",
     "few repeats": "one run takes long, so there are only few runs",
     "not warmed up": "a solution takes so long that the first one was timed",
     "runs differ": "runs differ in iterations or results",
@@ -58,20 +62,24 @@ CostJson = dict[str, Any]  # what `point.Cost` is read from
 
 
 def is_timed_solution(record: Record) -> bool:
-    """Return whether a record is a timed solution."""
+    """Return whether the record of a run has a solution and its time."""
     return record.get("status") in SOLVED and bool(record.get("wall_s"))
 
 
 def usual_pace(records: Iterable[Record]) -> float | None:
-    """Return the lower quartile of the paces of all runs of a comparison, the pace of an undisturbed processor."""
+    """Return the pace of an undisturbed processor, s: the lower quartile of the paces of all runs of a comparison.
+
+    The pace is the CPU time of a fixed piece of work. Return None if no run has one.
+    """
     paces = [float(p) for r in records if is_timed_solution(r) and (p := r.get("pace_s"))]
     return summarize_spread(paces)["q1"] if paces else None
 
 
 def disturbances(record: Record, pace: float | None = None) -> list[str]:
-    """Return names in DISTURBANCES of disturbances during the run; an unknown counter counts as undisturbed.
+    """Return the names of the disturbances during a run, which are keys of DISTURBANCES.
 
-    `pace` is that of the runs with which this one is compared.
+    `pace` is the usual pace of the runs with which this one is compared, s. A counter that the system lacks counts as
+    undisturbed.
     """
     seen = record.get("during") or {}
     wall = seen.get("wall_s") or 0.0
@@ -93,12 +101,12 @@ def disturbances(record: Record, pace: float | None = None) -> list[str]:
 
 
 def is_undisturbed(record: Record, pace: float | None = None) -> bool:
-    """Return whether a record is an undisturbed timed solution."""
+    """Return whether the record of a run has a solution whose timing was not disturbed."""
     return is_timed_solution(record) and not disturbances(record, pace)
 
 
 def reason_without_times(records: Sequence[Record]) -> str | None:
-    """Return why there are no times, or None if there are."""
+    """Return the reason why no run has a time, or None if one has."""
     if any(is_timed_solution(r) for r in records):
         return None
     bad = [r for r in records if r.get("status") not in SOLVED]
@@ -106,11 +114,13 @@ def reason_without_times(records: Sequence[Record]) -> str | None:
 
 
 def summarize_cost(records: Sequence[Record], asked: int = FEWEST, pace: float | None = None) -> CostJson | None:
-    """Return medians and quartiles over the clean runs of one job, of which `asked` were wanted; None without a
-    solution.
+    """Return medians and quartiles over the undisturbed runs of one job, or None if no run has a solution.
 
-    `pace` is the usual one of the whole comparison, by default of these runs. With too few clean runs, wall times are
-    those of all runs, and CPU times those of the runs at that pace if these are enough.
+    `asked` is the number of undisturbed runs that were requested. `pace` is the usual pace of the whole comparison, s,
+    by
+    default that of these runs. If there are too few undisturbed runs, wall times are those of all runs. CPU times are
+    then
+    those of the runs at the usual pace, if these are enough.
     """
     runs = [r for r in records if is_timed_solution(r)]
     if not runs:
@@ -146,14 +156,16 @@ def summarize_cost(records: Sequence[Record], asked: int = FEWEST, pace: float |
 
 
 def _undisturbed_runs(runs: Sequence[Record], asked: int, pace: float | None) -> Sequence[Record]:
-    """Return runs with undisturbed CPU times, or all runs if these are too few."""
+    """Return the runs whose CPU times are undisturbed, or all runs if these are too few."""
     kept = [r for r in runs if not set(SLOWING) & set(disturbances(r, pace))]
     return kept if len(kept) >= min(FEWEST, asked) else runs
 
 
 def summarize_spread(values: Sequence[float]) -> dict[str, float | int]:
-    """Return median, quartiles (linear between order statistics: Hyndman and Fan 1996, type 7), minimum, maximum,
-    number.
+    """Return median, quartiles, minimum, maximum and number of some values.
+
+    Quartiles are interpolated linearly between order statistics (type 7).
+    Source: Hyndman and Fan 1996.
     """
     single = len(values) < 2
     q1, median, q3 = [values[0]] * 3 if single else statistics.quantiles(values, n=4, method="inclusive")
@@ -161,12 +173,15 @@ def summarize_spread(values: Sequence[float]) -> dict[str, float | int]:
 
 
 def _solutions(runs: Sequence[Record], name: str) -> dict[str, float | int]:
-    """Return the spread over runs of each run's median: solutions of one process are not independent."""
+    """Return the spread over runs of the median time of each run.
+
+    Only medians are used, because the solutions of one process are not independent.
+    """
     return summarize_spread([statistics.median(r[name]) for r in runs])
 
 
 def _steps(runs: Sequence[Record], name: str) -> dict[str, float | int] | None:
-    """Return medians over runs of each quantile of the seconds of a time step."""
+    """Return the quantiles of the time of a step, s, each as the median over all runs; None without steps."""
     known = [r["steps"] for r in runs if r.get("steps") and r["steps"].get(name)]
     if not known:
         return None
@@ -179,7 +194,7 @@ def _setup(run: Record, clock: int) -> float:
 
 
 def _added_memory(run: Record) -> float | None:
-    """Return the bytes that building and solving needed beyond the program itself."""
+    """Return the memory, bytes, that building and solving the model added to that of the program."""
     peak, before = run["memory"].get("peak"), run["memory"].get("before")
     return None if peak is None or before is None else max(0, peak - before)
 
@@ -190,9 +205,11 @@ def _median(runs: Sequence[Record], value: Callable[[Record], float | None]) -> 
 
 
 def _phases(records: Sequence[Record], used: Sequence[Record], median: float) -> dict[str, float]:
-    """Return CPU seconds of a solution by phases, with those of mesh, set-up and output.
+    """Return the CPU time of each phase of a solution, s, and of mesh, set-up and output.
 
-    Clocks slow the run that they measure, so only their proportions are used, to divide the median.
+    The clocks of phases slow the run that they measure. So only the proportions of phases are used, to divide `median`,
+    the
+    CPU time of a solution without these clocks, s.
     """
     made = {n: statistics.median(r["setup"][n][1] for r in used) for n in ("mesh", "set-up")}
     last = next((r for r in reversed(records) if r.get("phases")), None)
@@ -211,7 +228,7 @@ def _phases(records: Sequence[Record], used: Sequence[Record], median: float) ->
 def _flags(
     runs: Sequence[Record], used: Sequence[Record], contaminated: bool, asked: int, pace: float | None
 ) -> list[str]:
-    """Return remarks for the reader, and disturbances of runs that count."""
+    """Return the names of the remarks that apply to a job, followed by the disturbances of the runs that count."""
     done = {tuple((r.get("solve") or {}).get(n) for n in ("iterations", "steps")) for r in runs}
     motion = [m for r in runs if (m := (r.get("solve") or {}).get("motion")) is not None]
     found = {

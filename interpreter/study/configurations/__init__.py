@@ -1,1 +1,1 @@
-"""Configurations of studies: variations of a scene, their keys, and the tasks that compute them."""
+"""Configurations of studies: variations of a scene, keys of their results, and the tasks that compute them."""

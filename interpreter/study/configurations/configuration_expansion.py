@@ -1,8 +1,9 @@
-"""Expansion of scenes, their sweeps and `--vary` to configurations: one model of one scene with one set of overrides.
+"""Expansion of scenes, their sweeps and `--vary` to configurations.
 
-Every sweep gives a family of configurations around the declared scene; `--vary` gives one family and replaces the
-sweeps; without either there is only the declared scene. Models that no sweep varies are included as declared. A
-configuration's key is a digest of everything that decides its result, and each key is computed once.
+A configuration is one model of one scene with one set of overrides. Every sweep gives a family of configurations around
+the declared scene. `--vary` gives one family and replaces the sweeps. Without either there is only the declared scene.
+Models that no sweep varies are included as declared. The key of a configuration is a digest of everything that decides
+its result, and each key is computed only once.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from softmark.interpreter.language.scene_states import states_of
 from softmark.interpreter.language.sweep_values import with_unit
 from softmark.interpreter.pipeline.run_environment import describe_scene
 from softmark.interpreter.planning.declaration_dependencies import with_dependencies
-from softmark.interpreter.planning.sweep_expansion import chain, override_of, value_in
+from softmark.interpreter.planning.sweep_expansion import combined_sweeps, override_of, value_in
 from softmark.interpreter.results.state_results import format_state
 from softmark.interpreter.study.analysis.comparison_point import format_values
 from softmark.interpreter.study.configurations.configuration_keys import key_of, key_of_text, needed_models
@@ -48,7 +49,7 @@ DESCRIBED = (
 
 @dataclass(frozen=True)
 class Configuration:
-    """One model of one scene with one set of overrides; `task` has the input for computing it."""
+    """One model of one scene with one set of overrides; `task` is the input for computing it."""
 
     key: str
     scene: str
@@ -61,11 +62,11 @@ class Configuration:
 
     @property
     def label(self) -> str:
-        """Label for display, `corot_tet, h = 5 mm`; the exact values are in `variation`."""
+        """Label for display, such as `corot_tet, h = 5 mm`; the exact values are in `variation`."""
         return ", ".join((self.model, *format_values(self.model, self.variation)))
 
     def described(self) -> dict[str, Any]:
-        """Return the entries of a point that identify the configuration."""
+        """Return the JSON entries that identify the configuration in a comparison."""
         return {
             "key": self.key, "scene": self.scene, "model": self.model, "label": self.label, "study": self.study,
             "variation": dict(self.variation), "numbers": dict(self.numbers),
@@ -74,7 +75,7 @@ class Configuration:
 
 @dataclass(frozen=True)
 class SceneSubject:
-    """Scene of a comparison, with its short name and the folder of its files."""
+    """Scene of a comparison, with a short unique name and the folder of its files."""
 
     name: str
     scene: Scene
@@ -82,7 +83,7 @@ class SceneSubject:
     models: tuple[str, ...] = ()  # selected models; empty: all
 
     def described(self) -> dict[str, Any]:
-        """Return its entry in the results: name, text, and origin."""
+        """Return the JSON entry of the scene in a comparison: name, text and origin."""
         known = describe_scene(self.scene)
         if states := states_of(self.scene):  # a study uses the last state
             known["title"] = f"{known['title']}, in the last of {len(states)} states, {format_state(states[-1])}"
@@ -90,7 +91,10 @@ class SceneSubject:
 
 
 def subject_of(scene: Scene, taken: Sequence[str] = ()) -> SceneSubject:
-    """Return a scene with a unique name: that of its file, with a number if necessary."""
+    """Return a scene with a unique name, different from the names in `taken`.
+
+    The name is that of its file, with a number if necessary.
+    """
     stem = Path(scene.path).stem if scene.path else "scene"
     names = (stem, *(f"{stem}-{i}" for i in range(2, len(taken) + 3)))
     folder = scene.table.modules[0].folder if scene.table else Path()
@@ -98,12 +102,12 @@ def subject_of(scene: Scene, taken: Sequence[str] = ()) -> SceneSubject:
 
 
 class TooManyConfigurations(ValueError):
-    """A comparison has more configurations than are allowed."""
+    """Error: a comparison has more configurations than are allowed."""
 
 
 @dataclass(frozen=True)
 class Variation:
-    """Variation `--vary h=10mm,5mm`: a name, and the override for each value."""
+    """Variation given on the command line, such as `--vary h=10mm,5mm`: a name, and an override for each value."""
 
     name: str
     values: tuple[Override, ...]
@@ -111,7 +115,7 @@ class Variation:
 
 @dataclass(frozen=True)
 class CommandLineAdditions:
-    """Selections and variations on the command line; empty `models` means all."""
+    """Selection of models and studies, and variations, given on the command line; empty `models` means all models."""
 
     vary: tuple[Variation, ...] = ()
     models: tuple[str, ...] = ()
@@ -123,7 +127,7 @@ class CommandLineAdditions:
 
 
 def read_vary(texts: Sequence[str]) -> tuple[tuple[Variation, ...], tuple[str, ...]]:
-    """Return the variations of `--vary` options, and the models named in `model=a,b`. Raises SceneError."""
+    """Return the variations that `--vary` options describe, and the models in `--vary model=a,b`. Raises SceneError."""
     diagnostics: list[Diagnostic] = []
     found: list[Variation] = []
     models: list[str] = []
@@ -159,7 +163,7 @@ def split_values(text: str) -> list[str]:
 
 
 def _expand_list(override: Override) -> Iterator[Override]:
-    """Yield the values of a list, `h=[10, 5]mm` as two; anything else unchanged."""
+    """Yield one override for each value of a list, such as two for `h=[10, 5]mm`; other overrides unchanged."""
     node = override.node
     if not isinstance(node, tree.List):
         yield _written(override, node)
@@ -184,7 +188,10 @@ class _Family:
 
 
 def expand(subjects: Sequence[SceneSubject], asked: CommandLineAdditions) -> list[Configuration]:
-    """Return every requested configuration, once for each family and key. Raises SceneError for an invalid request."""
+    """Return all requested configurations of some scenes. Raises SceneError, TooManyConfigurations.
+
+    Within a family, configurations with equal keys are merged to one.
+    """
     found: list[Configuration] = []
     for subject in subjects:
         _check_names(subject, asked)
@@ -197,7 +204,7 @@ def expand(subjects: Sequence[SceneSubject], asked: CommandLineAdditions) -> lis
 
 
 def _check_names(subject: SceneSubject, asked: CommandLineAdditions) -> None:
-    """Check models, studies, names and values of the command line. Raises SceneError."""
+    """Check the models, studies, names and values given on the command line. Raises SceneError."""
     problems = unknown_models(subject.scene, asked.models)
     for vary in asked.vary:
         problems += _wrong_values(subject.scene, vary)
@@ -215,7 +222,10 @@ def _check_names(subject: SceneSubject, asked: CommandLineAdditions) -> None:
 
 
 def _wrong_values(scene: Scene, vary: Variation) -> Iterator[Diagnostic]:
-    """Yield the first error of each value of a variation, or only one if the name is wrong."""
+    """Yield the first error of each value of a variation.
+
+    If the varied name is wrong, yield only one error.
+    """
     for override in vary.values:
         errors = (d for d in apply_overrides(scene, [override])[1] if d.severity == "error")
         own = next((d for d in errors if d.source is override.place.source), None)
@@ -232,8 +242,8 @@ def _families(subject: SceneSubject, asked: CommandLineAdditions) -> list[_Famil
     if asked.plain:
         return []
     found = []
-    for name, sweep in _sweeps(subject.scene, asked.study).items():
-        links = chain(subject.scene, sweep)
+    for name, sweep in _select_sweeps(subject.scene, asked.study).items():
+        links = combined_sweeps(subject.scene, sweep)
         values = [[override_of(link.thing, v) for v in link.thing.over] for link in links]
         allowed = [set(link.thing.models) for link in links if link.thing.models]
         own = tuple(m for m in models if all(m in names for names in allowed))
@@ -241,8 +251,12 @@ def _families(subject: SceneSubject, asked: CommandLineAdditions) -> list[_Famil
     return found
 
 
-def _sweeps(scene: Scene, only: str | None) -> dict[str, Declared]:
-    """Return the sweeps to run; a sweep used only by other studies or as training data needs a request."""
+def _select_sweeps(scene: Scene, only: str | None) -> dict[str, Declared]:
+    """Return the sweeps to run, by name.
+
+    A sweep that is part of another sweep, or training data of a model, is run only if a study uses it or `only` names
+    it.
+    """
     studies = scene.of_kind("study")
     if only is not None:
         asked = studies[only]
@@ -255,7 +269,7 @@ def _sweeps(scene: Scene, only: str | None) -> dict[str, Declared]:
 
 
 def _merge_independent(members: list[Configuration]) -> list[Configuration]:
-    """Keep models that do not depend on a varied value only once, without a family."""
+    """Return the configurations, with models that no varied value affects only once and in no family."""
     known = {c.key for c in members if c.variation}
     alone = {c.key: replace(c, study=None) for c in members if not c.variation and c.key not in known}
     kept = [c for c in members if c.variation]
@@ -265,7 +279,7 @@ def _merge_independent(members: list[Configuration]) -> list[Configuration]:
 def _unvaried_models(
     subject: SceneSubject, asked: CommandLineAdditions, found: Sequence[Configuration]
 ) -> list[Configuration]:
-    """Return the models in no family, as declared."""
+    """Return configurations, as declared, of the models that are in no family."""
     if asked.study is not None and found:
         return []
     varied_ = {c.model for c in found}
@@ -283,19 +297,22 @@ def _members(subject: SceneSubject, family: _Family) -> Iterator[Configuration]:
         values = {o.name: o.text.partition("=")[2] for o in step}
         for model in family.models:
             task = task_of(subject, scene, model)
-            variation = {n: v for n, v in values.items() if _concerns(subject.scene, n, task.models)}
+            variation = {n: v for n, v in values.items() if _affects_models(subject.scene, n, task.models)}
             numbers = {} if reason else {n: v for n in variation if (v := value_in(scene, n)) is not None}
             yield Configuration(task.key, subject.name, model, family.study, variation, numbers, task, reason)
 
 
-def _concerns(scene: Scene, varied: str, needed: Sequence[str]) -> bool:
-    """Return whether a varied name matters to the needed models: a field of another model does not."""
+def _affects_models(scene: Scene, varied: str, needed: Sequence[str]) -> bool:
+    """Return whether a varied name can affect the models `needed`: fields of other models cannot."""
     owner = varied.partition(".")[0]
     return owner in needed or owner not in scene.of_kind("model")
 
 
 def _distinct(members: Iterator[Configuration]) -> list[Configuration]:
-    """Return one configuration for each key; its variation keeps the values common to all of that key."""
+    """Return one configuration for each key.
+
+    Its variation keeps only the values that all configurations with this key have in common.
+    """
     kept: dict[str, Configuration] = {}
     for member in members:
         first = kept.setdefault(member.key, member)
@@ -307,7 +324,7 @@ def _distinct(members: Iterator[Configuration]) -> list[Configuration]:
 
 
 def task_of(subject: SceneSubject, scene: Scene, model: str) -> PointTask:
-    """Return the task of one configuration: the text of the scene and the overrides."""
+    """Return the task of computing a model of a scene: its key, the text of the scene and the overrides."""
     sound = model in scene.declared
     return PointTask(
         key_of(scene, model) if sound else key_of_text(scene, model), subject.name, model,

@@ -1,8 +1,9 @@
-"""Keys of results: a digest of everything that a result depends on; equal keys are one computation.
+"""Keys of results: a key is a digest of everything that a result depends on, so equal keys mean equal results.
 
 A key covers softmark's sources, the model, all declarations that can affect its result, the contents of files, and the
 versions of external programs. It excludes names of parameters, texts of expressions, expectations and published values.
-Studies count only if a model is made from one; then the whole text counts, since a sweep changes the scene.
+Studies count only if a model is made from one. The whole text of the scene then counts, since a sweep changes the
+scene.
 """
 
 from __future__ import annotations
@@ -22,36 +23,39 @@ KEPT = 32  # maximum number of cached references
 
 
 def key_of(scene: Scene, model: str) -> str:
-    """Return the SHA-256 of everything that decides a model's result."""
+    """Return the key of a model's result, the SHA-256 of everything that decides it."""
     whole = with_dependencies(scene, needed_models(scene, model))
     h = hashlib.sha256(f"{source_digests.digest_sources()}\0{model}\0".encode())
     for declared in scene.declared.values():
         if declared.name in whole or declared.kind not in (*SPEAKING, "model"):
-            h.update(words_of(declared).encode())
-    h.update(_refined_words(scene, whole).encode())
+            h.update(declaration_text(declared).encode())
+    h.update(_refined_model_texts(scene, whole).encode())
     if any(scene.declared[name].kind == "study" for name in whole):
         h.update(_text(scene).encode())
     return h.hexdigest()
 
 
-def all_words(scene: Scene) -> list[str]:
-    """Return all declarations as text: a reference may refine a model that is not computed itself."""
-    return [words_of(declared) for declared in scene.declared.values() if declared.kind != "study"]
+def all_declaration_texts(scene: Scene) -> list[str]:
+    """Return all declarations except studies as text, including models that only references refine."""
+    return [declaration_text(declared) for declared in scene.declared.values() if declared.kind != "study"]
 
 
 def key_of_text(scene: Scene, model: str) -> str:
-    """Return the SHA-256 of the text of an invalid scene and its overrides."""
+    """Return the key of a model in an invalid scene, the SHA-256 of its text and its overrides."""
     parts = (source_digests.digest_sources(), model, scene.source.text, *scene.overrides)
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
 def key_of_reference(scene: Scene, reference: Declared) -> str:
-    """Return the SHA-256 of everything that decides a reference's result; models only as far as it refines them."""
+    """Return the key of a reference's result, the SHA-256 of everything that decides it.
+
+    Models are included only if references refine them.
+    """
     h = hashlib.sha256(f"{source_digests.digest_sources()}\0{reference.name}\0".encode())
     for declared in scene.declared.values():
         if declared.kind not in (*SPEAKING, "model", "metric"):
-            h.update(words_of(declared).encode())
-    h.update(_refined_words(scene, ()).encode())
+            h.update(declaration_text(declared).encode())
+    h.update(_refined_model_texts(scene, ()).encode())
     return h.hexdigest()
 
 
@@ -60,16 +64,22 @@ def _text(scene: Scene) -> str:
     return "\0".join((scene.source.text, *scene.overrides, *values))
 
 
-def _refined_words(scene: Scene, whole: Collection[str]) -> str:
-    """Return models that references refine as text, without their size unless it matters."""
+def _refined_model_texts(scene: Scene, whole: Collection[str]) -> str:
+    """Return the models that references refine as text, without their mesh size where the reference chooses it.
+
+    Models in `whole` are left out.
+    """
     refined = [n for n in _refined_models(scene) if n not in whole]
     behind = [n for n in with_dependencies(scene, refined) if n not in (*refined, *whole)]
-    own = [words_of(_without_size(scene.declared[n])) for n in refined]
-    return "".join((*own, *(words_of(scene.declared[n]) for n in behind)))
+    own = [declaration_text(_without_size(scene.declared[n])) for n in refined]
+    return "".join((*own, *(declaration_text(scene.declared[n]) for n in behind)))
 
 
-def words_of(declared: Declared) -> str:
-    """Return a declaration as text, with digests of files for their names, and its plugin and external program."""
+def declaration_text(declared: Declared) -> str:
+    """Return a declaration as text.
+
+    Names of files are replaced by digests of their contents. The digests of its plugin and external program are added.
+    """
     text = repr(declared.thing)
     for file in sorted(set(source_digests.files_of(declared.thing)), key=len, reverse=True):
         text = text.replace(repr(file), source_digests.digest_file(file))
@@ -83,7 +93,7 @@ def words_of(declared: Declared) -> str:
 
 
 def needed_models(scene: Scene, model: str) -> tuple[str, ...]:
-    """Return a model and those that its metrics and references need, in the order of the scene."""
+    """Return a model and the models that metrics and references compare it with, in the order of the scene."""
     needed = {model}
     for declared in scene.declared.values():
         if declared.kind not in (*SPEAKING, "model"):
@@ -92,7 +102,7 @@ def needed_models(scene: Scene, model: str) -> tuple[str, ...]:
 
 
 def _refined_models(scene: Scene) -> list[str]:
-    """Return the models that references refine, each at sizes of its own."""
+    """Return the names of the models that references refine."""
     found: dict[str, None] = {}
     for reference in scene.of_kind("reference").values():
         found.update(dict.fromkeys(models_of(scene, reference, "names")))
@@ -100,7 +110,7 @@ def _refined_models(scene: Scene) -> list[str]:
 
 
 def _without_size(model: Declared) -> Declared:
-    """Return a model without its size, which a reference chooses."""
+    """Return a model without its mesh size, which a reference chooses when it refines the model."""
     if "size" not in model.thing.finely:
         return model
     return replace(model, thing=replace(model.thing, size=None))
@@ -113,7 +123,10 @@ _REMEMBERED: dict[str, Any] = {}
 
 
 def cached_reference(scene: Scene, reference: Declared, make: Callable[[], Any]) -> Any:
-    """Return the result of a reference, computed once in this process for all configurations that share it."""
+    """Return the result of a reference, computed by `make` at its first use in this process.
+
+    Configurations with equal references share it.
+    """
     key = key_of_reference(scene, reference)
     if key not in _REMEMBERED:
         while len(_REMEMBERED) >= KEPT:

@@ -1,7 +1,7 @@
-"""Computation of one configuration in this process (`perform`), with its outcome as plain JSON.
+"""Computation of one configuration in this process (`perform`), with its outcome as JSON.
 
-Errors of a scene or a solver raise no exception: a variation that cannot be built is a failed point like any other, and
-the study continues.
+Errors of a scene or a solver raise no exception. A variation that cannot be built becomes a failed point, and the study
+continues.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ FINE = (*ANSWERED, *LEFT_OUT)
 
 
 def perform(task: PointTask) -> PointOutcome:
-    """Return the outcome of one task: `point` and `references` of the comparison, and the seconds needed.
+    """Compute one configuration and return its outcome: results, references and computing time, s.
 
-    After any error, the point's `status` is `failed`, with a message.
+    After any error the status of the outcome is `failed`, with a message.
     """
     wall, cpu = time.perf_counter(), time.process_time()
     try:
@@ -61,7 +61,7 @@ def perform(task: PointTask) -> PointOutcome:
 
 
 def failed_outcome(task: PointTask, message: str, status: str = "failed", **more: Any) -> PointOutcome:
-    """Return the outcome of a task without a result."""
+    """Return the outcome of a task that has no result."""
     point: Json = {
         "status": status, "message": message, "outline": "", "size": {}, "solve": {}, "errors": {},
         "measured_from": {}, "probes": {}, "warnings": [],
@@ -70,7 +70,7 @@ def failed_outcome(task: PointTask, message: str, status: str = "failed", **more
 
 
 def format_diagnostics(diagnostics: Sequence[Diagnostic]) -> str:
-    """Return the first diagnostic as a line, and the number of the others."""
+    """Return the first diagnostic on one line, with the number of the others."""
     first = diagnostics[0]
     where = f" (line {first.span.line} of {first.source.name})" if first.span and first.source else ""
     more = f" and {len(diagnostics) - 1} more" if len(diagnostics) > 1 else ""
@@ -102,7 +102,7 @@ def _performed(task: PointTask) -> PointOutcome:
 
 
 def _reference_statements(report: Report, asked: TruthRequest) -> TruthStatement:
-    """Return the statements of a model that serves as the reference about its own error."""
+    """Return the error statement of a model that serves as the reference of a robustness study."""
     result = report.models.get(asked.model)
     if result is None:
         return TruthStatement("skipped", "it was not computed", None)
@@ -110,7 +110,7 @@ def _reference_statements(report: Report, asked: TruthRequest) -> TruthStatement
 
 
 def compile_task(task: PointTask) -> tuple[Scene, list[Diagnostic]]:
-    """Compile the scene of a task and return it with its warnings. Raises SceneError."""
+    """Return the compiled scene of a task and its warnings. Raises SceneError."""
     from softmark.interpreter.validation.constructor_registry import compile_source
     from softmark.interpreter.validation.scene_checks import check
 
@@ -125,7 +125,7 @@ def compile_task(task: PointTask) -> tuple[Scene, list[Diagnostic]]:
 
 
 def _is_about_unneeded_model(scene: Scene, task: PointTask, error: Diagnostic) -> bool:
-    """Return whether an error concerns a model that an `alone` task does not need."""
+    """Return whether an error concerns a model that the task does not need and ignores (`alone`)."""
     if not task.alone or error.span is None:
         return False
     others = [d for n, d in scene.of_kind("model").items() if n not in with_dependencies(scene, task.models)]
@@ -133,7 +133,7 @@ def _is_about_unneeded_model(scene: Scene, task: PointTask, error: Diagnostic) -
 
 
 def is_about(declared: Iterable[Declared], error: Diagnostic) -> bool:
-    """Return whether an error points into one of some declarations, or into an override of one of their fields."""
+    """Return whether an error is located in one of some declarations, or in an override of one of their fields."""
     return any(d.contains(error) for d in declared)
 
 
@@ -159,7 +159,7 @@ def _point(scene: Scene, report: Report, model: ModelResult) -> Json:
 
 
 def _stated_error(scene: Scene, model: ModelResult) -> PointStated:
-    """Return the model's stated error of the first relative metric against something, and of all (`of`)."""
+    """Return the error that a model states of the first relative error metric, and in `of` of all metrics."""
     relative = (
         n for n, m in scene.of_kind("metric").items()
         if n in model.stated and m.thing.unit == "1" and m.thing.measured_from is not None
@@ -172,7 +172,7 @@ def _stated_error(scene: Scene, model: ModelResult) -> PointStated:
 
 
 def _own_warnings(scene: Scene, report: Report, model: ModelResult) -> list[ReportWarning]:
-    """Return warnings without those about other models, except models from which this one is made."""
+    """Return the warnings that concern a model or the models from which it is made."""
     own = with_dependencies(scene, [model.name])
     others = [d.location for n, d in scene.of_kind("model").items() if n not in own]
     lines = [range(at.span.line, at.span.end_line + 1) for at in others if at.source is scene.source]
@@ -198,23 +198,29 @@ def _probe(probe: ProbeResult) -> ProbeTrace:
 
 
 def _errors(scene: Scene, report: Report, model: ModelResult) -> dict[str, PointError]:
-    """Return all metrics except those of speed, which sharing a processor would distort; our own if there are none."""
+    """Return the results of all metrics except those of speed, which other processes on the machine would distort.
+
+    If the scene has no error metric, relative displacement errors are added (`_default_errors`).
+    """
     asked = scene.of_kind("metric")
     found = {
         name: PointError(
             result.value, result.unit, _against(asked[name]), result.reason, result.uncertainty,
-            _needs_no_probe(scene, asked[name]) or None,
+            _is_independent_of_probes(scene, asked[name]) or None,
         )
         for name, result in model.metrics.items()
         if (asked[name].thing.looked_at or asked[name].thing.concerned) is not None
     }  # fmt: skip
     if not any(_against(m) for m in asked.values()):
-        found |= _automatic(report, model)
+        found |= _default_errors(report, model)
     return found
 
 
-def _needs_no_probe(scene: Scene, metric: Declared) -> bool:
-    """Return whether a metric uses no probe, or forces at one: convergence of displacements is then irrelevant."""
+def _is_independent_of_probes(scene: Scene, metric: Declared) -> bool:
+    """Return whether a metric does not depend on displacements at a probe, as for forces.
+
+    Convergence of displacements then says nothing about the metric.
+    """
     return metric.thing.probe_in(scene) is None or isinstance(metric.thing, ForceMetric)
 
 
@@ -223,8 +229,11 @@ def _against(metric: Declared) -> str | None:
     return against
 
 
-def _automatic(report: Report, model: ModelResult) -> dict[str, PointError]:
-    """Return `PROBE against REFERENCE`: the relative l2 norm for every probe and every reference with displacements."""
+def _default_errors(report: Report, model: ModelResult) -> dict[str, PointError]:
+    """Return the relative l2 norm of the displacement error for every probe and every reference with displacements.
+
+    Each error is named `PROBE against REFERENCE`.
+    """
     return {
         f"{name} against {reference.name}": _relative(reference, probe, name)
         for reference in report.references.values()

@@ -1,7 +1,8 @@
-"""Resolution of a configuration: cell sizes, segments, time steps, and the theoretical order of each.
+"""Resolution of a configuration: cell sizes, segments and time steps, with theoretical orders of convergence.
 
-It is declared, not inferred: configurations are refinements of one another if they differ in only one of these. A sweep
-of a body's length also changes the number of unknowns, but it changes the problem and has no order.
+The resolution is declared and not inferred. Configurations are refinements of one another if they differ in only one of
+these fields. A sweep of a body's length also changes the number of unknowns, but it changes the problem and has no
+order.
 """
 
 from __future__ import annotations
@@ -13,18 +14,18 @@ from typing import Any
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.planning.declaration_dependencies import with_dependencies
 from softmark.interpreter.problem.body_case import Fault, case_for
-from softmark.interpreter.study.configurations.configuration_keys import words_of
+from softmark.interpreter.study.configurations.configuration_keys import declaration_text
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 
 PROBLEM = ("material", "body", "support", "contact", "load", "analysis")  # kinds that define the problem
 
 
 def resolution_of(scene: Scene, model: str) -> dict[str, Any]:
-    """Return the resolution of a model.
+    """Return the resolution of a model as JSON.
 
-    `of`: the numbers, by field; `formal`: the order in displacements of each, if known; `problem`: a digest of all
-    else; `meshed`: whether the number of elements is that of the model's own mesh; `counts`: cells of that mesh along
-    each direction, if known from the body's shape.
+    `of`: the size, segments and step. `formal`: the theoretical order in displacements of each, if known. `problem`: a
+    digest of everything else. `meshed`: whether the number of elements is that of the model's own mesh. `counts`: the
+    number of cells of that mesh along each direction, if the shape of the body gives it.
     """
     own = scene.declared[model]
     whole = [scene.declared[name] for name in with_dependencies(scene, [model])]
@@ -34,7 +35,9 @@ def resolution_of(scene: Scene, model: str) -> dict[str, Any]:
         for name, value in _resolution_fields(declared).items():
             if value is not None and (declared is own or name not in found):
                 found[name] = float(value)
-    digest = hashlib.sha256("".join(words_of(_without_resolution(d)) for d in (*problem, *whole)).encode()).hexdigest()
+    digest = hashlib.sha256(
+        "".join(declaration_text(_without_resolution(d)) for d in (*problem, *whole)).encode()
+    ).hexdigest()
     size = _resolution_fields(own).get("size")
     return {"of": found, "formal": formal_orders(scene, own), "problem": digest, "meshed": size is not None,
             "counts": None if size is None else _counts(scene, own, size)}  # fmt: skip
@@ -50,13 +53,13 @@ def _counts(scene: Scene, model: Declared, size: float) -> list[int] | None:
 
 
 def _without_resolution(declared: Declared) -> Declared:
-    """Return a declaration of a model or an analysis without its resolution."""
+    """Return a model or an analysis with its resolution fields removed."""
     names = dict.fromkeys(_resolution_fields(declared))
     return replace(declared, thing=replace(declared.thing, **names)) if names else declared
 
 
 def _resolution_fields(declared: Declared) -> dict[str, Any]:
-    """Return the resolution in a declaration of a model or a dynamic analysis, by field."""
+    """Return the resolution fields of a model or a dynamic analysis, by name."""
     thing = declared.thing
     if declared.kind == "model":
         return {name: getattr(thing, name) for name in thing.finely}
@@ -67,10 +70,10 @@ def _resolution_fields(declared: Declared) -> dict[str, Any]:
 
 
 def formal_orders(scene: Scene, model: Declared) -> dict[str, int]:
-    """Return the theoretical order in displacements for each resolution field of a model, for smooth solutions.
+    """Return the theoretical order in displacements of each resolution field of a model, for smooth solutions.
 
-    Models declare the orders of their size or segments, integrators that of the step. Springs, modes and tolerances
-    have none.
+    Models declare the orders of their size or segments, time integrators the order of the step. Springs, modes and
+    tolerances have none.
     """
     if model.thing.unsolved:
         return {}
@@ -80,7 +83,9 @@ def formal_orders(scene: Scene, model: Declared) -> dict[str, int]:
 
 
 def _order_in_time(motion: Dynamic, model: Any) -> int:
-    """Return the order in time: damping by the stiffness at the start of a step is of first order if the stiffness
+    """Return the order of convergence in the time step.
+
+    Stiffness-proportional damping uses the stiffness at the start of a step. It is of first order if the stiffness
     changes.
     """
     first = motion.integrator == "implicit_euler" or (motion.damping_stiffness > 0 and not model.constant)

@@ -1,9 +1,9 @@
-"""Variations that change the problem, because they change the reference of errors.
+"""Detection of varied names that change the problem, because they change the reference of the errors.
 
 A sweep of a cell size or a tolerance approaches one solution in several ways. A sweep of a load, a length or a
-stiffness poses several problems: errors against different references do not compete, and a configuration that is fast
-for one value is no choice at another. The references decide: a varied name changes the problem if it changes their
-displacements or the places of these, or a model that serves as a reference.
+stiffness poses several problems. Errors against different references do not compete, and a configuration that is fast
+for one value is no choice at another. A varied name changes the problem if it changes the displacements of a reference
+(theory, measurement, or model that serves as one), or the points where they are given.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from softmark.interpreter.study.configurations.configuration_keys import words_of
+from softmark.interpreter.study.configurations.configuration_keys import declaration_text
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Scene
@@ -27,10 +27,11 @@ SAME = 1e-4  # relative difference below which references are equal up to solver
 
 
 def trace_references(scene: Scene, report: Report, model: str, errors: Mapping[str, PointError]) -> dict[str, Trace]:
-    """Return a few numbers that identify each reference of a model's errors.
+    """Return for each reference of a model's errors a few numbers that identify it.
 
-    They are |X|, |u| and weighted sums of X and u for each probe. A reference without displacements, such as a surface,
-    is identified by its declaration and its files.
+    They are |X|, |u| and weighted sums of X and u, m, for each probe with points X and displacements u. A reference
+    without
+    displacements, such as a surface, is identified by its declaration and its files.
     """
     found: dict[str, Trace] = {}
     for name in dict.fromkeys(e.against for e in errors.values() if e.against not in (None, model)):
@@ -38,7 +39,7 @@ def trace_references(scene: Scene, report: Report, model: str, errors: Mapping[s
         if owner is not None and owner.probes:
             found[name] = [v for _, probe in sorted(owner.probes.items()) for v in _numbers(probe)]
         elif name in report.references:
-            found[name] = hashlib.sha256(words_of(scene.declared[name]).encode()).hexdigest()
+            found[name] = hashlib.sha256(declaration_text(scene.declared[name]).encode()).hexdigest()
     return found
 
 
@@ -50,7 +51,7 @@ def _numbers(probe: ProbeResult) -> list[float]:
 
 
 def _differ(a: Trace, b: Trace) -> bool:
-    """Return whether two references differ; references that cannot be compared, such as failed ones, do not count."""
+    """Return whether two references differ; references that cannot be compared, such as failed ones, do not differ."""
     if isinstance(a, str) or isinstance(b, str):
         return isinstance(a, str) and isinstance(b, str) and a != b
     if len(a) != len(b):
@@ -63,7 +64,7 @@ def _differ(a: Trace, b: Trace) -> bool:
 
 
 def mark_problems(points: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return the points, each with its `problem`: its varied values that change the reference of errors."""
+    """Return the points with an entry `problem`: those varied values that change the reference of the errors."""
     changing: dict[str, set[str]] = {}
     for scene in dict.fromkeys(str(p["scene"]) for p in points):
         changing[scene] = _changing_names([p for p in points if str(p["scene"]) == scene])
@@ -74,7 +75,7 @@ def mark_problems(points: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _changing_names(points: Sequence[Mapping[str, Any]]) -> set[str]:
-    """Return names of which two values, all else being equal, have different references."""
+    """Return the varied names that change a reference while all other values stay the same."""
     names = dict.fromkeys(n for p in points for n in p.get("variation") or {})
     return {name for name in names if _changes(name, points)}
 

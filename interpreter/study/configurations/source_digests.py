@@ -1,4 +1,4 @@
-"""Digests of everything outside the scene that decides a result: softmark's sources, library versions, and files."""
+"""Digests of everything outside the scene that decides a result: sources, library versions, and files."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NUMERICS = (  # libraries that may affect results, installed or not
 
 @lru_cache(maxsize=1)
 def digest_sources() -> str:
-    """Return the SHA-256 of all sources that can change a number, and the versions of Python and of the libraries."""
+    """Return the SHA-256 of all sources that can change a number, and of the versions of Python and libraries."""
     h = hashlib.sha256(f"{sys.implementation.name} {sys.version}\0".encode())
     for name in NUMERICS:
         h.update(f"{name} {_version(name)}\0".encode())
@@ -38,13 +38,16 @@ def digest_sources() -> str:
 
 
 def newest_change() -> float:
-    """Return when a source was last changed, s since 1970: a process may have loaded an older one."""
+    """Return the time when a source file was last changed, s since 1970.
+
+    A process that started before this time may have loaded an older version.
+    """
     files = (p for folder in _folders() for p in folder.rglob("*.py"))
     return max((p.stat().st_mtime for p in files), default=0.0)
 
 
 def _folders() -> list[Path]:
-    """Return the folders of the packages, as installed or in a checkout."""
+    """Return the folders of softmark's packages, installed or in a checkout."""
     import importlib
 
     return [Path(importlib.import_module(f"softmark.{part}").__path__[0]).resolve() for part in PARTS]
@@ -58,7 +61,7 @@ def _version(name: str) -> str:
 
 
 def digest_file(name: str) -> str:
-    """Return the SHA-256 of a file, of all files of a folder, or of the public data set that `data:...` names."""
+    """Return the SHA-256 of a file, of all files in a folder, or of the public data set named `data:...`."""
     from softmark.references.data_download import PREFIX, TABLE
 
     if name.startswith(PREFIX):
@@ -67,40 +70,40 @@ def digest_file(name: str) -> str:
     path = Path(name)
     if path.is_dir():
         inner = sorted(p for p in path.rglob("*") if p.is_file())
-        return _joined(f"{p.relative_to(path).as_posix()} {_of_regular(*_state(p))}" for p in inner)
-    return _of_regular(*_state(path))
+        return _digest_lines(f"{p.relative_to(path).as_posix()} {_digest_regular_file(*_state(p))}" for p in inner)
+    return _digest_regular_file(*_state(path))
 
 
 def digest_program(name: str) -> str:
-    """Return the version of an external program, or that it is missing, and the plugin of its adapter."""
+    """Return the version of an external program as text, with the digest of the plugin that defines its adapter."""
     from softmark.interpreter.models.external.adapters import adapter
 
-    return f" {name} {_of_version(name)}{_of_module(adapter(name))}"
+    return f" {name} {_program_version(name)}{_digest_plugin_module(adapter(name))}"
 
 
 @cache
 def digest_installed(name: str) -> str:
-    """Return the digest of one of our programs on disk, and of all packages installed with it.
+    """Return the digest of an external program's files, and of the list of installed Python packages.
 
-    The version may stay the same in a changed copy.
+    Files are used because a changed copy may have the same version.
     """
     from softmark.interpreter.models.external.adapters import adapter
 
     files = (p for place in adapter(name).places() for p in (place.rglob("*") if place.is_dir() else (place,)))
     own = sorted(repr(_state(p)) for p in files if p.suffix != ".pyc" and p.is_file())
     beside = sorted({p.name for folder in sys.path for p in Path(folder).glob("*.dist-info")})
-    return _joined((*own, *beside))
+    return _digest_lines((*own, *beside))
 
 
 @cache
-def _of_version(name: str) -> str | None:
+def _program_version(name: str) -> str | None:
     from softmark.interpreter.models.external.adapters import adapter
 
     found: str | None = adapter(name).version()
     return found
 
 
-def _joined(lines: Iterable[str]) -> str:
+def _digest_lines(lines: Iterable[str]) -> str:
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
@@ -113,8 +116,8 @@ def _state(path: Path) -> tuple[str, int, int]:
 
 
 @cache
-def _of_regular(path: str, changed: int, size: int) -> str:
-    """Return the SHA-256 of one file, cached until it changes."""
+def _digest_regular_file(path: str, changed: int, size: int) -> str:
+    """Return the SHA-256 of one file, cached until its modification time or size changes."""
     try:
         with open(path, "rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
@@ -123,7 +126,7 @@ def _of_regular(path: str, changed: int, size: int) -> str:
 
 
 def files_of(thing: Any) -> Iterator[str]:
-    """Yield every file that a declared object names, also in its parts."""
+    """Yield every file name in a declared object and in the objects that it contains."""
     if isinstance(thing, tuple):
         for value in thing:
             yield from files_of(value)
@@ -140,7 +143,7 @@ def files_of(thing: Any) -> Iterator[str]:
 
 
 def digest_plugins(thing: Any) -> str:
-    """Return the SHA-256 of the plugins that define a declared object or its parts; "" for our own."""
+    """Return the SHA-256 of the plugins that define a declared object or its parts; empty if there are none."""
     if not FILES:
         return ""
     if isinstance(thing, tuple):
@@ -148,19 +151,19 @@ def digest_plugins(thing: Any) -> str:
     if not is_dataclass(thing):
         return ""
     inner = "".join(digest_plugins(getattr(thing, f.name)) for f in fields(thing))
-    return _of_module(sys.modules.get(type(thing).__module__)) + inner
+    return _digest_plugin_module(sys.modules.get(type(thing).__module__)) + inner
 
 
-def _of_module(module: Any) -> str:
-    """Return the SHA-256 of a plugin from its module, "" for our own."""
+def _digest_plugin_module(module: Any) -> str:
+    """Return the SHA-256 of the file of a plugin module; empty for other modules."""
     file = getattr(module, "__file__", None) or ""
     return f" {digest_file(file)}" if file in FILES else ""
 
 
 @cache
 def _file_fields(cls: Any) -> frozenset[str]:
-    """Return the fields of a constructor's class that hold the name of a file."""
-    if _of_module(sys.modules.get(cls.__module__)):
+    """Return the fields of a constructor's class that contain file names."""
+    if _digest_plugin_module(sys.modules.get(cls.__module__)):
         return frozenset(f.attribute for f in _fields(cls) if f.form in ("file", "files"))
     from softmark.interpreter.validation.constructor_registry import CATALOGUE
 

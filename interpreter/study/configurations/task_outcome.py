@@ -1,4 +1,4 @@
-"""Tasks and their outcomes, in the form sent to other processes and written to the journal."""
+"""Tasks and their outcomes, as sent to other processes and written to the journal."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SAME = 1e-9  # relative to the extent of a probe: closer points are equal
 
 @dataclass(frozen=True)
 class TruthRequest(JsonRecord):
-    """Model that serves as the reference of a robustness study, and the metric that compares with it."""
+    """Model that serves as the reference of a robustness study, and the metric that compares others with it."""
 
     model: str
     metric: str
@@ -26,7 +26,7 @@ class TruthRequest(JsonRecord):
 
 @dataclass(frozen=True)
 class PointTask(JsonRecord):
-    """Input for computing one configuration: the text of the scene and the overrides."""
+    """Task of computing one configuration: the text of a scene, a model, and the overrides."""
 
     READ: ClassVar = {"models": tuple, "overrides": tuple, "truth": TruthRequest.from_json, "plugins": tuple}
     SELDOM: ClassVar = ("limit_s", "truth", "stated", "alone", "plugins")
@@ -49,7 +49,7 @@ class PointTask(JsonRecord):
 
 @dataclass(frozen=True)
 class TruthStatement(JsonRecord):
-    """Error statement of a model that serves as the reference, in terms of the metric."""
+    """Error that a model serving as the reference states of itself, in terms of the metric."""
 
     READ: ClassVar = {"stated": StatedError.from_json}
 
@@ -60,13 +60,13 @@ class TruthStatement(JsonRecord):
 
 @dataclass(frozen=True)
 class ProbeTrace(JsonRecord):
-    """Points of a probe (n, 3) and their displacements, m."""
+    """Points of a probe, shape (n, 3), m, and their displacements, shape (n, 3), m."""
 
     points: Triples = ()
     displacement: Triples = ()
 
-    def alike(self, other: ProbeTrace) -> bool:
-        """Return whether both have the same points, up to rounding, and a displacement for each."""
+    def has_same_points(self, other: ProbeTrace) -> bool:
+        """Return whether two probes have the same points, up to rounding, and a displacement at each point."""
         p, q = self.points, other.points
         if len({len(p), len(q), len(self.displacement), len(other.displacement)}) != 1 or not p:
             return False
@@ -76,7 +76,7 @@ class ProbeTrace(JsonRecord):
 
 @dataclass(frozen=True)
 class SolvedReference(JsonRecord):
-    """Reference with its origin, status, estimated error, m, and displacements."""
+    """Reference with its origin, status, estimated error, m, and displacements at probes."""
 
     READ: ClassVar = {"probes": mapping_reader(ProbeTrace.from_json)}
 
@@ -89,27 +89,31 @@ class SolvedReference(JsonRecord):
 
 
 class TaskAttempt(JsonRecord):
-    """Outcome of a task, in full or in part."""
+    """Base class of outcomes of a task, complete or reduced."""
 
     unfinished: bool
     limit_s: float | None
 
     @property
     def status(self) -> str:
-        """Status of the point."""
+        """Status of the computed point."""
         raise NotImplementedError
 
-    def again(self, timeout: float | None) -> bool:
-        """Return whether to try again: its process was killed, or more time is available now."""
+    def is_worth_retrying(self, timeout: float | None) -> bool:
+        """Return whether the task should be tried again.
+
+        This is the case if its process was killed, or if it ran out of time and `timeout`, s, is now longer.
+        """
         late = self.status == "timed_out"
         return bool(self.unfinished) and (not late or timeout is None or timeout > (self.limit_s or 0.0))
 
 
 @dataclass(frozen=True)
 class PointOutcome(TaskAttempt):
-    """Outcome of a task: `point` is its entry in `softmark-compare/1`, with the seconds needed.
+    """Outcome of a task: `point` is its entry in `softmark-compare/1`.
 
-    An `unfinished` one was lost, or was limited to `limit_s`: another try may have a result.
+    `unfinished` is true if the task was lost or reached the time limit `limit_s`, so that another try may have a
+    result.
     """
 
     READ: ClassVar = {
@@ -129,7 +133,7 @@ class PointOutcome(TaskAttempt):
 
     @property
     def status(self) -> str:
-        """Status of the point."""
+        """Status of the computed point."""
         return str(self.point["status"])
 
 
@@ -138,7 +142,10 @@ class PointOutcome(TaskAttempt):
 
 @dataclass(frozen=True)
 class PointError(JsonRecord):
-    """Result of a metric: an error if it measures `against` something, in `unit`; or why there is no value."""
+    """Result of a metric in `unit`, or the reason why there is no value.
+
+    If `against` names a reference, the result is an error.
+    """
 
     SELDOM: ClassVar = ("reason", "uncertainty", "by_itself")
 
@@ -152,7 +159,7 @@ class PointError(JsonRecord):
 
 @dataclass(frozen=True)
 class PointWarning(JsonRecord):
-    """A warning about a point."""
+    """Warning about a point."""
 
     code: str
     message: str
@@ -160,7 +167,7 @@ class PointWarning(JsonRecord):
 
 @dataclass(frozen=True)
 class PointStated(StatedError):
-    """Error that a model states of the first relative metric against something, and `of` all."""
+    """Error that a model states of its first relative error metric, and in `of` of all metrics."""
 
     SELDOM: ClassVar = ("unit", "metric", "of")
     READ: ClassVar = {**StatedError.READ, "of": mapping_reader(StatedError.from_json)}
@@ -171,7 +178,7 @@ class PointStated(StatedError):
 
 @dataclass(frozen=True)
 class PointSummary(JsonRecord):
-    """A point without its fields."""
+    """Results of a point without displacement fields."""
 
     READ: ClassVar = {
         "errors": mapping_reader(PointError.from_json), "warnings": list_reader(PointWarning.from_json),

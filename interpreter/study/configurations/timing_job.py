@@ -1,4 +1,4 @@
-"""Timing job: one model of one scene with one set of overrides, as sent to a separate process."""
+"""Timing job: one model of one scene with one set of overrides, as sent to the process that times it."""
 
 from __future__ import annotations
 
@@ -18,12 +18,14 @@ THREADS = (
 
 @dataclass(frozen=True)
 class TimingJob(JsonRecord):
-    """One configuration to be timed; `key` identifies its times.
+    """Configuration to be timed; `key` identifies its times.
 
-    The scene is a `text` (with the `folder` of its files) or a `file`, by its path or its name in the standard library.
-    Solutions are repeated until they have taken `least_s` seconds. A first solution that takes longer than `patience_s`
-    is not repeated as a warm-up: it is the timed one. A process that needs longer than `costly_s` in total is repeated
-    only three times; one that is not finished after `timeout_s` is killed.
+    The scene is given as `text` (with the `folder` of its files), or as `file`, which is a path or the name of a
+    standard
+    scene. Solutions are repeated until they have taken `least_s` seconds. If the first solution takes longer than
+    `patience_s`, it is not a warm-up but is itself timed. A process that needs longer than `costly_s` in total is
+    repeated
+    only three times. A process that is not finished after `timeout_s` is killed.
     """
 
     READ: ClassVar = {"overrides": tuple, "plugins": tuple}
@@ -45,10 +47,10 @@ class TimingJob(JsonRecord):
 
     @property
     def called(self) -> str:
-        """Name of the job for people."""
+        """Name of the job in messages."""
         return self.label or self.model
 
     @property
     def environment(self) -> dict[str, str]:
-        """Return the variables that fix the number of threads, to be set before libraries are imported."""
+        """Environment variables that fix the number of threads; they must be set before libraries are imported."""
         return dict.fromkeys(THREADS, str(self.threads))

@@ -1,4 +1,4 @@
-"""Cells of the leaderboard: one for each model on each case, with its error, uncertainty, time and status."""
+"""Leaderboard and its cells: one cell for each model on each case, with error, uncertainty, time and status."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ MET, NOT_MET, CANNOT_TELL = "met", "not_met", "cannot_tell"  # verdicts, as thos
 
 @dataclass(frozen=True)
 class CaseCard(JsonRecord):
-    """Case on the board; numbers in `unit`, SI. `reason` is why no model could answer it."""
+    """Case on the leaderboard; its numbers are in `unit`.
+
+    `reason` is given if the scene could not be read, so that no model has an answer.
+    """
 
     SELDOM: ClassVar = ("reason",)
 
@@ -41,7 +44,7 @@ class CaseCard(JsonRecord):
 
 @dataclass(frozen=True)
 class ModelCard(JsonRecord):
-    """Model on the board: the number of its cases, and of those with a right answer."""
+    """Model on the leaderboard: the number of its cases, and of its cases with a right answer (`met`)."""
 
     entered: int
     met: int
@@ -50,8 +53,9 @@ class ModelCard(JsonRecord):
 
 @dataclass(frozen=True)
 class Cell(JsonRecord):
-    """Result of one model in one case. `name` is the model's name in the scene; `verdict` None without tolerance or
-    error.
+    """Result of one model in one case.
+
+    `name` is the name of the model in the scene. `verdict` is None if the case has no tolerance or the model no error.
     """
 
     SELDOM: ClassVar = ("message", "flags")
@@ -76,7 +80,7 @@ class Cell(JsonRecord):
 
 @dataclass(frozen=True)
 class Board(JsonRecord):
-    """Leaderboard (`board.json`): the cases of a suite, the models, and their results."""
+    """Leaderboard (`board.json`): cases, models and results."""
 
     READ: ClassVar = {
         "cases": mapping_reader(CaseCard.from_json), "models": mapping_reader(ModelCard.from_json),
@@ -93,7 +97,7 @@ class Board(JsonRecord):
     cells: tuple[Cell, ...]
 
     def of(self, case: str, model: str | None = None) -> list[Cell]:
-        """Return the cells of a case, of one model or of all; right answers first, the most accurate first."""
+        """Return the cells of a case, by default of all models; those with an error first, by increasing error."""
         own = [c for c in self.cells if c.case == case and model in (None, c.model)]
         return sorted(own, key=_rank)
 
@@ -105,7 +109,7 @@ def _rank(cell: Cell) -> tuple[bool, float]:
 def board_of(
     title: str, cases: Sequence[BoardCase], points: Sequence[ComparedPoint], saved: Mapping[str, Any]
 ) -> Board:  # fmt: skip
-    """Return the board of a comparison; `saved` is its `softmark-compare/1`."""
+    """Return the leaderboard of a comparison; `saved` is the JSON of the comparison, `softmark-compare/1`."""
     cells = tuple(cell for case in cases for cell in _cells(case, points))
     names = dict.fromkeys(cell.model for cell in cells)
     models = {name: _model([c for c in cells if c.model == name]) for name in names}
@@ -134,7 +138,7 @@ def _cells(case: BoardCase, points: Sequence[ComparedPoint]) -> Iterator[Cell]:
 
 
 def _metric(case: BoardCase, points: Sequence[ComparedPoint]) -> str | None:
-    """Return the judging metric, by default the first error that was measured."""
+    """Return the metric that judges a case: the declared one, or else the first error metric that was measured."""
     if case.case.by is not None or case.subject is None:
         return case.case.by
     return next(iter(error_metrics([p for p in points if p.scene == case.subject.name])), None)
@@ -156,12 +160,15 @@ def _cell(case: BoardCase, entrant: Entrant, point: ComparedPoint, metric: str |
 
 
 def _effort(point: ComparedPoint) -> tuple[str | None, Spread | None]:
-    """Return the clock of the comparison, and its time."""
+    """Return the first clock of CLOCKS that measured a configuration, and its time, s."""
     return next(((clock, own) for clock in CLOCKS if (own := point.effort(clock)) is not None), (None, None))
 
 
 def judge_error(error: float | None, uncertainty: float | None, tolerance: float | None) -> str | None:
-    """Return whether an error is within a tolerance, or undecidable because of the reference's uncertainty."""
+    """Return the verdict on an error: MET, NOT_MET or CANNOT_TELL; None if there is no error or tolerance.
+
+    CANNOT_TELL means that the uncertainty of the reference is too large to decide.
+    """
     if error is None or tolerance is None:
         return None
     if error <= tolerance:

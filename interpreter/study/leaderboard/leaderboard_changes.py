@@ -1,7 +1,7 @@
-"""Changes of a leaderboard since another one, cell by cell.
+"""Changes of a leaderboard since an older one, cell by cell.
 
-Errors are the same on every machine, so that one per cent more or less is a change. Times are noise below a factor of
-1.5, and are only compared on one kind of processor.
+Errors are the same on every machine, so a difference of one per cent is a change. Times differing by a factor below 1.5
+are noise. Times are compared only on the same kind of processor.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ FORM = {
 
 
 class NotALeaderboard(Exception):
-    """A file is no leaderboard; the text gives the reason."""
+    """Error: a file is not a leaderboard. The text gives the reason."""
 
 
 def read_board(path: str) -> Board:
-    """Read the board in a file. Raises NotALeaderboard."""
+    """Read a leaderboard from a file. Raises NotALeaderboard."""
     try:
         found = json.loads(read_regular(path).decode("utf-8"))
     except (OSError, ValueError, RecursionError) as error:
@@ -44,7 +44,7 @@ def read_board(path: str) -> Board:
 
 
 def describe_change(old: Cell, new: Cell, timed: bool = True) -> str:
-    """Return the differences between two cells of one model and case, in words; empty if they are noise."""
+    """Return the change between two cells of the same model and case in words; empty if it is only noise."""
     if old.status != new.status:
         return f"{describe_status(old.status)} → {describe_status(new.status)}"
     if old.verdict != new.verdict:
@@ -63,10 +63,10 @@ def describe_change(old: Cell, new: Cell, timed: bool = True) -> str:
 
 
 def _ratio(a: float, b: float) -> str:
-    """Format a ratio, `× 1.25`; changes from or to zero are given as such."""
+    """Format the ratio b / a, such as `× 1.25`, or `from 0` if a is zero."""
     return f"× {b / a:.3g}" if a > 0 else "from 0"
 
 
 def describe_status(word: str | None) -> str:
-    """Return a status or a verdict in words."""
+    """Return a status or a verdict in words; None is `not judged`."""
     return "not judged" if word is None else word.replace("_", " ")

@@ -1,4 +1,4 @@
-"""Strengths of each model on a leaderboard: the cases where it is right, fastest or most accurate, and the others."""
+"""Strengths of each model on a leaderboard: cases where it is right, fastest, most accurate, or wrong."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class ModelStrengths:
-    """Cases of a model by name; `quickest` compares models with right answers, if there are several."""
+    """Names of the cases where a model is right, fastest, most accurate, wrong, or without an answer.
+
+    A model counts as fastest or most accurate only in cases that another model also answers.
+    """
 
     model: str
     right: tuple[str, ...]
@@ -19,30 +22,34 @@ class ModelStrengths:
 
 
 def find_strengths(board: Board) -> list[ModelStrengths]:
-    """Return the strengths of every model, the one with most right answers first."""
-    found = [_merit(board, model) for model in board.models]
+    """Return the strengths of every model, ordered by decreasing number of right answers."""
+    found = [_strengths_of_model(board, model) for model in board.models]
     return sorted(found, key=lambda m: (-len(m.right), len(m.wrong) + len(m.lost)))
 
 
-def _merit(board: Board, model: str) -> ModelStrengths:
+def _strengths_of_model(board: Board, model: str) -> ModelStrengths:
     own = {case: cells for case in board.cases if (cells := board.of(case, model))}
     right = [case for case, cells in own.items() if any(c.verdict == MET for c in cells)]
     judged = [case for case, cells in own.items() if any(c.verdict for c in cells)]
     lost = [(case, cells[0].status) for case, cells in own.items() if all(c.error is None for c in cells)]
     return ModelStrengths(
-        model, tuple(right), tuple(c for c in right if _quickest(board, c, model)),
-        tuple(c for c in right if _closest(board, c, model)), tuple(c for c in judged if c not in right), tuple(lost),
+        model, tuple(right), tuple(c for c in right if _is_fastest(board, c, model)),
+        tuple(c for c in right if _is_most_accurate(board, c, model)), tuple(c for c in judged if c not in right),
+        tuple(lost),
     )  # fmt: skip
 
 
-def _quickest(board: Board, case: str, model: str) -> bool:
-    """Return whether no other model is right in less time."""
+def _is_fastest(board: Board, case: str, model: str) -> bool:
+    """Return whether a model is the fastest of several models with a right answer in a case."""
     times = [(c.time_s, c.model) for c in board.of(case) if c.verdict == MET and c.time_s is not None]
     return len({m for _, m in times}) > 1 and min(times)[1] == model
 
 
-def _closest(board: Board, case: str, model: str) -> bool:
-    """Return whether no model has a smaller error; errors below the reference's uncertainty are equal."""
+def _is_most_accurate(board: Board, case: str, model: str) -> bool:
+    """Return whether a model is the most accurate of several models in a case.
+
+    Errors below the uncertainty of the reference are equal.
+    """
     errors = [(_told(c), c.model) for c in board.of(case) if c.error is not None]
     least = min(error for error, _ in errors)
     return len({m for _, m in errors}) > 1 and any(m == model and error <= least for error, m in errors)

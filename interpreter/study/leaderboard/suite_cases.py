@@ -22,7 +22,10 @@ Load = Callable[[str], tuple[Scene | None, list[Diagnostic]]]
 
 @dataclass(frozen=True)
 class Entrant:
-    """Model of a scene that takes part in a case: its name there, and its description without its size."""
+    """Model that takes part in a case.
+
+    `name` is its name in the scene. `model` is its description without mesh size, which is the same in all cases.
+    """
 
     name: str
     model: str
@@ -30,7 +33,7 @@ class Entrant:
 
 @dataclass(frozen=True)
 class BoardCase:
-    """Case with its scene; `reason` is why there is none, and then it has no answers."""
+    """Case together with its scene; if the scene has errors, `subject` is None and `reason` describes them."""
 
     case: Case
     subject: SceneSubject | None
@@ -43,13 +46,14 @@ class BoardCase:
 
     @property
     def title(self) -> str:
-        """Title of its scene."""
+        """Title of the scene, or its name if it could not be read."""
         return self.subject.scene.title if self.subject else self.case.scene
 
 
 def cases_of_suite(suite: Suite, load: Load) -> tuple[list[BoardCase], list[Diagnostic]]:
-    """Return the cases of a suite, each scene loaded once, and its errors; a scene in error gives a case without
-    answers.
+    """Return the cases of a suite with their scenes, and the errors of the suite.
+
+    Each scene is loaded once. A case whose scene has errors is returned without a scene.
     """
     found: list[BoardCase] = []
     faults: list[Diagnostic] = []
@@ -61,7 +65,7 @@ def cases_of_suite(suite: Suite, load: Load) -> tuple[list[BoardCase], list[Diag
             faults.append(own)
         elif isinstance(own, str):
             found.append(BoardCase(case, None, reason=own))
-        elif (wrong := _misfit(case, own.scene)) is not None:
+        elif (wrong := _check_case(case, own.scene)) is not None:
             faults.append(wrong)
         else:
             found.append(_answered(case, own))
@@ -71,7 +75,10 @@ def cases_of_suite(suite: Suite, load: Load) -> tuple[list[BoardCase], list[Diag
 def _subject(
     case: Case, folder: Path, load: Load, known: Mapping[str, SceneSubject | Diagnostic | str]
 ) -> SceneSubject | str | Diagnostic:  # fmt: skip
-    """Return a case's scene under a unique name, why it is in error, or the error of the case that names it."""
+    """Return the scene of a case under a unique name.
+
+    Return the errors of the scene as text if it has any, or the error of the case if there is no such scene.
+    """
     beside = folder / case.scene
     scene, diagnostics = load(str(beside) if beside.is_file() else case.scene)
     if scene is not None:
@@ -82,8 +89,8 @@ def _subject(
     return format_diagnostics(errors)
 
 
-def cases_of_scene(scene: Scene, taken: Sequence[str]) -> BoardCase:
-    """Return a scene as a case: its first error, without a tolerance."""
+def case_of_scene(scene: Scene, taken: Sequence[str]) -> BoardCase:
+    """Return a scene as a case that is judged by its first error metric, without a tolerance."""
     subject = subject_of(scene, taken)
     errors = [n for n, d in scene.of_kind("metric").items() if d.thing.measured_from in scene.of_kind("reference")]
     file = standard_name(scene.path) or scene.path or subject.name
@@ -91,8 +98,8 @@ def cases_of_scene(scene: Scene, taken: Sequence[str]) -> BoardCase:
     return _answered(case, subject)
 
 
-def _misfit(case: Case, scene: Scene) -> Diagnostic | None:
-    """Return the error for a name in the case that its scene lacks."""
+def _check_case(case: Case, scene: Scene) -> Diagnostic | None:
+    """Return the error of a case that does not fit its scene, such as a metric that the scene lacks; else None."""
     metrics, references = scene.of_kind("metric"), scene.of_kind("reference")
     named = f"`{case.scene}`"
     if case.by not in metrics:
@@ -102,11 +109,11 @@ def _misfit(case: Case, scene: Scene) -> Diagnostic | None:
     metric = metrics[case.by]
     if metric.thing.measured_from not in references:
         errors = [n for n, d in metrics.items() if d.thing.measured_from in references]
-        hint = f"errors of the scene are {', '.join(errors)}" if errors else "give the metric `against = ...`"
-        return case.fault("E743", "by", f"`{case.by}` has no reference", "no error", hint)
+        hint = f"metrics with a reference: {', '.join(errors)}" if errors else "give the metric `against = ...`"
+        return case.fault("E743", "by", f"`{case.by}` has no reference", "not an error", hint)
     kind = references[metric.thing.measured_from].thing.kind
     if case.kind != kind:
-        message = f"`{metric.thing.measured_from}`, the reference of `{case.by}`, is {_article(kind)}"
+        message = f"the reference of `{case.by}`, `{metric.thing.measured_from}`, is of the kind {_article(kind)}"
         return case.fault("E744", "kind", message, "another kind", f"write `kind = {kind.replace(' ', '_')}`")
     if (wanted := units.parse_unit(metric.thing.unit).dimension) != case.dimension:
         given = units.dimension_name(case.dimension)
@@ -120,7 +127,7 @@ def _article(kind: str) -> str:
 
 
 def subjects_of(cases: Sequence[BoardCase]) -> list[SceneSubject]:
-    """Return each scene once, with the models of all its cases."""
+    """Return each scene of some cases once, with the models of all its cases."""
     found: dict[str, SceneSubject] = {}
     for case in cases:
         if case.subject is not None:
@@ -145,14 +152,14 @@ def _answered(case: Case, subject: SceneSubject) -> BoardCase:
 
 
 def entrants_of(scene: Scene, metric: str | None) -> tuple[Entrant, ...]:
-    """Return the models of a metric's body."""
+    """Return the models that take part in a case: those of the body that the metric measures."""
     body = None if metric is None else _body(scene, scene.declared[metric])
     models = scene.of_kind("model")
     return tuple(Entrant(n, describe_model(scene, d)) for n, d in models.items() if body in (None, _own(scene, d)))
 
 
 def _body(scene: Scene, metric: Declared) -> str | None:
-    """Return the body of a metric, or of the metric that it judges; None for all."""
+    """Return the body that a metric measures, directly or through another metric; None for all bodies."""
     of = vars(metric.thing).get("of")
     found: str | None = metric.thing.body_in(scene)
     return found if found or of not in scene.declared else _body(scene, scene.declared[of])
@@ -166,7 +173,10 @@ def _own(scene: Scene, model: Declared) -> str | None:
 
 
 def describe_model(scene: Scene, model: Declared) -> str:
-    """Return a model's description without size and body, the same in every case: `hex8, finite strain`."""
+    """Return a description of a model without size and body, such as `hex8, finite strain`.
+
+    It identifies the same model in different cases.
+    """
     body = _own(scene, model)
     kind = None if body is None else model.thing.kind(case_of(scene, body))
     if kind is not None:

@@ -3,9 +3,9 @@
     scene "A board of two cases"
     case lifted = judged("bend-45", by = off_lifted, kind = one_code, within = 2 %, asks = "How far out of its plane?")
 
-They are read by the parser of scenes. `kind` is that of the reference (`theory`, `measurement`, ...), `within` the
-error up to which an answer is right, in the unit of the metric. Scenes are paths relative to the suite, or names of the
-standard library. To add a field: one line in FIELDS, and one in Case.
+Suite files are read by the parser of scenes. `kind` is the kind of the reference (`theory`, `measurement`, ...).
+`within` is the largest error of a right answer, in the unit of the metric. Scenes are paths relative to the suite, or
+names of the standard library. To add a field, write one line in FIELDS and one in Case.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ KINDS: tuple[str, ...] = get_args(Kind)  # kinds of references, as scenes write 
 FIELDS: Mapping[str, tuple[type, str]] = {  # fields of a case after its scene, with their forms
     "by": (tree.Name, "a metric of the scene, such as `by = eta`"),
     "kind": (tree.Name, f"the kind of its reference: {', '.join(KINDS)}"),
-    "within": (tree.Number, "the largest error of a right result, such as `within = 2 %`"),
+    "within": (tree.Number, "the largest error of a correct result, such as `within = 2 %`"),
     "asks": (tree.String, 'the question in one line, such as `asks = "How far does it sag?"`'),
 }
 FORM = 'case lifted = judged("bend-45", by = off_lifted, kind = one_code, within = 2 %, asks = "...")'
@@ -39,7 +39,7 @@ FORM = 'case lifted = judged("bend-45", by = off_lifted, kind = one_code, within
 
 @dataclass(frozen=True)
 class Case:
-    """One case of the leaderboard: a metric of a scene. `within` is SI, None without a tolerance."""
+    """Case of the leaderboard: a metric of a scene, and the largest error `within` of a right answer, SI, or None."""
 
     name: str
     scene: str  # as it is written
@@ -52,13 +52,13 @@ class Case:
     places: Mapping[str, Span] | None = None  # of its fields, and of its `scene`
 
     def fault(self, code: str, field: str, message: str, label: str, help: str) -> Diagnostic:
-        """Return the error in one of its fields, or in its `scene`."""
+        """Return a diagnostic located at a field of the case, or at its `scene`."""
         return Diagnostic(code, message, self.source, (self.places or {}).get(field), label, help)
 
 
 @dataclass(frozen=True)
 class Suite:
-    """Cases under a title; scenes are looked for in `folder`, then in the standard library."""
+    """Suite: a title and its cases; their scenes are searched in `folder`, then in the standard library."""
 
     title: str
     cases: tuple[Case, ...]
@@ -66,18 +66,21 @@ class Suite:
 
 
 def standard_suites() -> dict[str, Path]:
-    """Return the suites of the standard library by name: `2026`, and `std/suites/2026.suite`."""
+    """Return the suite files of the standard library by name.
+
+    Each file has two names, such as `2026` and `std/suites/2026.suite`.
+    """
     files = sorted((ROOT / "suites").glob(f"*{SUFFIX}"))
     return {name: f for f in files for name in (f.stem, f"std/suites/{f.name}")}
 
 
 def is_suite(text: str) -> bool:
-    """Return whether a text declares cases; the contents decide, not the name."""
+    """Return whether a text is a suite, because it declares cases; the file name does not matter."""
     return any(line.lstrip().startswith("case ") for line in text.splitlines())
 
 
 def read_suite(source: Source, folder: Path) -> tuple[Suite | None, list[Diagnostic]]:
-    """Return the suite of a text, None if it is in error, and the errors."""
+    """Return the suite that a text declares (None if it has errors), and the errors."""
     syntax, found = parse(source)
     title, cases = Path(source.name).stem, list[Case]()
     for node in syntax.declarations:
@@ -97,7 +100,7 @@ def read_suite(source: Source, folder: Path) -> tuple[Suite | None, list[Diagnos
 
 
 def _find_duplicates(cases: list[Case]) -> list[Diagnostic]:
-    """Return errors for cases with the same name, or the same scene and metric."""
+    """Return errors for cases with equal names, or with the same scene and metric."""
     names: set[str] = set()
     asked: dict[tuple[str, str | None], str] = {}
     found = []
@@ -114,7 +117,7 @@ def _find_duplicates(cases: list[Case]) -> list[Diagnostic]:
 
 
 def _case(node: tree.Declare, source: Source, found: list[Diagnostic]) -> Case | None:
-    """Return the case of a declaration, or None after reporting the error."""
+    """Return the case that a declaration makes; if it is invalid, add the errors to `found` and return None."""
 
     def fail(span: Span, message: str, label: str, help: str) -> None:
         found.append(Diagnostic("E741", message, source, span, label, help))
@@ -133,7 +136,7 @@ def _case(node: tree.Declare, source: Source, found: list[Diagnostic]) -> Case |
         elif name != "scene" and name not in FIELDS:
             close = nearest(name, FIELDS)
             hint = f"did you mean `{close}`?" if close else f"fields are {', '.join(FIELDS)}"
-            fail(span, f"a case has no `{name}`", "not known", hint)
+            fail(span, f"a case has no field `{name}`", "unknown field", hint)
         elif not isinstance(value, FIELDS[name][0] if name in FIELDS else tree.String):
             fail(value.span, f"`{name}` has an invalid value", "invalid", _wanted(name))
         given[name], places[name] = value, value.span

@@ -1,14 +1,15 @@
-"""Robustness studies: each model is varied along each quantity to its validity edge, and every point is classified.
+"""Robustness studies: each quantity is varied until a model is no longer right, and every point is classified.
 
     robustness_study       all walks at once, in worker processes
-    robustness_points      from values to a task and its key
-    point_classification   from an outcome to one of nine classes
+    robustness_points      the scene and the task at given values
+    point_classification   class of an outcome, one of nine
     reference_uncertainty  uncertainty of the reference
-    task_queue             tasks and those who wait for their outcomes
+    task_queue             tasks, and callbacks for their outcomes
     validity_maps          coarse grids over pairs of quantities
     validity_edges         edges that the walks have found
     validity_edge_remedies causes of edges, and remedies
     robustness_record      results as JSON
 
-The quantities and the steps of a walk are in `interpreter.planning`.
+A walk is a sequence of values of one quantity in one direction. Quantities and the steps of walks are in
+`interpreter.planning`.
 """

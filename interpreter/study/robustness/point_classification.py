@@ -1,7 +1,8 @@
-"""Classification of the outcome of a task, as a pure function.
+"""Classification of the outcome of a task into one of nine classes.
 
 right | inaccurate | silent | not_converged | diverged | refused | failed | timed_out | unjudged
 
+An inaccurate result is admitted by the model; a silent one is wrong without a warning.
 interpreter/verification/error_estimate.py defines which warnings count as a model's doubts about its own accuracy.
 """
 
@@ -24,15 +25,17 @@ NOTHING = PointError(None, "1", None)
 def classify(
     outcome: LeanOutcome, metric: str, within: float, uncertainty: float | None, doubt: str | None = None
 ) -> ClassifiedPoint:
-    """Return the class of an outcome of `configuration_task.perform`.
+    """Return the class of an outcome of a task.
 
-    `uncertainty` is that of the reference, relative to its displacements; `doubt` is why it is invalid here, if it is.
+    A result is right if its error `metric` is at most `within` plus the relative `uncertainty` of the reference.
+    `doubt` is
+    the reason why the reference is invalid for this scene, or None.
     """
     point = outcome.point
     codes = tuple(dict.fromkeys(w.code for w in point.warnings))
     status, message = point.status, point.message
     code = match[1] if (match := CODE.match(message or "")) else None
-    if status == "failed" and (truth := _untrue_of(outcome)) is not None:
+    if status == "failed" and (truth := _reason_reference_model_failed(outcome)) is not None:
         return ClassifiedPoint("unjudged", message=truth, code=code, warnings=codes)
     if status == "failed" and code is not None:
         word = "unjudged" if code in ABOUT_REFERENCES else "refused"
@@ -48,7 +51,7 @@ def _classify_answer(
     outcome: LeanOutcome, metric: str, within: float, uncertainty: float | None, doubt: str | None,
     codes: tuple[str, ...],
 ) -> ClassifiedPoint:  # fmt: skip
-    """Return the class of an outcome with an answer."""
+    """Return the class of an outcome whose model has a solution."""
     point = outcome.point
     stated, status = stated_of(point, metric), point.status
     entry = point.errors.get(metric, NOTHING)
@@ -63,7 +66,7 @@ def _classify_answer(
 
 
 def _reason_unjudged(outcome: LeanOutcome, entry: PointError, within: float, uncertainty: float | None) -> str | None:
-    """Return why an answer cannot be judged, or None."""
+    """Return the reason why a solution cannot be judged, or None if it can."""
     against = entry.against or ""
     reference, truth = outcome.references.get(against), (outcome.truths or {}).get(against)
     if reference is not None and reference.status != "converged":
@@ -79,14 +82,17 @@ def _reason_unjudged(outcome: LeanOutcome, entry: PointError, within: float, unc
     return None
 
 
-def _untrue_of(outcome: LeanOutcome) -> str | None:
-    """Return why nothing could be computed, if a model that serves as the reference is the cause."""
+def _reason_reference_model_failed(outcome: LeanOutcome) -> str | None:
+    """Return the reason why the reference model failed, or None if no reference model failed."""
     failed = ((n, t) for n, t in (outcome.truths or {}).items() if t.status == "failed")
     return next((_reason_no_reference(n, t) for n, t in failed), None)
 
 
 def _reason_no_reference(name: str, truth: TruthStatement) -> str | None:
-    """Return why a model cannot serve as the reference: it needs an answer with a stated error and without doubts."""
+    """Return the reason why a model cannot serve as the reference, or None if it can.
+
+    It must have converged and must state an error without doubts.
+    """
     stated = truth.stated or StatedError()
     if truth.status != "converged":
         return f"the reference model `{name}` has no result: {truth.message or truth.status}"
@@ -100,7 +106,7 @@ def _reason_no_reference(name: str, truth: TruthStatement) -> str | None:
 
 
 def stated_of(point: PointSummary, metric: str) -> StatedError | None:
-    """Return the error that the model states of a metric; None if it was not requested."""
+    """Return the error that a model states of a metric; None if no statement was requested."""
     said = point.stated
     if said is None:
         return None
@@ -108,7 +114,7 @@ def stated_of(point: PointSummary, metric: str) -> StatedError | None:
 
 
 def find_admission(point: PointSummary, stated: StatedError | None, error: float) -> str | None:
-    """Return the model's own statement that its answer may be wrong by `error`, or None."""
+    """Return the model's own statement that its error may be as large as `error`, or None."""
     if point.status == "capped":
         return "it was stopped by `max_iterations` and reports that"
     for warning in point.warnings:

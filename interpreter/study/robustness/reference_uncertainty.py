@@ -1,9 +1,9 @@
 """Uncertainty of a reference: its numerical error and, for a beam theory, its modelling error.
 
-A theory of a line is not the solid. It omits that a clamp prevents its section from deforming, which stiffens the root
-over a part of the depth as a plate is stiffer than a strip, by 1 / (1 - nu^2); the effects of a thick section, which
-grow with the square of depth over length; and, since its material is linear, the square of strain. All three are
-estimated only from the scene, without any model.
+A beam theory differs from the solid body in three effects. A clamp prevents the section from deforming, which stiffens
+the root over a part of the depth as a plate is stiffer than a strip, by 1 / (1 - nu^2). The effects of a thick section
+grow with the square of depth over length. The material of the theory is linear, which gives an error of the square of
+strain. All three are estimated only from the scene, without solving a model.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ LINES = ("elastica", "simo_reissner", "small_deflection")
 
 @dataclass(frozen=True)
 class LeanReference(JsonRecord):
-    """Reduced result of a reference: its error, m, and the root mean square displacement of each probe, m."""
+    """Result of a reference reduced to its error, m, and the root mean square displacement of each probe, m."""
 
     status: str
     message: str | None
@@ -48,7 +48,7 @@ class LeanReference(JsonRecord):
 
 @dataclass(frozen=True)
 class LeanOutcome(TaskAttempt):
-    """Part of an outcome that decides its class: displacement fields only as their root mean square."""
+    """Outcome of a task reduced to the part that decides its class, without displacement fields."""
 
     READ: ClassVar = {
         "truths": PointOutcome.READ["truths"], "point": PointSummary.from_json,
@@ -67,15 +67,16 @@ class LeanOutcome(TaskAttempt):
 
     @property
     def status(self) -> str:
-        """Status of the point."""
+        """Status of the computed point."""
         return self.point.status
 
 
 def uncertainty_of(outcome: LeanOutcome, against: str, probe: str, metric: str = "") -> float | None:
-    """Return the numerical error of a reference relative to its displacement of the probe; None if unknown.
+    """Return the numerical error of a reference relative to its displacement at a probe; None if unknown.
 
-    For a model that serves as the reference it is its stated error in terms of the metric, and for given values their
-    stated uncertainty.
+    For a model that serves as the reference it is the error that the model states, in terms of the metric. For given
+    values
+    it is their stated uncertainty.
     """
     if (truth := (outcome.truths or {}).get(against)) is not None:
         return None if truth.stated is None else truth.stated.value
@@ -89,20 +90,25 @@ def uncertainty_of(outcome: LeanOutcome, against: str, probe: str, metric: str =
 def reduce_outcome(outcome: PointOutcome) -> LeanOutcome:
     """Return the part of an outcome that decides its class."""
     references = {
-        name: LeanReference(r.status, r.message, r.estimated_error, {n: _size(p) for n, p in r.probes.items()})
+        name: LeanReference(
+            r.status, r.message, r.estimated_error, {n: _root_mean_square(p) for n, p in r.probes.items()}
+        )
         for name, r in outcome.references.items()
     }
     own = (outcome.truths, outcome.wall_s, outcome.cpu_s, outcome.unfinished, outcome.limit_s)
     return LeanOutcome(outcome.key, *own, PointSummary.from_json(outcome.point), references)
 
 
-def _size(probe: ProbeTrace) -> float:
-    """Return the root mean square of the lengths of displacements, m."""
+def _root_mean_square(probe: ProbeTrace) -> float:
+    """Return the root mean square of the magnitudes of displacements at a probe, m."""
     return math.sqrt(sum(math.hypot(*u) ** 2 for u in probe.displacement) / max(1, len(probe.displacement)))
 
 
-def theory_of(scene: Scene, against: str) -> tuple[float, str | None]:
-    """Return the relative modelling error of a beam theory, and why the theory is invalid here, if it is."""
+def beam_theory_error(scene: Scene, against: str) -> tuple[float, str | None]:
+    """Return the relative modelling error of a beam theory, and the reason if the theory is invalid for this scene.
+
+    For other references the error is 0 and the reason None.
+    """
     reference = scene.declared[against]
     if reference.kind != "reference" or reference.constructor.name not in LINES:
         return 0.0, None

@@ -1,4 +1,4 @@
-"""Points of a robustness study: the scene at some values, its errors, and its task with a key."""
+"""Points of a robustness study: the scene at given values, its errors, and its task with a key."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from softmark.interpreter.study.configurations.configuration_expansion import Sc
 from softmark.interpreter.study.configurations.configuration_task import is_about
 from softmark.interpreter.study.configurations.task_outcome import PointTask, TruthRequest
 from softmark.interpreter.study.robustness.point_classification import ABOUT_REFERENCES
-from softmark.interpreter.study.robustness.reference_uncertainty import theory_of
+from softmark.interpreter.study.robustness.reference_uncertainty import beam_theory_error
 from softmark.interpreter.study.robustness.robustness_record import ClassifiedPoint
 from softmark.interpreter.validation.scene_checks import apply_overrides
 from softmark.records import dataclass
@@ -28,7 +28,11 @@ Values = tuple[tuple[str, Value], ...]  # of quantities, in their order
 
 @dataclass(frozen=True)
 class SceneAtValues:
-    """Scene at some values: its errors, and the relative modelling error of its reference, or why that is invalid."""
+    """Scene with changed values, and its errors.
+
+    `theory` is the relative modelling error of its reference. `doubt` is the reason if the reference is invalid, else
+    None.
+    """
 
     scene: Scene
     errors: tuple[Diagnostic, ...]
@@ -38,7 +42,7 @@ class SceneAtValues:
 
 @dataclass
 class VariedScene:
-    """Scene of one study, at any values."""
+    """Scene of one robustness study, which can be built with any values of the varied quantities."""
 
     subject: SceneSubject
     asked: ResolvedStudy
@@ -46,20 +50,20 @@ class VariedScene:
     _tasks: dict[tuple[Values, str], PointTask] = field(default_factory=dict)
 
     def quantity(self, name: str) -> WalkedQuantity:
-        """Return a quantity by its name."""
+        """Return the varied quantity with this name."""
         return next(q for q in self.asked.quantities if q.name == name)
 
     def values(self, changed: Mapping[str, Value]) -> Values:
-        """Return the values that differ from the scene's own, in the order of the study."""
+        """Return those of the given values that differ from the values of the scene, in the order of the study."""
         named = ((q, changed.get(q.name, q.nominal)) for q in self.asked.quantities)
         return tuple((q.name, v) for q, v in named if v != q.nominal)
 
     def texts(self, values: Values) -> dict[str, str]:
-        """Return the text of each value for an override."""
+        """Return each value as the text of an override, by the name of the quantity."""
         return {name: self.quantity(name).written(v) for name, v in values}
 
     def site(self, values: Values) -> SceneAtValues:
-        """Return the scene at some values, compiled once for all models."""
+        """Return the scene with changed values, compiled once for all models."""
         if values not in self._sites:
             self._sites[values] = self._made(values)
         return self._sites[values]
@@ -70,10 +74,13 @@ class VariedScene:
         errors = tuple(d for d in found if d.severity == "error")
         if self.asked.against not in scene.declared:
             return SceneAtValues(scene, errors)
-        return SceneAtValues(scene, errors, *theory_of(in_last_state(scene), self.asked.against))
+        return SceneAtValues(scene, errors, *beam_theory_error(in_last_state(scene), self.asked.against))
 
     def task(self, values: Values, model: str) -> PointTask:
-        """Return the task of a point; its key is that of the configuration and of the requested results."""
+        """Return the task of a model in the scene with changed values.
+
+        Its key covers the configuration and the requested results.
+        """
         if (values, model) not in self._tasks:
             task = task_of(self.subject, self.site(values).scene, model)
             truth = self._truth()
@@ -84,14 +91,14 @@ class VariedScene:
         return self._tasks[values, model]
 
     def _truth(self) -> TruthRequest | None:
-        """Return the model that serves as the reference and its metric; None if there is a reference."""
+        """Return the model that serves as the reference, and its metric; None if the reference is not a model."""
         known = self.subject.scene.declared.get(self.asked.against)
         if known is None or known.kind != "model":
             return None
         return TruthRequest(self.asked.against, self.asked.metric)
 
     def refusal(self, values: Values, model: str) -> ClassifiedPoint | None:
-        """Return the class of a point whose scene is in error; None if it is not."""
+        """Return the class of a point whose scene has errors that concern the model; None if there are none."""
         site = self.site(values)
         if not site.errors:
             return None
@@ -116,6 +123,6 @@ class VariedScene:
 
 
 def _is_about_another_model(scene: Scene, nominal: Scene, error: Diagnostic, model: str) -> bool:
-    """Return whether an error concerns another model."""
+    """Return whether an error concerns a model other than `model`."""
     others = [d for s in (scene, nominal) for n, d in s.of_kind("model").items() if n != model]
     return is_about(others, error)

@@ -1,4 +1,4 @@
-"""Results of robustness studies in the form `softmark-stress/1`, written and read only here."""
+"""Results of robustness studies as records of the schema `softmark-stress/1`, written and read only here."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ WORST = ("silent", "failed", "timed_out", "diverged", "not_converged", "refused"
 
 @dataclass(frozen=True)
 class ClassifiedPoint(JsonRecord):
-    """Class of a point, and the numbers behind it; `uncertainty` is that of the reference, relative."""
+    """Class of a point with the numbers that decide it; `uncertainty` is the relative uncertainty of the reference."""
 
     NAMED: ClassVar = {"word": "class"}
     READ: ClassVar = {"stated": StatedError.from_json, "warnings": tuple}
@@ -39,13 +39,13 @@ class ClassifiedPoint(JsonRecord):
 
     @property
     def states(self) -> float | None:
-        """Error that the model states."""
+        """Error that the model states, or None."""
         return None if self.stated is None else self.stated.value
 
 
 @dataclass(frozen=True)
 class RobustnessPoint(JsonRecord):
-    """Model at some values that differ from the nominal ones, and its classification."""
+    """Point of a robustness study: a model with some values changed, and its class."""
 
     model: str
     values: Mapping[str, Value]
@@ -55,21 +55,21 @@ class RobustnessPoint(JsonRecord):
     cpu_s: float | None = None
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries including those of the classification."""
+        """Return the JSON entries, including those of the classification."""
         own = replace(self.found, status=None).entries()
         return {"key": self.key, "model": self.model, "values": self.values, "texts": self.texts, **own,
                 "cpu_s": self.cpu_s}  # fmt: skip
 
     @classmethod
     def from_json(cls, own: Mapping[str, Any]) -> Self:
-        """Read a point from its entry."""
+        """Read a point from its JSON entry."""
         texts = own.get("texts") or {}
         return cls(own["model"], own["values"], ClassifiedPoint.from_json(own), texts, own["key"], own.get("cpu_s"))
 
 
 @dataclass(frozen=True)
 class ValidityEdge(JsonRecord):
-    """Validity edge of a model in one direction, and the class beyond it."""
+    """Validity edge of a model along a quantity in one direction, and the class beyond the edge."""
 
     NAMED: ClassVar = {"word": "class"}
 
@@ -93,12 +93,12 @@ class ValidityEdge(JsonRecord):
 
     @staticmethod
     def read(own: Mapping[str, Any]) -> ValidityEdge:
-        """Read an edge from its entry, which may be that of a choice."""
+        """Read a validity edge from its JSON entry, which may be a ChoiceEdge."""
         return (ValidityEdge if own.get("right") is None else ChoiceEdge).from_json(own)
 
     @property
     def met(self) -> float | None:
-        """Value from which the class beyond is found."""
+        """First tested value that has the class beyond the edge."""
         return self.first_unjudged if self.word == "unjudged" else self.first_wrong
 
 
@@ -107,38 +107,38 @@ ALIKE = [f.name for f in fields(ValidityEdge)].index("here")  # first entries, t
 
 @dataclass(frozen=True)
 class ChoiceEdge(ValidityEdge):
-    """Edge of a quantity with discrete options: the worst class of any option, and the class of each."""
+    """Validity edge of a quantity with discrete options: the class of each option, and the worst class."""
 
     right: tuple[str, ...] = ()
     classes: Mapping[str, str] = field(default_factory=dict)
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries without those that only walks have."""
+        """Return the JSON entries without those that only numeric quantities have."""
         own = list(super().entries().items())[:ALIKE]
-        return {**dict(own), "right": self.right, "wrong": self.wrong, "unjudged": self.under("unjudged"),
+        return {**dict(own), "right": self.right, "wrong": self.wrong, "unjudged": self.options_of_class("unjudged"),
                 "classes": self.classes}  # fmt: skip
 
     @classmethod
     def from_json(cls, own: Mapping[str, Any]) -> Self:
-        """Read a choice from its entry; older ones have no class for each option."""
+        """Read a choice from its JSON entry; entries of older versions lack the class of each option."""
         older = {**dict.fromkeys(own["right"], "right"), **dict.fromkeys(own.get("wrong") or (), own.get("class"))}
         found = super().from_json({**own, "classes": own.get("classes") or older})
         return replace(found, right=tuple(found.right))
 
     @property
     def wrong(self) -> list[str]:
-        """Options with a wrong result, the worst first."""
+        """Options with a judged result that is not right, the worst class first."""
         ranked = sorted((WORST.index(w), o) for o, w in self.classes.items() if w not in ("right", "unjudged"))
         return [option for _, option in ranked]
 
-    def under(self, word: str) -> list[str]:
-        """Return the options with a class."""
+    def options_of_class(self, word: str) -> list[str]:
+        """Return the options whose result has the class `word`."""
         return [option for option, own in self.classes.items() if own == word]
 
 
 @dataclass(frozen=True)
 class PairMap(JsonRecord):
-    """Grid over a pair of quantities: classes and errors, rows by y, columns by x."""
+    """Grid of points over a pair of quantities, with class and error of each point; rows by y, columns by x."""
 
     model: str
     x: str
@@ -151,7 +151,7 @@ class PairMap(JsonRecord):
 
 @dataclass(frozen=True)
 class RobustnessStudyRecord(JsonRecord):
-    """One study: its points, and their edges and maps."""
+    """Results of one robustness study: its points, validity edges and maps."""
 
     READ: ClassVar = {
         "models": tuple, "quantities": list_reader(WalkedQuantity.from_json),
@@ -172,13 +172,13 @@ class RobustnessStudyRecord(JsonRecord):
     maps: tuple[PairMap, ...] = ()
 
     def edges_of(self, model: str, quantity: str) -> list[ValidityEdge]:
-        """Return the edges of a model along a quantity, the last of each direction."""
+        """Return the validity edges of a model along a quantity, one for each direction."""
         return list({e.direction: e for e in self.edges if (e.model, e.quantity) == (model, quantity)}.values())
 
 
 @dataclass(frozen=True)
 class RobustnessSummary(JsonRecord):
-    """Number of points, of each class, and of silently wrong ones."""
+    """Number of all points, of points in each class, and of silently wrong points."""
 
     points: int
     classes: Mapping[str, int] = field(default_factory=dict)
@@ -201,7 +201,7 @@ class Robustness(JsonRecord):
     @classmethod
     def of(cls, created: str, environment: Mapping[str, Any], command: str, scene: Mapping[str, Any],
            studies: tuple[RobustnessStudyRecord, ...]) -> Self:  # fmt: skip
-        """Make a record of studies and count their points."""
+        """Make the record of some studies, with a summary that counts their points."""
         counts = Counter(p.found.word for s in studies for p in s.points)
         summary = RobustnessSummary(counts.total(), {word: counts[word] for word in CLASSES}, counts["silent"])
         return cls(created, environment, command, scene, studies, summary)
@@ -213,16 +213,16 @@ class Robustness(JsonRecord):
 
     @property
     def silent(self) -> list[RobustnessPoint]:
-        """Points that look right and are wrong: there should be none."""
+        """Points that are wrong without a warning; a good model has none."""
         return [p for p in self.points if p.found.word == "silent"]
 
     @property
     def exit_status(self) -> int:
-        """Exit status: 1 if a point is silently wrong, else 0, since a validity edge is no failure."""
+        """Exit status: 1 if a point is wrong without a warning, else 0, because a validity edge is no failure."""
         return 1 if self.silent else 0
 
     def entries(self) -> Mapping[str, object]:
-        """Return the entries of `softmark-stress/1`."""
+        """Return the JSON entries of `softmark-stress/1`."""
         return {"schema": SCHEMA, **super().entries()}
 
     def dumps(self) -> str:

@@ -1,4 +1,4 @@
-"""Run of a robustness study: all models along all quantities at once, to keep workers busy; then the maps."""
+"""Run of robustness studies: all models along all quantities at once, to keep workers busy, then the maps."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ Then = Callable[[ClassifiedPoint], None]
 
 @dataclass(frozen=True)
 class RobustnessRequest:
-    """Settings of a robustness study. `timeout` in CPU seconds for each point, `memory` in GiB for each worker."""
+    """Settings of robustness studies: `timeout` is CPU time per point, s, `memory` the limit of each worker, GiB."""
 
     folder: Path
     models: tuple[str, ...] = ()
@@ -63,7 +63,7 @@ class RobustnessRequest:
 
 
 def run_robustness_studies(subject: SceneSubject, request: RobustnessRequest) -> Robustness:
-    """Run the robustness studies of a scene, or one over everything if it declares none.
+    """Run the robustness studies of a scene; if it declares none, run one that varies every number.
 
     Raises SceneError for an invalid request, JournalRefused for an unusable folder, NoWorkers if no worker starts,
     Interrupted, and OSError.
@@ -93,7 +93,7 @@ def run_robustness_studies(subject: SceneSubject, request: RobustnessRequest) ->
 
 
 def _requested_studies(scene: Scene, request: RobustnessRequest) -> list[ResolvedStudy]:
-    """Return the requested studies. Raises SceneError."""
+    """Return the requested robustness studies of a scene. Raises SceneError."""
     problems = unknown_models(scene, request.models)
     own = {n: d for n, d in scene.of_kind("study").items() if isinstance(d.thing, RobustnessStudy)}
     if request.study is not None and request.study not in own:
@@ -113,7 +113,7 @@ def _requested_studies(scene: Scene, request: RobustnessRequest) -> list[Resolve
 
 @dataclass
 class StudyTrial:
-    """One study while it runs."""
+    """State of one robustness study while it runs."""
 
     ground: VariedScene
     desk: TaskQueue
@@ -129,7 +129,7 @@ class StudyTrial:
         return self.ground.asked
 
     def start(self) -> None:
-        """Request every model in the unchanged scene; their walks follow from there."""
+        """Request the result of every model in the unchanged scene; when it is available, its walks begin."""
         for model in self.asked.models:
             self.look(model, {}, lambda found, model=model: self._walk(model, found))  # type: ignore[misc]
 
@@ -145,7 +145,7 @@ class StudyTrial:
                 self._step(model, quantity, walk)
 
     def _step(self, model: str, quantity: WalkedQuantity, walk: Walk) -> None:
-        """Request the next point of a walk, and continue when it is available."""
+        """Request the next point of a walk; when its class is available, request the one after it."""
         t = walk.wanted()
         if t is None:
             return
@@ -163,7 +163,10 @@ class StudyTrial:
                 self.look(model, {quantity.name: option}, lambda found, o=option: seen.update({o: found}))  # type: ignore[misc]
 
     def _depends(self, model: str, quantity: WalkedQuantity) -> bool:
-        """Return whether a model's result depends on a quantity: its key changes with it."""
+        """Return whether the result of a model depends on a quantity.
+
+        It depends on it if the key of the model changes with the quantity, or if this cannot be determined.
+        """
         scene = self.ground.subject.scene
         owner = quantity.name.rpartition(".")[0]
         if quantity.name not in scene.parameters and scene.declared[owner].kind == "model":
@@ -176,7 +179,7 @@ class StudyTrial:
     # ------------------------------------------------------------------ one point
 
     def look(self, model: str, changed: Mapping[str, Value], then: Then) -> None:
-        """Classify a point and pass the class to `then`."""
+        """Request the class of a point and call `then` with it when it is available."""
         values = self.ground.values(changed)
         known = self.points.get((values, model))
         refused = self.ground.refusal(values, model) if known is None else None
@@ -208,7 +211,7 @@ class StudyTrial:
     # ------------------------------------------------------------------ maps
 
     def map(self) -> None:
-        """Request every point of every grid."""
+        """Request every point of all validity maps."""
         for model, x, y, xs, ys in self._grids():
             for a in xs:
                 for b in ys:
@@ -236,7 +239,7 @@ class StudyTrial:
         return known.found if known else None
 
     def found(self) -> RobustnessStudyRecord:
-        """Return the results of the study."""
+        """Return the results of the study as a record."""
         asked, quantities = self.asked, tuple(replace(q, ladders=()) for q in self.asked.quantities)
         return RobustnessStudyRecord(
             asked.name, asked.metric, asked.against, asked.within, asked.until, asked.models, self.outlines,
@@ -244,7 +247,7 @@ class StudyTrial:
         )  # fmt: skip
 
     def _order(self, point: RobustnessPoint) -> tuple[Any, ...]:
-        """Return the sort key of a point, the same whether it was computed now or read from the journal."""
+        """Return the sort key of a point, so that results do not depend on the order in which they were computed."""
         names = [q.name for q in self.asked.quantities]
         own = sorted((names.index(n), isinstance(v, str), v) for n, v in point.values.items())
         return self.asked.models.index(point.model), len(own), own
@@ -262,7 +265,7 @@ class StudyTrial:
         return found
 
     def _beside(self, model: str, quantity: WalkedQuantity, walk: Walk) -> dict[str, Walk]:
-        """Return walks of other models along the same quantity in the same direction."""
+        """Return the walks of other models along the same quantity in the same direction."""
         return {
             other: own for other in self.asked.models if other != model
             for own in self.walks.get((other, quantity.name), ()) if own.ladder.direction == walk.ladder.direction

@@ -1,6 +1,6 @@
-"""Queue of tasks for the workers, with the callbacks that wait for their outcomes.
+"""Queue of tasks for worker processes, with callbacks that receive their outcomes.
 
-Several callers may request one point; it is computed once, and never again while its journal exists.
+Several callers may request one point. It is computed once, and never again while its journal exists.
 """
 
 from __future__ import annotations
@@ -22,7 +22,10 @@ PATIENCE = 10.0  # ratio of the wall time limit to the CPU time limit
 
 @dataclass
 class TaskQueue:
-    """Outcomes by key, waiting tasks and callbacks. `memory` in GiB and `timeout` in CPU s of each task."""
+    """Queue of tasks, with known outcomes by key and waiting callbacks.
+
+    `memory` is the limit of each worker, GiB, `timeout` the CPU time of each task, s.
+    """
 
     journal: Journal
     jobs: int
@@ -43,14 +46,14 @@ class TaskQueue:
             if json_validation.find_misfit(entry, json_validation.ENTRIES[KIND]) is None
         }
         known = {key: LeanOutcome.from_json({**outcome, "key": key}) for key, outcome in sound.items()}
-        self.outcomes = {key: o for key, o in known.items() if not o.again(self.timeout)}
+        self.outcomes = {key: o for key, o in known.items() if not o.is_worth_retrying(self.timeout)}
 
     def soon(self, action: Callable[[], None]) -> None:
-        """Run an action after the current one has finished, so that chains of walks do not recurse deeply."""
+        """Run an action after the current one has finished, so that chains of callbacks do not recurse deeply."""
         self._ready.append(action)
 
     def ask(self, task: PointTask, then: Then) -> None:
-        """Call `then` with the outcome of a task when it is available."""
+        """Request a task and call `then` with its outcome when it is available."""
         key = task.key
         if key in self.outcomes:
             self.soon(lambda: then(self.outcomes[key]))
@@ -62,7 +65,7 @@ class TaskQueue:
             self._queue.append(task)
 
     def work(self) -> None:
-        """Run tasks until none is left. Raises NoWorkers, OSError."""
+        """Run all requested tasks, including those that callbacks add. Raises NoWorkers, OSError."""
         self._drain()
         command = (*worker_pool.WORKER, f"{self.memory:g}")
         while self._queue:

@@ -1,6 +1,6 @@
-"""Causes of validity edges and their remedies, from classes, codes, stated errors, and other models.
+"""Reasons of validity edges, and remedies, derived from classes, codes, stated errors and other models.
 
-To add a remedy: a line in BY_CODE or BY_PART, or a rule in RULES, of which the first with an answer counts.
+To add a remedy, write a line in BY_CODE or BY_PART, or a function in RULES. The first rule with a result counts.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ BY_PART: dict[str, str] = {
 
 
 def reason_of(point: ClassifiedPoint) -> str:
-    """Return a short reason for the class of a point that is not right."""
+    """Return a short reason why a point is not right."""
     doubt = next((DOUBTS[w] for w in point.warnings if w in DOUBTS), None)
     if point.word == "inaccurate" and doubt is not None:
         return f"{doubt}: {_error(point)}"
@@ -57,7 +57,7 @@ def _error(point: ClassifiedPoint) -> str:
 
 
 def _first_sentence(text: str) -> str:
-    """Return approximately the first sentence."""
+    """Return the first part of a message, up to a semicolon or line break, shortened to LONGEST characters."""
     first = re.split(r"; |\n", text)[0]
     return first if len(first) <= LONGEST else first[: LONGEST - 3].rsplit(" ", 1)[0] + " ..."
 
@@ -72,7 +72,10 @@ def remedy_of(
     others: Sequence[str],
     edge: ValidityEdge,
 ) -> str | None:
-    """Return what would move an edge, from a rule, and the models of the same scene that are right there."""
+    """Return a remedy for a validity edge in words, or None.
+
+    It is the result of the first applicable rule, followed by other models of the scene that are right at that point.
+    """
     found = [text for rule in RULES if (text := rule(point, quantity, edge))][:1]
     if others:
         named = ", ".join(f"{m} ({outlines[m]})" if outlines.get(m) else m for m in others[:2])
@@ -84,17 +87,17 @@ Rule = Callable[[ClassifiedPoint, WalkedQuantity, ValidityEdge], str | None]
 
 
 def _by_limit(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
-    """Return the remedy for a limit of the model's own settings: its step, size, segments or tolerance."""
+    """Return the remedy for an edge in a setting of the model: a limit for its step, size, segments or tolerance."""
     attribute = quantity.name.rpartition(".")[2]
     own = attribute in ("step", "size", "segments", "tolerance", "quality")
     if not own or edge.last_right is None or point.word in ("timed_out", "unjudged"):
         return None
     bound = "at most" if edge.direction == "up" else "at least"
-    return f"`{attribute}` of {bound} {quantity_words(quantity, edge.last_right)}"
+    return f"`{attribute}` of {bound} {format_quantity_value(quantity, edge.last_right)}"
 
 
-def quantity_words(quantity: WalkedQuantity, value: float) -> str:
-    """Format a value of a quantity."""
+def format_quantity_value(quantity: WalkedQuantity, value: float) -> str:
+    """Format a value of a varied quantity with its unit."""
     if quantity.kind == "gap" and value < 0.5 and 0.5 - value < 1e-3:
         return f"0.5 - {0.5 - value:.3g}"
     if quantity.kind == "integer":
@@ -124,7 +127,7 @@ def _by_code(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdg
 
 
 def _by_part(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
-    """Return the remedy for the largest part of the model's stated error."""
+    """Return the remedy for the largest part of the error that the model states."""
     parts = {n: v for n, v in (point.stated.parts if point.stated else {}).items() if v is not None}
     if point.word not in ("inaccurate", "silent") or not parts:
         return None
@@ -132,7 +135,7 @@ def _by_part(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdg
 
 
 def _by_message(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
-    """Return the help at the end of the message."""
+    """Return the help text at the end of the model's message."""
     if point.word not in ("not_converged", "diverged", "refused"):
         return None
     _, semicolon, help = (point.message or "").rpartition("; ")

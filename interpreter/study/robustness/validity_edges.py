@@ -1,4 +1,4 @@
-"""Validity edges found by walks: for each model and quantity the range in which it is right, and the class beyond."""
+"""Validity edges that walks have found: the range in which a model is right, and the class beyond it."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ At = Callable[[str, str, float | str], ClassifiedPoint | None]  # model, quantit
 def edge_of(
     model: str, quantity: WalkedQuantity, walk: Walk, at: At, outlines: Mapping[str, str], others: Mapping[str, Walk]
 ) -> ValidityEdge:  # fmt: skip
-    """Return the edges of one walk; `others` are walks of other models in the same direction, which may still be
-    right.
+    """Return the validity edge that one walk has found, with its reason and a remedy.
+
+    `others` are walks of other models in the same direction; models that are still right are part of the remedy. `at`
+    returns the class of a model at a value.
     """
     found, verdicts, ladder = walk.edge(), walk.verdicts(), walk.ladder
 
@@ -43,7 +45,7 @@ def edge_of(
 
 
 def _models_right_at(model: str, quantity: WalkedQuantity, value: str, at: At, models: Sequence[str]) -> list[str]:
-    """Return other models that are right with an option with which this one is not."""
+    """Return the other models that are right with an option of the quantity."""
     found = ((other, at(other, quantity.name, value)) for other in models if other != model)
     return [other for other, seen in found if seen is not None and seen.word == "right"]
 
@@ -52,7 +54,10 @@ def choice_of(
     model: str, quantity: WalkedQuantity, seen: Mapping[str, ClassifiedPoint], at: At, outlines: Mapping[str, str],
     models: Sequence[str],
 ) -> ChoiceEdge:  # fmt: skip
-    """Return the edge of a quantity with discrete options: the worst class of any option."""
+    """Return the validity edge of a quantity with discrete options.
+
+    The reason and the remedy are those of the option with the worst class.
+    """
     ranked = sorted((WORST.index(c.word), option) for option, c in seen.items() if c.word != "right")
     right = tuple(option for option in quantity.options if option in seen and seen[option].word == "right")
     classes = {option: c.word for option, c in seen.items()}

@@ -1,4 +1,4 @@
-"""Maps of validity over pairs of quantities: coarse grids where two values are extreme at once."""
+"""Validity maps: coarse grids over pairs of quantities, where both may be extreme at once."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from softmark.interpreter.study.robustness.robustness_record import ClassifiedPo
 
 
 def grid_levels(quantity: WalkedQuantity, walks: Sequence[Walk]) -> list[Value]:
-    """Return about six values from the farthest value of a quantity's walks on one side to that on the other."""
+    """Return about six values of a quantity, between the farthest values that its walks tested in both directions."""
     if quantity.options:
         return list(quantity.options)
     found: set[float] = {float(quantity.nominal)}
@@ -24,13 +24,13 @@ def grid_levels(quantity: WalkedQuantity, walks: Sequence[Walk]) -> list[Value]:
 
 
 def _position(walk: Walk, t: float) -> float:
-    """Return a position that was already computed, if one is near."""
+    """Return a position of the walk near t that was already computed, or else t."""
     near = min(walk.seen, key=lambda s: abs(s - t))
     return near if abs(near - t) <= 0.2 * max(walk.seen) else t
 
 
 def quantity_pairs(quantities: Sequence[WalkedQuantity]) -> list[tuple[WalkedQuantity, WalkedQuantity]]:
-    """Return every pair of quantities, once."""
+    """Return every pair of different quantities once."""
     return list(combinations(quantities, 2))
 
 
@@ -38,7 +38,7 @@ def map_of(
     model: str, x: WalkedQuantity, y: WalkedQuantity, xs: Sequence[Value], ys: Sequence[Value],
     found: Mapping[tuple[Value, Value], ClassifiedPoint],
 ) -> PairMap:  # fmt: skip
-    """Return one grid: rows by y, columns by x."""
+    """Return the validity map of a model over the quantities x (columns) and y (rows)."""
     rows = [[found.get((a, b)) for a in xs] for b in ys]
     classes = [[c.word if c else None for c in row] for row in rows]
     errors = [[c.error if c else None for c in row] for row in rows]

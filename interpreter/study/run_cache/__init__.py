@@ -1,8 +1,8 @@
-"""Saved results of `dsl run`, reused by later runs while nothing that they depend on has changed.
+"""Run cache: saved results of `dsl run`, reused by later runs if everything that they depend on is unchanged.
 
 run_cache_keys         digest of everything that a result depends on
-result_serialization   results as JSON and arrays, and back, only of known classes
-warning_locations      warnings by their place in a declaration, which may have moved since
-cache_folder           the folder: each file is complete or ignored, and their total size is limited
+result_serialization   results as JSON and arrays, restricted to known classes
+warning_locations      locations of warnings relative to declarations, which may have moved
+cache_folder           folder of saved results, with a limit of its size
 result_keeper          reuse and saving of results in a run
 """

@@ -1,9 +1,9 @@
-"""Folder of saved results: a file for each key, written atomically, and checked before use.
+"""Folder of saved results, with one file for each key, written atomically and checked before use.
 
-A file is a line with its schema and the user's authentication code of its key and all that follows, then an archive of
-arrays (`npz`, without objects) that includes the JSON. A file that cannot be read, or was not written by this user
-under this key, counts as damaged and is ignored: a folder that came with a foreign scene has no effect, and neither
-have renamed files.
+A file begins with a line that contains its schema and the user's authentication code of its key and its contents. Then
+follows an archive of arrays (`npz`, without objects) that includes the JSON. A file that cannot be read, or that was
+not written by this user under this key, counts as damaged and is ignored. So a folder that came with a foreign scene
+has no effect, and neither have renamed files.
 """
 
 from __future__ import annotations
@@ -31,14 +31,17 @@ RESERVE = 256 << 20  # bytes of the disk that stay free
 
 
 class DamagedFile(Exception):
-    """A file differs from what was written; the text names it."""
+    """Error: a saved file differs from what was written. The text names the file."""
 
 
 def read_saved(folder: Path, key: str) -> tuple[Any, Mapping[int, np.ndarray]] | None:
-    """Read the JSON and the arrays of a key; None if there is no file. Raises DamagedFile."""
+    """Read the JSON value and the arrays, by index, saved under a key. Raises DamagedFile.
+
+    Return None if there is no file.
+    """
     path = _path(folder, key)
     try:
-        data = read_regular(path, LARGEST) if _is_own(folder) else b""
+        data = read_regular(path, LARGEST) if _is_real_folder(folder) else b""
     except FileNotFoundError:
         return None
     except OSError as error:
@@ -59,7 +62,7 @@ def read_saved(folder: Path, key: str) -> tuple[Any, Mapping[int, np.ndarray]] |
 
 
 def write_saved(folder: Path, key: str, value: Any, arrays: Sequence[np.ndarray]) -> None:
-    """Save the JSON and the arrays of a key. Raises OSError."""
+    """Save a JSON value and its arrays under a key. Raises OSError."""
     text = np.frombuffer(json.dumps(value).encode(), dtype=np.uint8)
     body = io.BytesIO()
     named: dict[str, Any] = {str(i): a for i, a in enumerate(arrays)}
@@ -71,12 +74,12 @@ def write_saved(folder: Path, key: str, value: Any, arrays: Sequence[np.ndarray]
 
 
 def prune_folder(folder: Path, used: Collection[str]) -> None:
-    """Remove the least recently used files until the folder is within its size limit, but none of `used` keys."""
-    if not _is_own(folder):
+    """Remove the least recently used files until the folder is within its limits; files of `used` keys are kept."""
+    if not _is_real_folder(folder):
         return
     own = {_path(folder, key) for key in used}
-    found = sorted(((*_age(p), p) for p in folder.glob(f"*{SUFFIX}") if p not in own), reverse=True)
-    room, count = LARGEST - sum(_age(p)[1] for p in own), MOST - len(own)
+    found = sorted(((*_last_use_and_size(p), p) for p in folder.glob(f"*{SUFFIX}") if p not in own), reverse=True)
+    room, count = LARGEST - sum(_last_use_and_size(p)[1] for p in own), MOST - len(own)
     for _, size, path in found:
         room, count = room - size, count - 1
         if room < 0 or count < 0:
@@ -84,8 +87,8 @@ def prune_folder(folder: Path, used: Collection[str]) -> None:
                 path.unlink()
 
 
-def _age(path: Path) -> tuple[int, int]:
-    """Return when a file was last used, ns, and its size."""
+def _last_use_and_size(path: Path) -> tuple[int, int]:
+    """Return the time of the last use of a file, ns, and its size, bytes."""
     try:
         found = path.stat()
     except OSError:
@@ -93,8 +96,8 @@ def _age(path: Path) -> tuple[int, int]:
     return found.st_mtime_ns, found.st_size
 
 
-def _is_own(folder: Path) -> bool:
-    """Return whether the folder is no symbolic link: through one, nothing is read, written or removed."""
+def _is_real_folder(folder: Path) -> bool:
+    """Return whether the folder is not a symbolic link; through a link nothing is read, written or removed."""
     return not folder.is_symlink()
 
 
@@ -107,5 +110,5 @@ def _head(key: str, body: bytes) -> bytes:
 
 
 def _purpose(key: str) -> str:
-    """Return the purpose of a file's authentication code, which binds it to this key."""
+    """Return the text that binds the authentication code of a file to its key."""
     return f"{SCHEMA} {key}"

@@ -1,4 +1,4 @@
-"""Cache of run results in a folder: reuse of earlier results, and saving of new ones."""
+"""Run cache in a folder: reuse of results of earlier runs, and saving of new results."""
 
 from __future__ import annotations
 
@@ -29,7 +29,10 @@ CHANGEABLE = ("failed", "skipped")  # statuses that may have causes outside the 
 
 @dataclass
 class FolderRunCache:
-    """Run cache in the folder that `place` returns once a run has begun, None without one; `fresh` reuses nothing."""
+    """Run cache in a folder.
+
+    `place` returns the folder once the run has begun, or None if nothing is saved. With `fresh` nothing is reused.
+    """
 
     place: Callable[[], Path | None]
     fresh: bool = False
@@ -38,11 +41,14 @@ class FolderRunCache:
     keys: dict[str, str] = field(default_factory=dict)
 
     def without_saved_results(self) -> FolderRunCache:
-        """Return the same cache without reuse."""
+        """Return a run cache in the same folder that does not reuse earlier results."""
         return replace(self, fresh=True)
 
     def known(self, scene: Scene, plan: Plan, options: RunOptions) -> SavedResults:
-        """Return the saved results of a plan: all, or the models that others do not need to be computed."""
+        """Return the saved results that a run can reuse.
+
+        These are all results of the plan or, if some are missing, only the models that no other model is compared with.
+        """
         if (folder := self._folder) is None:
             return NOTHING
         self.scene, self.keys = scene, run_cache_keys.keys_of(scene, plan, options)
@@ -57,12 +63,11 @@ class FolderRunCache:
         return SavedResults({n: found for n, found in models.items() if n not in computed})
 
     def worth_saving_early(self, works: Sequence[StateRun], name: str) -> bool:
-        """Return whether a solved model is worth saving before the run, which may be interrupted, has ended.
+        """Return whether a solved model should be saved before the run has ended, in case the run is interrupted.
 
-        It is if it was slow and everything that measures it is available: the models that others are compared with are
-        solved, and no reference depends on models.
+        It should be if it took long and if all references and models needed for its metrics are available.
         """
-        seconds = sum(sum(timing.seconds) for work in works for timing in _clock(work, name))
+        seconds = sum(sum(timing.seconds) for work in works for timing in _timings_of_model(work, name))
         return seconds > WORTH and self._place is not None and self._measurable(works) and self._stands(works)
 
     def _measurable(self, works: Sequence[StateRun]) -> bool:
@@ -72,13 +77,16 @@ class FolderRunCache:
         return not scans and all(name in work.models for work in works for name in self._behind(works))
 
     def keep_early(self, works: Sequence[StateRun], name: str) -> None:
-        """Save a model that is worth saving early, while others are still to be solved."""
+        """Save a solved model while others are still to be solved."""
         if (place := self._place) is not None:
             with self._said():
                 self._keep(*place, works, name)
 
     def keep(self, works: Sequence[StateRun]) -> None:
-        """Save computed results, but nothing if a reference failed, since it may succeed the next time."""
+        """Save the results of a finished run.
+
+        Nothing is saved if a reference failed, because it may succeed the next time.
+        """
         place = self._place
         if place is None or _complete(works) or not self._stands(works):
             return
@@ -90,30 +98,33 @@ class FolderRunCache:
 
     @property
     def _place(self) -> tuple[Path, Scene] | None:
-        """Return the folder and the scene of the current run; None if nothing is saved."""
+        """Folder and scene of the current run; None if nothing is saved."""
         folder, scene = self._folder, self.scene
         return None if folder is None or scene is None or not self.keys else (folder, scene)
 
     def _behind(self, works: Sequence[StateRun]) -> list[str]:
-        """Return the models of the plan that others are compared with."""
+        """Return the models of the plan that other models are compared with."""
         return [n for n in needed_models(works[0].scene, "") if n in works[0].plan.models]
 
     def _stands(self, works: Sequence[StateRun]) -> bool:
-        """Return whether everything that measures models was found, from sources that the keys describe."""
+        """Return whether the results are reliable enough to be saved.
+
+        No file may have changed during the run, and no reference or model used for comparison may have failed.
+        """
         # a file, or softmark itself, may have changed since: it is unknown which version was read
         recent = source_digests.newest_change() > works[0].started.timestamp() - SETTLED
         if recent or run_cache_keys.keys_of(works[0].scene, works[0].plan, works[0].options) != self.keys:
             return False
         fails = any(r.status != "converged" for work in works for r in work.references.values())
-        return not fails and all(_lasting(works, name) for name in self._behind(works))
+        return not fails and all(_has_lasting_status(works, name) for name in self._behind(works))
 
     def _keep(self, folder: Path, scene: Scene, works: Sequence[StateRun], name: str) -> None:
-        if name not in works[0].taken and _lasting(works, name):
+        if name not in works[0].taken and _has_lasting_status(works, name):
             self._write(folder, scene, name, _model(works, name))
 
     @contextmanager
     def _said(self) -> Iterator[None]:
-        """Report why results cannot be saved, and let the run continue."""
+        """Context in which an OSError is reported as a remark, so that the run continues."""
         try:
             yield
         except OSError as error:
@@ -139,7 +150,7 @@ class FolderRunCache:
         return value if type(value) is cls else None
 
     def _write(self, folder: Path, scene: Scene, name: str, value: Any) -> None:
-        """Save a value, unless it has a class that is not saved. Raises OSError."""
+        """Save a value under a name, unless it contains a class that cannot be saved. Raises OSError."""
         if name not in self.keys:
             return
         writer = Writer(scene)
@@ -154,12 +165,12 @@ def _complete(works: Sequence[StateRun]) -> bool:
     return works[0].known.references is not None
 
 
-def _lasting(works: Sequence[StateRun], name: str) -> bool:
+def _has_lasting_status(works: Sequence[StateRun], name: str) -> bool:
     return all(work.models[name].status not in CHANGEABLE for work in works)
 
 
-def _clock(work: StateRun, name: str) -> Iterator[Timing]:
-    """Yield the times of a model in all states where it was solved."""
+def _timings_of_model(work: StateRun, name: str) -> Iterator[Timing]:
+    """Yield the set-up and solution times of a model in a state."""
     clock = work.models[name].time
     yield from (timing for step in ("setup_s", "solve_s") if (timing := clock.get(step)) is not None)
 

@@ -1,6 +1,6 @@
 """Serialization of results as JSON with arrays, exact for floats and tuples.
 
-Only classes in CLASSES are read, and no code is ever executed. To save a further class: add its name there.
+Only classes in CLASSES are read, and no code is ever executed. To save another class, add its name there.
 """
 
 from __future__ import annotations
@@ -52,12 +52,12 @@ NUMBERS = "biuf"  # kinds of arrays: no objects
 
 
 class NotSaved(Exception):
-    """A value has a class that is not saved."""
+    """Error: a value has a class that is not in CLASSES."""
 
 
 @dataclass
 class Writer:
-    """Converts values to JSON; `arrays` are those that it refers to by their index."""
+    """Converter of values to JSON; the JSON refers to `arrays` by their index."""
 
     scene: Scene
     arrays: list[np.ndarray] = field(default_factory=list)
@@ -95,13 +95,13 @@ class Writer:
 
 @dataclass(frozen=True)
 class Reader:
-    """Converts JSON back to values."""
+    """Converter of JSON back to values."""
 
     scene: Scene
     arrays: Mapping[int, np.ndarray]
 
     def read(self, value: Any) -> Any:
-        """Convert JSON to a value. Raises LookupError, TypeError, ValueError for invalid JSON."""
+        """Convert JSON to a value. Raises LookupError, TypeError or ValueError for invalid JSON."""
         if isinstance(value, list):
             return [self.read(v) for v in value]
         if not isinstance(value, dict):
@@ -113,7 +113,7 @@ class Reader:
         return _READ[what](self, inner)
 
     def pairs(self, inner: Any) -> dict[Any, Any]:
-        """Convert a list of pairs to a mapping."""
+        """Convert a list of (key, value) pairs to a dictionary."""
         return {self.read(k): self.read(v) for k, v in inner}
 
 

@@ -1,8 +1,8 @@
-"""Keys of results of `dsl run`: the digest of a comparison (`configurations/configuration_keys.py`), and more.
+"""Keys of saved results of `dsl run`, which cover more dependencies than `configuration_keys.py`.
 
-A page is made from a result, so a key also covers the text of all declarations (messages quote it), published values,
-the options of the run, and the machine with its environment variables. If any dependency is uncertain there is no key,
-and the result is computed each time.
+A report page is made from a saved result. So the key also covers the text of all declarations (messages quote it),
+published values, the options of the run, and the machine with its environment variables. If any dependency is uncertain
+there is no key, and the result is computed each time.
 """
 
 from __future__ import annotations
@@ -38,7 +38,10 @@ SLICES = ALONE | {".dcm"}  # extensions in a folder, where one file represents a
 
 
 def keys_of(scene: Scene, plan: Plan, options: RunOptions) -> dict[str, str]:
-    """Return the key of every model of a plan that has one and, under "", that of all references and models."""
+    """Return the key of every model of a plan, except models with an uncertain dependency.
+
+    The key under the empty name is that of all references and models together.
+    """
     shared = [d for d in scene.declared.values() if d.kind not in ("model", "study")]
     if not all(map(_has_known_dependencies, shared)) or (scene.table is not None and scene.table.vocabulary.plugins):
         return {}
@@ -56,7 +59,7 @@ def keys_of(scene: Scene, plan: Plan, options: RunOptions) -> dict[str, str]:
     if any(name not in found for name in behind):  # models that all others are compared with
         return {}
     if all(name in found for name in plan.models):
-        found[""] = _digest(base, *found.values(), *configuration_keys.all_words(scene))
+        found[""] = _digest(base, *found.values(), *configuration_keys.all_declaration_texts(scene))
     return found
 
 
@@ -75,14 +78,15 @@ def _key(scene: Scene, name: str, base: str) -> str | None:
 
 
 def _declaration_text(declared: Declared) -> str:
-    """Return a declaration with its text, and that of overrides of its fields."""
+    """Return a declaration as text, including the source texts of its fields."""
     texts = dict.fromkeys((declared.location.text, *(at.text for at in declared.fields.values())))
-    return configuration_keys.words_of(declared) + "\0".join(texts)
+    return configuration_keys.declaration_text(declared) + "\0".join(texts)
 
 
 def _has_known_dependencies(declared: Declared) -> bool:
-    """Return whether all dependencies of a declaration are known: it is no plugin's, hides nothing, and files are
-    leaves.
+    """Return whether all dependencies of a declaration are known.
+
+    It must not come from a plugin, its repr must show all its values, and its files must not refer to other files.
     """
     if " object at 0x" in repr(declared.thing) or source_digests.digest_plugins(declared.thing):
         return False
@@ -90,7 +94,7 @@ def _has_known_dependencies(declared: Declared) -> bool:
 
 
 def _is_self_contained(name: str) -> bool:
-    """Return whether a file, a public data set, or each file of a folder refers to no other file."""
+    """Return whether a file, a public data set, or every file of a folder refers to no other file."""
     if name.startswith("data:"):
         return True
     path = Path(name)
@@ -108,7 +112,7 @@ def _options_text(options: RunOptions) -> str:
 
 
 def _machine() -> str:
-    """Return the report's description of the machine without the time, and the variables that affect libraries."""
+    """Return a description of the machine as text, with the environment variables that affect libraries."""
     known: dict[str, Any] = {n: v for n, v in describe_environment(datetime.now(UTC)).items() if n != "started"}
     return repr(known) + "\0".join(_variables())
 

@@ -1,4 +1,4 @@
-"""Locations of warnings relative to their declaration, which may have moved since but has the same text."""
+"""Locations of warnings relative to the declaration that they concern, which may have moved in the file."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Json = Mapping[str, Any]
 
 
 class NoDeclaration(Exception):
-    """A warning points outside all declarations."""
+    """Error: a warning is located outside all declarations."""
 
 
 def to_json(found: Diagnostic, scene: Scene) -> dict[str, Any]:
-    """Return a warning without the text of its sources. Raises NoDeclaration."""
+    """Return a warning as JSON, with locations relative to declarations. Raises NoDeclaration."""
     return {
         "code": found.code, "message": found.message, "label": found.label, "help": found.help,
         "notes": list(found.notes), "at": _place(found.source, found.span, scene),
@@ -28,7 +28,7 @@ def to_json(found: Diagnostic, scene: Scene) -> dict[str, Any]:
 
 
 def from_json(own: Json, scene: Scene) -> Diagnostic:
-    """Return the warning in a scene with the same declarations. Raises LookupError."""
+    """Return the warning that JSON describes, located in the given scene. Raises LookupError."""
     source, span = _found(own["at"], scene)
     also = []
     for second in own["also"]:
@@ -42,7 +42,7 @@ def from_json(own: Json, scene: Scene) -> Diagnostic:
 
 
 def _place(source: Source | None, span: Span | None, scene: Scene) -> list[Any] | None:
-    """Return the name of the declaration, the field whose text contains the span, and the span relative to it."""
+    """Return the location of a span relative to the declaration and field that contain it; None without a span."""
     if source is None or span is None:
         return None
     for name, field, at in _anchors(scene):
@@ -67,7 +67,10 @@ def _anchors(scene: Scene) -> Iterator[tuple[str, str, Location]]:
 
 
 def _shift_span(span: Span, begin: Span, sign: int) -> tuple[int, int, int, int, int, int]:
-    """Return a span relative to its anchor (-1), or back (1): columns are relative only in the first line."""
+    """Return a span relative to its anchor `begin` (sign -1), or the absolute span again (sign 1).
+
+    Columns are relative only in the first line.
+    """
     first = 0 if sign > 0 else begin.line
 
     def column(line: int, column: int) -> int:

@@ -1,1 +1,1 @@
-"""Timing in separate processes, and detection of disturbances."""
+"""Timing of models in separate processes, and detection of disturbances."""

@@ -1,6 +1,6 @@
-"""Counters of the operating system: time in which this process computed, waited, or was displaced.
+"""Counters of the operating system: times in which this process computed, waited, or was displaced.
 
-Linux has all of them; elsewhere a missing counter is None, and nothing is concluded from it.
+Linux has all of them. On other systems a missing counter is None, and no conclusion is drawn from it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ PACED = 30_000  # iterations of a loop, one to two milliseconds
 
 @dataclass(frozen=True)
 class OsCounters:
-    """Counters at one moment: seconds since an arbitrary origin, and counts."""
+    """Values of all counters at one moment: times, s, from an arbitrary origin, and numbers of events."""
 
     wall: float
     cpu: float
@@ -34,7 +34,7 @@ class OsCounters:
 
     @classmethod
     def now(cls, cores: frozenset[int] = frozenset()) -> OsCounters:
-        """Read all counters; steal is that of `cores`, or of all if none are given."""
+        """Read all counters; the stolen time is that of the processors `cores`, or of all if none are given."""
         switches, (avg10, total) = _switches(), _read_counter(_pressure) or (None, None)
         lines = _read_counter(_processors) or {}
         steal = sum(s for n, (_, s) in lines.items() if not cores or n in cores) if lines else None
@@ -43,7 +43,7 @@ class OsCounters:
         return cls(time.perf_counter(), time.process_time(), *switches, waited, total, avg10, steal, busy)
 
     def since(self, start: OsCounters) -> dict[str, Any]:
-        """Return the differences since `start`: seconds, and fractions of the wall time; None if unknown."""
+        """Return the differences of all counters since `start`, as JSON; a difference is None if it is unknown."""
         wall = max(self.wall - start.wall, 1e-9)
         cpu = self.cpu - start.cpu
         return {
@@ -59,7 +59,7 @@ class OsCounters:
         }
 
     def _others(self, start: OsCounters, own: float) -> float | None:
-        """Return the seconds that all processors together computed for other processes, to 0.01 s."""
+        """Return the time that all processors computed for other processes, s, to 0.01 s."""
         if not self.busy or len(self.busy) != len(start.busy):
             return None
         return max(0.0, sum(self.busy) - sum(start.busy) - own)
@@ -70,7 +70,7 @@ def _less(now: Any, then: Any) -> Any:
 
 
 def _read_counter(read: Callable[[], Read]) -> Read | None:
-    """Return a counter's value, or None if this system lacks it."""
+    """Return the value that `read` returns, or None if this system lacks the counter."""
     try:
         return read()
     except (OSError, ValueError, IndexError, KeyError):
@@ -87,19 +87,22 @@ def _switches() -> tuple[int | None, int | None]:
 
 
 def _waiting_time() -> float:
-    """Return the seconds that the calling thread waited for a processor."""
+    """Return the time that the calling thread has waited for a processor, s."""
     return int((PROC / "thread-self/schedstat").read_text().split()[1]) * 1e-9
 
 
 def _pressure() -> tuple[float, float]:
-    """Return the fraction of the last ten seconds, and total seconds, in which some task waited for a processor."""
+    """Return how long some task of the machine waited for a processor.
+
+    The first number is the fraction of the last ten seconds, the second the total time, s.
+    """
     some = next(line for line in (PROC / "pressure/cpu").read_text().splitlines() if line.startswith("some"))
     values = dict(item.split("=") for item in some.split()[1:])
     return float(values["avg10"]) / 100.0, int(values["total"]) * 1e-6
 
 
 def _processors() -> dict[int, tuple[float, float]]:
-    """Return busy seconds and stolen seconds of each processor."""
+    """Return the busy time and the stolen time of each processor, s."""
     tick = 1.0 / os.sysconf("SC_CLK_TCK")
     found = {}
     for line in (PROC / "stat").read_text().splitlines():
@@ -111,10 +114,11 @@ def _processors() -> dict[int, tuple[float, float]]:
 
 
 def measure_pace() -> float:
-    """Return the CPU seconds of a fixed piece of work without memory access: the current speed of the processor.
+    """Return the CPU time, s, of a fixed piece of work without memory access, as a measure of processor speed.
 
-    A guest of a hypervisor shares cores with others, and processors change their frequency. No counter shows this, and
-    CPU time grows by half and more.
+    A guest of a hypervisor shares cores with others, and processors change their frequency. No counter shows this,
+    although
+    CPU time may then grow by half and more.
     """
     begin, total = time.process_time(), 0
     for i in range(PACED):
@@ -123,7 +127,7 @@ def measure_pace() -> float:
 
 
 def memory_use() -> dict[str, int | None]:
-    """Return the bytes of memory that this process holds, and the maximum so far.
+    """Return the memory that this process holds, bytes, and the largest amount so far.
 
     `ru_maxrss` starts with the parent's memory at the start of this process, so the kernel's own counter is preferred.
     """
@@ -152,5 +156,5 @@ def _largest() -> int | None:
 
 
 def load_average() -> float | None:
-    """Return the number of running or waiting tasks, mean of the last minute."""
+    """Return the mean number of running or waiting tasks over the last minute; None if unknown."""
     return _read_counter(lambda: os.getloadavg()[0])

@@ -1,4 +1,4 @@
-"""Choice of the processor for timing: a fast idle one whose sibling on the same core is idle too."""
+"""Choice of the processor for timing: fast and idle, with an idle sibling on the same core."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ IDLE = 0.05  # fraction of a processor below which loads are equal
 
 
 def choose_processors(allowed: Iterable[int], before: Sequence[float], after: Sequence[float], count: int) -> list[int]:
-    """Return `count` of the `allowed` processors, fast and idle ones first, from their busy seconds at two moments.
+    """Return `count` of the `allowed` processors, fast and idle ones first.
 
-    Among equals the last is chosen: the first processor of a machine serves most interrupts.
+    `before` and `after` are the busy times of all processors, s, at two moments. Among equals the last processor is
+    chosen,
+    because the first one of a machine serves most interrupts.
     """
     busy = [b - a for a, b in zip(before, after, strict=False)]
     elapsed = max(max(busy, default=0.0), 0.1)
@@ -25,7 +27,7 @@ def choose_processors(allowed: Iterable[int], before: Sequence[float], after: Se
 
 
 def sibling_processors(core: int) -> set[int]:
-    """Return the processors that share a core with this one, including it."""
+    """Return the processors that share a core with this processor, including itself."""
     text = _said(f"cpu{core}/topology/thread_siblings_list") or str(core)
     found = {core}
     for part in text.split(","):
@@ -35,7 +37,7 @@ def sibling_processors(core: int) -> set[int]:
 
 
 def highest_frequency(core: int) -> float:
-    """Return the highest frequency in kHz, 0 if unknown: some machines have two kinds of cores."""
+    """Return the highest frequency of a processor, kHz, or 0 if unknown; some machines have two kinds of cores."""
     return float(_said(f"cpu{core}/cpufreq/cpuinfo_max_freq") or 0.0)
 
 

@@ -1,8 +1,9 @@
-"""Times of the phases of a solution, by clocks added to functions of the solvers at run time.
+"""CPU times of the phases of a solution, measured by clocks that are added to solver functions at run time.
 
-A clock that starts while another runs pauses the other (exclusive time); time outside all clocks is "other". Clocks
-cost up to a tenth of the time of a small model, so a run with clocks never counts as a timing. To time a further
-function: a line in FUNCTIONS, by its dotted name; for a method of every class of some modules: a line in METHODS.
+A clock that starts while another runs pauses the other, so that times are exclusive. Time outside all clocks is called
+"other". Clocks take up to a tenth of the time of a small model, so a run with clocks never counts as a timing. To time
+another function, add a line in FUNCTIONS with its dotted name. To time a method of every class of some modules, add a
+line in METHODS.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ METHODS: dict[str, dict[str, str]] = {
 
 
 class PhaseClock:
-    """CPU seconds of each solution by phases."""
+    """Clock that measures the CPU time of each phase, s, for each solution."""
 
     def __init__(self) -> None:
         self.solutions: list[dict[str, float]] = []
@@ -64,7 +65,7 @@ class PhaseClock:
         self._since = 0.0
 
     def around(self, solve: Callable[[], Result]) -> Result:
-        """Run `solve` with clocks in all loaded modules, and remove them afterwards."""
+        """Run `solve` with clocks in all loaded modules, remove them afterwards, and return the result."""
         self._spent, self._open = {}, [OTHER]
         undo: list[tuple[Any, str, Any]] = []
         try:
@@ -78,7 +79,7 @@ class PhaseClock:
                 setattr(owner, name, original)
 
     def _turn(self) -> None:
-        """Add the time since the last change of phase to the current phase."""
+        """Add the CPU time since the last call to the current phase."""
         now, name = time.process_time(), self._open[-1]
         self._spent[name] = self._spent.get(name, 0.0) + now - self._since
         self._since = now
@@ -102,7 +103,10 @@ class PhaseClock:
 def _install_clocks(
     clocked: Callable[[Callable[..., Any], str], Callable[..., Any]],
 ) -> Iterator[tuple[Any, str, Any]]:
-    """Add clocks to all functions in the tables, wherever they are bound; yield owner, name and original of each."""
+    """Add clocks to all functions in FUNCTIONS and METHODS, wherever modules refer to them.
+
+    Yield owner, name and original of each replaced function, so that it can be restored.
+    """
     ours = [m for n, m in sorted(sys.modules.items()) if n.startswith("softmark.") and m is not None]
     for owner, name, phase in find_timed_functions():
         original = vars(owner)[name]
@@ -118,7 +122,7 @@ def _install_clocks(
 
 
 def find_timed_functions() -> Iterator[tuple[Any, str, str]]:
-    """Yield owner (class or module), name and phase of every function in the tables, in loaded modules."""
+    """Yield owner (class or module), name and phase of every function in FUNCTIONS and METHODS in loaded modules."""
     for dotted, phase in FUNCTIONS.items():
         owner, name = owner_of(dotted)
         if owner is not None:
@@ -131,7 +135,7 @@ def find_timed_functions() -> Iterator[tuple[Any, str, str]]:
 
 
 def owner_of(dotted: str) -> tuple[Any, str]:
-    """Return the class or module that a dotted name belongs to, and its last part; no owner if it is not loaded."""
+    """Return the class or module that a dotted name belongs to (None if not loaded), and the last part of the name."""
     path, _, name = dotted.rpartition(".")
     if path in sys.modules:
         return sys.modules[path], name
@@ -140,7 +144,7 @@ def owner_of(dotted: str) -> tuple[Any, str]:
 
 
 def _classes(prefix: str) -> Iterator[type]:
-    """Yield the classes of a module or of the modules of a package, without protocols."""
+    """Yield the classes, except protocols, of a module or of the modules of a package."""
     for name, module in sorted(sys.modules.items()):
         if (name == prefix or name.startswith(prefix + ".")) and isinstance(module, ModuleType):
             for value in vars(module).values():

@@ -1,8 +1,8 @@
 """Process that times one run of one model: `python -m softmark.interpreter.study.timing.timed_process`.
 
-It reads a job as JSON from standard input and always writes one line of JSON to standard output. The environment must
-fix the number of threads before anything is imported; the processor is chosen here, before libraries start their
-threads. Compiling kernels, loading code and one warm-up solution are not timed.
+It reads a job as JSON from standard input and always writes one line of JSON, the record, to standard output. The
+environment must fix the number of threads before anything is imported. The processor is chosen here, before libraries
+start their threads. Compiling kernels, loading code and one warm-up solution are not timed.
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ Record = dict[str, Any]
 
 
 class NotTimed(Exception):
-    """Nothing could be timed, with the reason."""
+    """Error: a job could not be timed. The text gives the reason."""
 
 
 @dataclass(frozen=True)
 class TimedSolution:
-    """Solution with its wall and CPU seconds, and the counters meanwhile."""
+    """Solution with its wall time and CPU time, s, and the counters of the operating system during it."""
 
     solution: Solution
     wall: float
@@ -56,12 +56,12 @@ class TimedSolution:
 
     @property
     def good(self) -> bool:
-        """True if there is a solution."""
+        """True if the model was solved."""
         return self.solution.status in SOLVED
 
 
 def main() -> int:
-    """Read the job, time it, and write the record; return 0 unless nothing could be written."""
+    """Read a job, time it and write the record; return the exit status 0."""
     answer = os.dup(1)
     os.dup2(2, 1)  # output of libraries must not mix with the record
     signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -77,7 +77,7 @@ def main() -> int:
 
 
 def _run_guarded(asked: Mapping[str, Any]) -> Record:
-    """Return the record of a job, with a status and a message if it fails."""
+    """Return the record of a job; after an exception it has the status `failed` and a message."""
     from softmark.interpreter.problem.body_case import Fault
 
     try:
@@ -99,13 +99,16 @@ def _failed(message: str) -> Record:
 
 
 def time_job(job: TimingJob, cores: Sequence[int], phases: bool = False) -> Record:
-    """Return the record of one run; with `phases`, that of its phases, which slow the run. Raises NotTimed, Fault."""
+    """Return the record of one run of a model. Raises NotTimed, Fault.
+
+    With `phases` the record has the times of phases instead of valid timings, because their clocks slow the run.
+    """
     _bind_processors(job, cores)
     scene, declared, case = _scene(job)
     prepared, setup, before = _prepare_model(job, scene, declared, case)
     prepared.warm()
     where = _clocks() if phases else None
-    found = _solutions(prepared, job, where)
+    found = _time_solutions(prepared, job, where)
     last = found.runs[-1].solution
     record = _identity(job) | {
         "status": last.status,
@@ -144,7 +147,7 @@ def _clocks() -> PhaseClock:
 
 
 def _bind_processors(job: TimingJob, cores: Sequence[int]) -> None:
-    """Bind to the chosen processors and check that the number of threads is fixed. Raises NotTimed."""
+    """Bind the process to the chosen processors, and check that the number of threads is fixed. Raises NotTimed."""
     if cores and hasattr(os, "sched_setaffinity"):
         with suppress(OSError):  # the container may have lost it
             os.sched_setaffinity(0, cores)
@@ -156,7 +159,7 @@ def _bind_processors(job: TimingJob, cores: Sequence[int]) -> None:
 
 
 def _scene(job: TimingJob) -> tuple[Scene, Declared, Case]:
-    """Return the scene, the model and its case. Raises NotTimed, Fault."""
+    """Return the scene of a job, the declaration of its model, and the case of the body. Raises NotTimed, Fault."""
     from pathlib import Path
 
     from softmark.grammar.diagnostic import Source
@@ -180,44 +183,45 @@ def _scene(job: TimingJob) -> tuple[Scene, Declared, Case]:
 
 
 def _prepare_model(job: TimingJob, scene: Scene, declared: Declared, case: Case) -> tuple[Prepared, Record, int | None]:
-    """Return the prepared model, the cost of building it, and the bytes held before. Raises Fault.
+    """Return the prepared model, the times of building it, and the memory held before, bytes. Raises Fault.
 
-    If kernels or libraries were loaded meanwhile, it is built again, unless that takes too long.
+    If kernels or libraries were loaded while it was built, it is built again, unless that takes too long.
     """
     from softmark.interpreter.models import model_builders
 
     model_builders.load(declared.thing)
-    before, compiling, begin = memory_use()["now"], _compilations(), time.perf_counter()
-    prepared, setup = _built(scene, declared, case)
+    before, compiling, begin = memory_use()["now"], _count_compilations(), time.perf_counter()
+    prepared, setup = _build_model(scene, declared, case)
     if compiling() and time.perf_counter() - begin < job.patience_s:
         del prepared
         gc.collect()
-        prepared, setup = _built(scene, declared, case)
+        prepared, setup = _build_model(scene, declared, case)
     return prepared, setup, before
 
 
-def _built(scene: Scene, declared: Declared, case: Case) -> tuple[Prepared, Record]:
-    """Build the model; return it with wall and CPU seconds of mesh, reading of measurements, and the rest. Raises
-    Fault.
+def _build_model(scene: Scene, declared: Declared, case: Case) -> tuple[Prepared, Record]:
+    """Build a model and return it with wall and CPU times, s. Raises Fault.
+
+    The times are given separately for the mesh, for reading measurements, and for the rest of the set-up.
     """
     from softmark.interpreter.language.scene_states import in_state, states_of
     from softmark.interpreter.problem.body_case import case_for
 
     meshes: dict[tuple[Any, ...], Any] = {}
     if not (states := states_of(scene)):
-        return _built_once(scene, declared, case, meshes)
+        return _build_in_state(scene, declared, case, meshes)
     from softmark.interpreter.models.shared.state_sequence import StateSequence
 
     scenes = [in_state(scene, number) for number in range(len(states))]
-    built = [_built_once(own, d := own.declared[declared.name], case_for(own, d), meshes) for own in scenes]
+    built = [_build_in_state(own, d := own.declared[declared.name], case_for(own, d), meshes) for own in scenes]
     spent = {name: [sum(s[name][i] for _, s in built) for i in (0, 1)] for name in built[0][1]}
     return StateSequence(tuple(prepared for prepared, _ in built)), spent
 
 
-def _built_once(
+def _build_in_state(
     scene: Scene, declared: Declared, case: Case, meshes: dict[tuple[Any, ...], Any]
 ) -> tuple[Prepared, Record]:
-    """Build the model in one state; `meshes` are shared between states."""
+    """Build a model in one state and return it with wall and CPU times, s; `meshes` are shared between states."""
     from softmark.interpreter.models.model_preparation import Measurements, prepared_model
     from softmark.interpreter.models.shared.prepared_model import BuildContext
 
@@ -230,7 +234,7 @@ def _built_once(
 
 
 def _identity(job: TimingJob) -> Record:
-    """Return the entries that say what ran where."""
+    """Return the entries of a record that identify the model, the process, its processors and the versions."""
     numpy = sys.modules.get("numpy")
     cores = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []
     tasks = len(os.listdir("/proc/self/task")) if os.path.isdir("/proc/self/task") else None
@@ -252,7 +256,7 @@ def _identity(job: TimingJob) -> Record:
 
 @dataclass
 class TimedSolutions:
-    """Timed solutions, with the pace of the processor before, between and after them."""
+    """All timed solutions of a run, with the pace of the processor before, between and after them."""
 
     runs: list[TimedSolution]
     warmed: bool = False  # a first solution was left out
@@ -261,13 +265,13 @@ class TimedSolutions:
     during: Record = field(default_factory=dict)
 
 
-def _solutions(prepared: Prepared, job: TimingJob, where: PhaseClock | None) -> TimedSolutions:
-    """Solve once, and then again until the solutions have taken long enough."""
+def _time_solutions(prepared: Prepared, job: TimingJob, where: PhaseClock | None) -> TimedSolutions:
+    """Solve once as a warm-up, and then repeatedly until the solutions have taken `job.least_s` seconds."""
     gc.collect()
     before, first = measure_pace(), _time_solution(prepared, where)
     if not first.good or first.wall > job.patience_s:
         return TimedSolutions([first], paces=[before, measure_pace()], during=first.during)
-    compiling = _compilations()
+    compiling = _count_compilations()
     found = TimedSolutions([], warmed=True, paces=[measure_pace()])
     while not found.runs or sum(r.wall for r in found.runs) < job.least_s:
         found.runs.append(_time_solution(prepared, where))
@@ -280,7 +284,7 @@ def _solutions(prepared: Prepared, job: TimingJob, where: PhaseClock | None) -> 
 
 
 def _sum_counters(stretches: Sequence[Record]) -> Record:
-    """Return the sums of the counters of several time intervals."""
+    """Return the sums of the counters over several time intervals."""
     whole: Record = {}
     for name, last in stretches[-1].items():
         values = [s[name] for s in stretches]
@@ -289,7 +293,10 @@ def _sum_counters(stretches: Sequence[Record]) -> Record:
 
 
 def _time_solution(prepared: Prepared, where: PhaseClock | None) -> TimedSolution:
-    """Solve once between two readings of the counters, which take half a millisecond outside the timed interval."""
+    """Solve once and return the solution with its times and counters.
+
+    Reading the counters takes half a millisecond, which is outside the timed interval.
+    """
     cores = frozenset(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else frozenset()
     solve = partial(prepared.solve, _ignore_iteration)
     begin = OsCounters.now(cores)
@@ -302,11 +309,14 @@ def _time_solution(prepared: Prepared, where: PhaseClock | None) -> TimedSolutio
 
 
 def _ignore_iteration(iteration: object) -> None:
-    """Ignore an iteration."""
+    """Do nothing; a callback for iterations that needs no output."""
 
 
-def _compilations() -> Callable[[], int]:
-    """Start counting kernels that numba compiles or loads; the returned function gives the count."""
+def _count_compilations() -> Callable[[], int]:
+    """Start counting kernels that numba compiles or loads.
+
+    Return a function that stops counting and returns the number.
+    """
     if "numba" not in sys.modules:
         return lambda: int("numba" in sys.modules)
     from numba.core import event
@@ -326,7 +336,7 @@ def _compilations() -> Callable[[], int]:
 
 
 def _facts(solution: Solution) -> Record:
-    """Return the numbers that show whether two runs did the same: iterations, residual, and displacement size."""
+    """Return facts that show whether two runs did the same work: iterations, residual, size of displacements."""
     facts = {name: solution.facts[name] for name in FACTS if name in solution.facts}
     if solution.mesh is not None:
         facts["motion"] = math.sqrt(float((solution.mesh.displacement**2).sum()))
@@ -334,7 +344,7 @@ def _facts(solution: Solution) -> Record:
 
 
 def _steps(solutions: Sequence[Solution]) -> Record | None:
-    """Return quantiles of the seconds of time steps, over all solutions; None for a static analysis."""
+    """Return quantiles of the time of a step, s, over all solutions; None for a static analysis."""
     histories = [s.history for s in solutions if s.history is not None]
     if not histories:
         return None
@@ -344,20 +354,23 @@ def _steps(solutions: Sequence[Solution]) -> Record | None:
 
 
 def quantiles(ordered: Sequence[float]) -> dict[str, float] | None:
-    """Return the smallest value not below each fraction in QUANTILES of all values; None if there are none."""
+    """Return the quantiles in QUANTILES of ascending values, without interpolation; None if there are no values.
+
+    Each is the smallest value that is not exceeded by the fraction of values.
+    """
     count = len(ordered)
     return {n: ordered[max(0, math.ceil(q * count) - 1)] for n, q in QUANTILES.items()} if count else None
 
 
 def _phase_times(where: PhaseClock, warmed: bool) -> dict[str, float]:
-    """Return the CPU seconds of one solution by phases, as means over the timed ones."""
+    """Return the CPU time of each phase of a solution, s, as a mean over the timed solutions."""
     counted = where.solutions[1:] if warmed else where.solutions
     names = dict.fromkeys(name for spent in counted for name in spent)
     return {name: statistics.fmean(spent.get(name, 0.0) for spent in counted) for name in names}
 
 
 def _time_writing(job: TimingJob, solution: Solution) -> float | None:
-    """Return the CPU seconds of writing the deformed mesh, or its state at some points, to a file, without imports."""
+    """Return the CPU time, s, of writing the deformed mesh to a VTU file, without the time of imports."""
     import tempfile
 
     from softmark.interpreter.results.run_report import ModelResult, Report
@@ -375,7 +388,7 @@ def _time_writing(job: TimingJob, solution: Solution) -> float | None:
 
 
 def replace_nonfinite(value: Any) -> Any:
-    """Return the value with None in place of numbers that JSON lacks."""
+    """Return the value as plain JSON data, with None in place of numbers that are not finite."""
     if isinstance(value, Mapping):
         return {str(k): replace_nonfinite(v) for k, v in value.items()}
     if isinstance(value, list | tuple):

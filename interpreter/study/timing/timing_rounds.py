@@ -1,8 +1,8 @@
-"""Reliable timing: one process at a time on the machine, on its own processor, in interleaved rounds.
+"""Reliable timing: one process at a time on the machine, on a processor of its own, in interleaved rounds.
 
 Every run of every job is a new process (`timed_process.py`). Rounds are interleaved, A B C A B C, so that a machine
-that slows down slows all jobs; two comparisons on one machine take turns. Disturbed runs are repeated. Each record is
-passed to `keep` at once, and returns in `done` when an interrupted comparison continues.
+that slows down slows all jobs. Two comparisons on one machine take turns. Disturbed runs are repeated. Each record is
+passed to `keep` at once, and is passed back in `done` when an interrupted comparison continues.
 """
 
 from __future__ import annotations
@@ -39,16 +39,16 @@ FEW = 3  # number of runs of a slow job
 
 
 def _ignore_message(what: str, detail: str) -> None:
-    """Ignore a message."""
+    """Do nothing; the default for messages."""
 
 
 def _discard_record(record: Record) -> None:
-    """Discard a record."""
+    """Do nothing; the default for new records."""
 
 
 @dataclass
 class _TimingRecords:
-    """All records of the jobs, and the remaining runs."""
+    """Records of all runs, from which the jobs that need another run are found."""
 
     jobs: Sequence[TimingJob]
     repeats: int
@@ -57,29 +57,32 @@ class _TimingRecords:
     records: dict[str, list[Record]] = field(default_factory=dict)
 
     def add(self, record: Record) -> None:
-        """Add a run."""
+        """Add the record of a run."""
         self.records.setdefault(str(record.get("key")), []).append(record)
 
     def of(self, job: TimingJob) -> list[Record]:
-        """Return the runs of a job, in order."""
+        """Return the records of all runs of a job, in order."""
         return self.records.get(job.key, [])
 
     @property
     def pace(self) -> float | None:
-        """Usual pace of the processor."""
+        """Usual pace of the processor, s, from the records of all jobs."""
         return timing_quality.usual_pace(r for own in self.records.values() for r in own)
 
     def timed(self, job: TimingJob) -> list[Record]:
-        """Return the runs of a job that were timed."""
+        """Return the records of the runs of a job that have a solution and its time."""
         return [r for r in self.of(job) if timing_quality.is_timed_solution(r)]
 
     def wanted(self, job: TimingJob) -> int:
-        """Return the number of clean runs that a job should have."""
+        """Return the number of undisturbed runs that a job should have."""
         costly = any(r.get("elapsed_s", 0.0) > job.costly_s for r in self.timed(job))
         return min(self.repeats, FEW) if costly else self.repeats
 
     def due(self, job: TimingJob) -> bool:
-        """Return whether a job needs another run: it has too few clean ones, has not failed, and has tries left."""
+        """Return whether a job needs another run.
+
+        It does if it has too few undisturbed runs, no run has failed, and it has tries left.
+        """
         if any(r.get("status") not in SOLVED for r in self.of(job)):
             return False
         runs, wanted = self.timed(job), self.wanted(job)
@@ -87,7 +90,7 @@ class _TimingRecords:
         return calm < wanted and len(runs) < wanted + self.extra
 
     def unexplained(self) -> list[TimingJob]:
-        """Return the jobs without times of their phases."""
+        """Return the jobs that still need a run with clocks for phases."""
         if not self.phases:
             return []
         return [j for j in self.jobs if self.timed(j) and not any(r.get("kind") == "phases" for r in self.of(j))]
@@ -102,10 +105,13 @@ def time_jobs(
     extra: int | None = None,
     phases: bool = True,
 ) -> dict[str, timing_quality.CostJson | None]:
-    """Return the cost of each job by its key (see `timing_quality`), None without a solution.
+    """Return the timing results of each job by its key, None for a job without a solution (see `timing_quality`).
 
-    Each job runs until `repeats` runs are undisturbed, with at most `extra` more (by default `repeats`), and once more
-    with clocks for the `phases`. Records in `done` count if they are from this machine. Jobs with one key are one job.
+    Each job runs until `repeats` runs are undisturbed, with at most `extra` more runs (by default `repeats`). It runs
+    once
+    more with clocks for the `phases`. Records in `done` count if they are from this machine. Jobs with the same key are
+    one
+    job.
     """
     unique = list({job.key: job for job in jobs}.values())
     book = _TimingRecords(unique, repeats, repeats if extra is None else extra, phases)
@@ -119,12 +125,12 @@ def time_jobs(
 
 
 def describe_host() -> str:
-    """Return the identity of this machine and Python, within which times are comparable."""
+    """Return the names of this machine and its Python version; only times with equal names are comparable."""
     return f"{platform.node()} {platform.machine()} python {platform.python_version()}"
 
 
 class _TimingRunner:
-    """Runs one process after the other, and keeps its own work off their processor."""
+    """Runner of timing processes, one after the other; its own work uses other processors than theirs."""
 
     def __init__(self, keep: Callable[[Record], None], say: Say) -> None:
         self.keep, self.say = keep, say
@@ -166,7 +172,7 @@ class _TimingRunner:
         self.keep(record)
 
     def _settle(self, threads: int) -> None:
-        """Wait, for a limited time, until no task waits for a processor; then choose one."""
+        """Wait, for at most PATIENCE seconds, until no task waits for a processor; then choose processors."""
         begin = time.monotonic()
         while True:
             start = OsCounters.now()
@@ -184,7 +190,7 @@ class _TimingRunner:
                 os.sched_setaffinity(0, self.allowed - set(self.cores) or self.allowed)
 
     def _say_busy(self) -> None:
-        """Print once why timing takes long: runs that other processes disturb are repeated."""
+        """Print once that timing takes longer because other processes disturb it."""
         if not self.busy:
             self.say(
                 "took", "timing takes longer because other processes use this machine; disturbed runs are repeated"
@@ -193,10 +199,13 @@ class _TimingRunner:
 
 
 def one_run(job: TimingJob, cores: Sequence[int], kind: str = "timed") -> Record:
-    """Return the record of one process; one that ends without a record, or too late, gets a status and a message."""
+    """Run one timing process and return its record.
+
+    A process that ends without a record, or too late, gets a record with a status and a message.
+    """
     asked = job.to_json() | {"cores": list(cores), "phases": kind == "phases"}
     begin = time.monotonic()
-    record = _answer(job, json.dumps(asked).encode())
+    record = _run_process(job, json.dumps(asked).encode())
     return record | {
         "key": job.key,
         "kind": kind,
@@ -205,8 +214,8 @@ def one_run(job: TimingJob, cores: Sequence[int], kind: str = "timed") -> Record
     }
 
 
-def _answer(job: TimingJob, asked: bytes) -> Record:
-    """Return the record that the process writes, or one with the reason why there is none."""
+def _run_process(job: TimingJob, asked: bytes) -> Record:
+    """Return the record that a timing process writes, or a record with the reason why there is none."""
     with tempfile.TemporaryFile() as spoken:
         environment = {**os.environ, **job.environment}
         pipe = subprocess.PIPE
@@ -220,10 +229,10 @@ def _answer(job: TimingJob, asked: bytes) -> Record:
                 if child.poll() is None:
                     child.kill()
         spoken.seek(0)
-        return _read(answer, child, spoken.read()[-500:].decode(errors="replace"))
+        return _read_record(answer, child, spoken.read()[-500:].decode(errors="replace"))
 
 
-def _read(answer: bytes, child: subprocess.Popen[bytes], spoken: str) -> Record:
+def _read_record(answer: bytes, child: subprocess.Popen[bytes], spoken: str) -> Record:
     try:
         record: Record = json.loads(answer)
     except ValueError:
@@ -237,15 +246,17 @@ def _read(answer: bytes, child: subprocess.Popen[bytes], spoken: str) -> Record:
 
 
 def lock_file() -> Path:
-    """Return the file that a comparison locks while a run is timed; one per machine, for all users."""
+    """Return the file that a comparison locks while it times a run; there is one for all users of a machine."""
     return Path(tempfile.gettempdir()) / "softmark-timing.lock"
 
 
 @contextmanager
 def exclusive_timing(say: Say = _ignore_message) -> Iterator[None]:
-    """Wait until no other comparison on this machine times a run; without such locks, do not wait.
+    """Context in which no other comparison on this machine times a run.
 
-    The lock is held for one run and released for a moment after it, so that comparisons take turns.
+    The lock is held for one run and then released for a moment, so that comparisons take turns. If the system has no
+    such
+    locks, or the wait exceeds LONGEST_WAIT seconds, timing continues without the lock.
     """
     try:
         import fcntl
@@ -278,7 +289,10 @@ def exclusive_timing(say: Say = _ignore_message) -> Iterator[None]:
 
 
 def _open_lock_file(file: Path) -> int | None:
-    """Open the file, creating it if necessary; in a public folder, a file of another user may only be read."""
+    """Open the lock file, creating it if necessary, and return its descriptor; None if that fails.
+
+    In a public folder, a file of another user may only be read.
+    """
     careful = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
     for flags in (os.O_RDONLY, os.O_RDWR | os.O_CREAT):
         with suppress(OSError):

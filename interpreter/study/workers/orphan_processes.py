@@ -1,4 +1,4 @@
-"""Termination of child processes with their parent."""
+"""Termination of child processes when their parent process dies."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 
 
 def die_with_parent() -> None:
-    """Ask Linux to kill this process when its parent dies; on other systems it ends with its pipe."""
+    """Ask Linux to kill this process when its parent dies; on other systems do nothing."""
     if sys.platform != "linux":
         return
     import ctypes

@@ -1,9 +1,10 @@
-"""Journal of finished tasks on disk, line by line: a killed process loses nothing that was written.
+"""Journal of finished tasks on disk, written line by line, so that a killed process loses no finished task.
 
-A line is one JSON object, written by one call and synced. The first identifies the journal; every other has a `kind`,
-the `key` of a configuration and the number of its `repeat`, which together are unique. A last line that was torn by a
-power failure is ignored, and removed before anything is appended. Every entry ends with the authentication code of the
-user who wrote it, `hmac`: an entry without it, as in a journal that came with a foreign scene, is ignored.
+A line is one JSON object, written by one call and synced to disk. The first line identifies the journal. Every other
+line has a `kind`, the `key` of a configuration and the number `repeat`, which together are unique. If a power failure
+left the last line incomplete, it is ignored, and removed before anything is appended. Every entry ends with `hmac`, the
+authentication code of the user who wrote it. An entry without a valid code, as in a journal that came with a foreign
+scene, is ignored.
 """
 
 from __future__ import annotations
@@ -28,21 +29,21 @@ Identity = tuple[str, str, int]  # kind, key, repeat
 
 
 class JournalRefused(Exception):
-    """A folder cannot be used for this comparison; the text gives the reason and the remedy."""
+    """Error: a folder cannot be used for this study. The text gives the reason and the remedy."""
 
 
 class Interrupted(KeyboardInterrupt):
-    """A study was interrupted; the text says what is on disk."""
+    """Error: a study was interrupted. The text says which results are on disk."""
 
 
 def identity(entry: Json) -> Identity:
-    """Return the identity of an entry; entries that share it are one."""
+    """Return the identity (kind, key, repeat) of a journal entry."""
     return str(entry["kind"]), str(entry["key"]), int(entry.get("repeat", 0))
 
 
 @dataclass
 class Journal:
-    """Open journal, locked against other processes. Use it as a context, or close it."""
+    """Open journal, locked against other processes; use it as a context, or close it."""
 
     path: Path
     entries: dict[Identity, Json] = field(default_factory=dict)
@@ -52,7 +53,10 @@ class Journal:
 
     @classmethod
     def open(cls, folder: Path, fresh: bool = False) -> Journal:
-        """Open the journal of a folder, creating it if necessary; `fresh` clears it. Raises JournalRefused, OSError."""
+        """Open the journal of a folder, creating it if necessary. Raises JournalRefused, OSError.
+
+        With `fresh` all entries are removed.
+        """
         folder.mkdir(parents=True, exist_ok=True)
         journal = cls(folder / NAME)
         journal._lock = _lock_journal(folder / LOCK)
@@ -80,7 +84,7 @@ class Journal:
         for entry in lines[1:]:
             if not _has_identity(entry):
                 continue
-            if _authentic(entry):
+            if _is_authentic_entry(entry):
                 self.entries.setdefault(identity(entry), entry)
             else:
                 self.foreign += 1
@@ -94,14 +98,17 @@ class Journal:
 
     @property
     def remark(self) -> str:
-        """Return a note on entries that this user's runs did not write; empty if there are none."""
+        """Note on entries that runs of this user did not write and that are ignored; empty if there are none."""
         if not self.foreign:
             return ""
         count = f"{self.foreign} entr{'y' if self.foreign == 1 else 'ies'} of {self.path}"
         return f"{count} not written by your own runs: recomputed"
 
     def add(self, entry: Json) -> bool:
-        """Append an entry and sync; return False, and write nothing, if it exists already. Raises OSError."""
+        """Append an entry and sync the file; return whether it was new. Raises OSError.
+
+        An entry whose identity exists already is not written.
+        """
         name = identity(entry)
         if name in self.entries:
             return False
@@ -110,7 +117,7 @@ class Journal:
         return True
 
     def append(self, kind: str, key: str, **said: Any) -> None:
-        """Add a further entry of a kind and a key, with the next repeat number. Raises OSError."""
+        """Append an entry of a kind and a key, with the next repeat number. Raises OSError."""
         repeat = next(i for i in count() if (kind, key, i) not in self.entries)
         self.add({"kind": kind, "key": key, "repeat": repeat, **said})
 
@@ -122,17 +129,24 @@ class Journal:
         os.fsync(self._file)
 
     def of_kind(self, kind: str) -> dict[str, Json]:
-        """Return the entries of a kind by key; of repeats, the last."""
+        """Return the entries of a kind by key; if there are repeats, only the last."""
         return {key: entry for (own, key, _), entry in self.entries.items() if own == kind}
 
     def on_disk(self, kind: str) -> set[str]:
-        """Return the keys of a kind in the file, which after an interruption may have more than this process knows."""
+        """Return the keys of all entries of a kind in the file.
+
+        After an interruption the file may have entries that this process does not know.
+        """
         data = _contents(self.path)
         lines = _objects(data[: data.rfind(b"\n") + 1])
-        return {str(line["key"]) for line in lines if line.get("kind") == kind and "key" in line and _authentic(line)}
+        return {
+            str(line["key"])
+            for line in lines
+            if line.get("kind") == kind and "key" in line and _is_authentic_entry(line)
+        }
 
     def close(self) -> None:
-        """Release the file and the lock."""
+        """Close the file and release the lock."""
         for descriptor in (self._file, self._lock):
             if descriptor >= 0:
                 os.close(descriptor)
@@ -146,13 +160,13 @@ class Journal:
 
 
 def _has_identity(entry: Json) -> bool:
-    """Return whether an entry has an identity; others are ignored."""
+    """Return whether an entry has a kind, a key and a repeat number."""
     named = isinstance(entry.get("kind"), str) and isinstance(entry.get("key"), str)
     return named and type(entry.get("repeat", 0)) is int
 
 
-def _authentic(entry: Json) -> bool:
-    """Return whether an entry carries this user's code, which is removed from it."""
+def _is_authentic_entry(entry: Json) -> bool:
+    """Remove the authentication code from an entry, and return whether it is a valid code of this user."""
     code = entry.pop(CODE, "")
     try:
         return is_authentic(SCHEMA, _text(entry), str(code))
@@ -166,7 +180,7 @@ def _text(entry: Json) -> bytes:
 
 
 def _contents(path: Path) -> bytes:
-    """Return the bytes of a journal, empty if there is no file. Raises JournalRefused, OSError."""
+    """Return the bytes of a journal file, empty if there is no file. Raises JournalRefused, OSError."""
     try:
         descriptor = _open_journal(path, os.O_RDONLY)
     except FileNotFoundError:
@@ -176,7 +190,10 @@ def _contents(path: Path) -> bytes:
 
 
 def _open_journal(path: Path, flags: int) -> int:
-    """Open a regular file, created if it is to be written, never through a symbolic link. Raises JournalRefused."""
+    """Open a regular file and return its descriptor. Raises JournalRefused if it is not a regular file.
+
+    A file to be written is created. Symbolic links are never followed.
+    """
     careful = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
     if path.is_symlink() or (path.exists() and not path.is_file()):
         what = "a symbolic link" if path.is_symlink() else "not a regular file"
@@ -185,7 +202,7 @@ def _open_journal(path: Path, flags: int) -> int:
 
 
 def _objects(data: bytes) -> Iterator[Json]:
-    """Yield the JSON objects of whole lines; unreadable lines are ignored."""
+    """Yield the JSON objects in complete lines; unreadable lines are ignored."""
     for line in data.splitlines():
         if not line.startswith(b"{"):
             continue
@@ -198,7 +215,10 @@ def _objects(data: bytes) -> Iterator[Json]:
 
 
 def _lock_journal(path: Path) -> int:
-    """Take an exclusive lock, which the system releases when this process ends in any way. Raises JournalRefused."""
+    """Take an exclusive lock and return its descriptor. Raises JournalRefused if another process has it.
+
+    The system releases the lock when this process ends in any way.
+    """
     import fcntl
 
     descriptor = _open_journal(path, os.O_RDWR)

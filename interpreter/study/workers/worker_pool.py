@@ -1,4 +1,4 @@
-"""Pool of workers for tasks: worker processes of this machine, or a dask cluster.
+"""Pool of workers that perform tasks: processes of this machine, or workers of a dask cluster.
 
     run_tasks(tasks, jobs=2)                in worker processes, one thread each
     run_tasks_on_cluster(tasks, address)    on the workers of the scheduler at the address
@@ -36,22 +36,22 @@ STARTS = 3  # maximum number of consecutive failed starts
 
 
 class NoWorkers(Exception):
-    """No worker is available; the text gives the reason and the remedy."""
+    """Error: no worker is available. The text gives the reason and the remedy."""
 
 
 def unfinished_outcome(task: PointTask, message: str) -> PointOutcome:
-    """Return the outcome of a lost task: nothing is known about its result, and another try may have one."""
+    """Return the outcome of a lost task: its result is unknown, and another try may have one."""
     return failed_outcome(task, message, unfinished=True)
 
 
 def timed_out_outcome(task: PointTask, limit: float) -> PointOutcome:
-    """Return the outcome of a task that exceeded `limit` seconds: with more time it may have a result."""
+    """Return the outcome of a task that took longer than `limit` seconds; with more time it may have a result."""
     why = f"it was stopped after {limit:g} s; increase `--timeout`"
     return failed_outcome(task, why, "timed_out", wall_s=limit, unfinished=True, limit_s=limit)
 
 
 def worker_environment() -> dict[str, str]:
-    """Return the environment of a worker: one thread for every library, since tasks share the machine."""
+    """Return the environment variables of a worker: one thread for every library, since tasks share the machine."""
     return {**os.environ, **dict.fromkeys(THREADS, "1")}
 
 
@@ -60,7 +60,7 @@ def worker_environment() -> dict[str, str]:
 
 @dataclass
 class _Worker:
-    """One process, and its current task."""
+    """Worker process and its current task."""
 
     process: subprocess.Popen[bytes]
     task: PointTask | None = None
@@ -70,7 +70,7 @@ class _Worker:
     spent: float | None = None  # CPU s of the process when it began with its task
 
     def give(self, task: PointTask) -> None:
-        """Send a task. Raises OSError if the process has ended."""
+        """Send a task to the process. Raises OSError if it has ended."""
         self.task, self.since, self.spent = task, time.monotonic(), cpu_seconds_of(self.process.pid)
         assert self.process.stdin is not None
         self.process.stdin.write(json.dumps(task.to_json(), separators=(",", ":")).encode() + b"\n")
@@ -89,7 +89,7 @@ class _Worker:
 
 
 def cpu_seconds_of(pid: int) -> float | None:
-    """Return the CPU seconds of a process so far; None if unknown."""
+    """Return the CPU time that a process has used so far, s; None if unknown."""
     try:
         with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
             fields = file.read().rpartition(")")[2].split()
@@ -106,12 +106,13 @@ def run_tasks(
     command: Sequence[str] = WORKER,
     patience: float = 1.0,
 ) -> Iterator[PointOutcome]:
-    """Yield the outcomes of tasks run in `jobs` processes, as they become available. Raises NoWorkers if no process
-    starts.
+    """Yield the outcomes of tasks run in `jobs` processes, as they become available. Raises NoWorkers.
 
-    A task that takes longer than `timeout` seconds is killed (`timed_out_outcome`); closing the iterator kills all
-    workers. With a `patience` above 1 the timeout is CPU time, so that a busy machine changes no outcome, and the limit
-    of wall time is that many times as long. If `tasks` is a deque, the receiver of an outcome may append further tasks.
+    A task that takes longer than `timeout` seconds is killed (`timed_out_outcome`). Closing the iterator kills all
+    workers.
+    With a `patience` above 1 the timeout is CPU time, so that a busy machine changes no outcome; the limit of wall time
+    is
+    then `patience` times as long. If `tasks` is a deque, the receiver of an outcome may append further tasks.
     """
     waiting = tasks if isinstance(tasks, deque) else deque(tasks)
     pool = _Pool(waiting, jobs, timeout, started, command=command, patience=patience)
@@ -149,7 +150,7 @@ class _Pool:
         self.selector.close()
 
     def _staff(self) -> None:
-        """Start as many workers as there is work for, and give a task to each idle one."""
+        """Start as many workers as there are tasks, up to the limit, and give a task to each idle worker."""
         busy = sum(w.task is not None for w in self.workers.values())
         while len(self.workers) < min(self.jobs, busy + len(self.waiting)):
             process = subprocess.Popen(
@@ -167,7 +168,7 @@ class _Pool:
                     worker.give(task)
 
     def _heard(self, descriptor: int) -> Iterator[PointOutcome]:
-        """Handle the output of a worker: readiness, an outcome, or its end."""
+        """Handle the output of a worker: that it is ready, an outcome, or the end of its process."""
         worker = self.workers[descriptor]
         data = os.read(descriptor, 1 << 20)
         if not data:
@@ -199,7 +200,7 @@ class _Pool:
                 raise NoWorkers(f"worker processes cannot be started (exit status {code}); see the output above")
 
     def _late(self) -> Iterator[PointOutcome]:
-        """Kill workers whose task exceeded its time limit."""
+        """Kill the workers whose task exceeded its time limit, and yield the outcomes of these tasks."""
         now = time.monotonic()
         for descriptor, worker in list(self.workers.items()):
             spent = now - worker.since
@@ -209,7 +210,7 @@ class _Pool:
                 yield from self._died(descriptor)
 
     def _over(self, worker: _Worker, wall: float) -> bool:
-        """Return whether a task exceeded its time limit."""
+        """Return whether the task of a worker exceeded its time limit."""
         limit = max(self.timeout or 0.0, worker.task.limit_s or 0.0 if worker.task else 0.0)
         now = cpu_seconds_of(worker.process.pid) if self.patience > 1 else None
         if now is None or worker.spent is None:
@@ -218,7 +219,7 @@ class _Pool:
 
 
 def _describe_death(code: int) -> str:
-    """Return the message for a process that ended during a task."""
+    """Return the message for a worker process that ended during a task."""
     if code >= 0:
         return f"the process ended with exit status {code}"
     try:
@@ -235,10 +236,11 @@ def _describe_death(code: int) -> str:
 def run_tasks_on_cluster(
     tasks: Sequence[PointTask], address: str, timeout: float | None = None, wait: float = 10.0
 ) -> Iterator[PointOutcome]:
-    """Yield the outcomes of tasks run by the workers of a dask scheduler, as they become available. Raises NoWorkers.
+    """Yield the outcomes of tasks run on a dask cluster, as they become available. Raises NoWorkers.
 
-    Each thread of a worker performs one task at a time. A task cannot be killed there: after `timeout` seconds it
-    counts as `timed_out_outcome`, and its thread continues.
+    `address` is that of the dask scheduler. Each thread of a worker performs one task at a time. A task cannot be
+    killed on
+    a cluster: after `timeout` seconds it counts as `timed_out_outcome`, and its thread continues.
     """
     client = _client(address, wait)
     try:
@@ -259,7 +261,7 @@ def _client(address: str, wait: float) -> Any:
 
 
 def _dask() -> Any:
-    """Import the package `distributed`, which an extra installs. Raises NoWorkers."""
+    """Return the package `distributed`, which the extra `softmark[cluster]` installs. Raises NoWorkers."""
     try:
         return importlib.import_module("distributed")
     except ImportError as error:
@@ -278,7 +280,7 @@ def _gathered(client: Any, tasks: Sequence[PointTask], timeout: float | None) ->
             if future.status == "finished":
                 yield future.result()
             else:
-                yield unfinished_outcome(task, _lost(future))
+                yield unfinished_outcome(task, _describe_lost_task(future))
     except _connection_errors() as error:
         reason = str(error) or type(error).__name__
         for task in waiting.values():
@@ -286,13 +288,13 @@ def _gathered(client: Any, tasks: Sequence[PointTask], timeout: float | None) ->
 
 
 def _connection_errors() -> tuple[type[BaseException], ...]:
-    """Return the exceptions that dask raises when its scheduler is gone."""
+    """Return the exceptions that dask raises when the connection to its scheduler is lost."""
     futures = importlib.import_module("concurrent.futures")
     comm = importlib.import_module("distributed.comm")
     return OSError, futures.CancelledError, comm.CommClosedError, TimeoutError
 
 
-def _lost(future: Any) -> str:
+def _describe_lost_task(future: Any) -> str:
     error = future.exception() if future.status == "error" else None
     name = future.status if error is None else type(error).__name__
     if name == "KilledWorker":
@@ -301,7 +303,10 @@ def _lost(future: Any) -> str:
 
 
 def perform_on_cluster(task: PointTask, digest: str, timeout: float | None = None) -> PointOutcome:
-    """Run `perform` on a worker of a cluster, which must have the same softmark."""
+    """Perform a task on a worker of a cluster; `digest` is the digest of the sources of this process.
+
+    If the worker has other sources or library versions, the task is not performed.
+    """
     from softmark.interpreter.study.configurations import configuration_task, source_digests
 
     if source_digests.digest_sources() != digest:
@@ -314,7 +319,7 @@ def perform_on_cluster(task: PointTask, digest: str, timeout: float | None = Non
 
 
 def _perform_within(task: PointTask, timeout: float) -> PointOutcome:
-    """Run `perform` in a separate thread, which is abandoned after its time limit."""
+    """Perform a task in a separate thread, which is abandoned after `timeout` seconds."""
     import threading
 
     from softmark.interpreter.study.configurations import configuration_task

@@ -3,7 +3,7 @@
     python -m softmark.interpreter.study.workers.worker_process [GIBIBYTES]
 
 Output of libraries goes to standard error, so that it cannot mix with the outcomes. The worker ends with the process
-that started it: the kernel kills it where possible (Linux), otherwise it notices the end of its pipe.
+that started it. On Linux the kernel kills it then; on other systems the worker notices the end of its pipe.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from softmark.interpreter.study.workers.orphan_processes import die_with_parent
 
 
 def main() -> None:
-    """Serve tasks until standard input ends."""
+    """Perform tasks from standard input until it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is handled by the parent, which ends this process
     die_with_parent()
     _limit_memory()
@@ -38,7 +38,10 @@ def main() -> None:
 
 
 def _listen(tasks: queue.Queue[bytes]) -> None:
-    """Queue lines; exit at the end of input, since nobody would read an outcome."""
+    """Put each line of standard input into a queue; exit the process when the input ends.
+
+    Nobody would read an outcome after that.
+    """
     for line in sys.stdin.buffer:
         tasks.put(line)
     os._exit(0)
@@ -51,7 +54,7 @@ def _send(out: BinaryIO | Any, value: dict[str, Any]) -> None:
 
 
 def _prepare() -> None:
-    """Import the modules that every task needs, so that no task's time includes it."""
+    """Import the modules that every task needs, so that the time of a task does not include the imports."""
     import importlib
 
     for step in ("run_pipeline", "reference_runs", "model_runs", "report_assembly"):
@@ -59,7 +62,10 @@ def _prepare() -> None:
 
 
 def _limit_memory() -> None:
-    """Limit memory to the given argument, so that an allocation fails in this process and not in the system."""
+    """Limit the memory of this process to the number of GiB in its argument.
+
+    An allocation beyond the limit then fails in this process, and does not exhaust the memory of the machine.
+    """
     if len(sys.argv) > 1:
         import resource
 

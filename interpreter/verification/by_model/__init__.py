@@ -1,8 +1,8 @@
-"""Verification of each kind of model: forces by independent formulas, and the stated error.
+"""Verifiers: one for each kind of model, with independent force formulas and the error estimate.
 
-To add one: a module with a class derived from Verifier (or SizedMeshVerifier, for models on meshes with a cell size)
-and its VERIFIER; a line in VERIFIERS. It is imported when such a model has an answer. A model without one is still
-solved and reported: its forces are not verified, and it states no error.
+To add a verifier, write a module with a class derived from Verifier (or from SizedMeshVerifier, for models on meshes
+with a cell size) and a constant VERIFIER, and add a line to VERIFIERS. The module is imported when such a model has an
+answer. A model without a verifier is still solved and reported, but its forces are not verified and it states no error.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ VERIFIERS: dict[type[Any], str] = {
 
 
 def verifier_of(model: Any) -> Verifier:
-    """Return the verifier of a model: that of its class or of a base class."""
+    """Return the verifier of a model: the one registered for its class or for a base class."""
     known = next((VERIFIERS[cls] for cls in type(model).__mro__ if cls in VERIFIERS), None)
     if known is None:
         return Verifier()

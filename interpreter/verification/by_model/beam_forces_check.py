@@ -1,4 +1,4 @@
-"""Forces of a beam, computed from the positions of its points independently of its solver."""
+"""Forces in a beam, computed independently of its solver from the displaced positions of its points."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from softmark.solvers.mesh.shape import Prism, Section, Swept
 
 @dataclass(frozen=True)
 class BeamLine:
-    """Axis, sections and nodes of a beam model, independent of its solver."""
+    """Axis, cross-sections and nodes of a beam model, built independently of its solver."""
 
     model: Beam6Dof
     case: Case
@@ -43,22 +43,25 @@ class BeamLine:
 
     @property
     def axes(self) -> Floats:
-        """Axes e1, e2, e3 at rest at the start of the beam (3, 3), as rows."""
+        """Axes e1, e2, e3 of the undeformed cross-section at the start of the beam, as rows (3, 3)."""
         return np.array(self.case.prism.frame(0.0))
 
     @cached_property
     def at_rest(self) -> tuple[Floats, Floats]:
-        """Return the nodes at rest (n, 3), m, and their axes e1, e2 and e3 as rows (n, 3, 3)."""
+        """Return the undeformed nodes (n, 3), m, and their axes e1, e2 and e3 as rows (n, 3, 3)."""
         shape, s = self.case.prism, self.s.tolist()
         return np.array([shape.centre(at) for at in s]), np.array([shape.frame(at) for at in s])
 
     @property
     def stiffness(self) -> Floats:
-        """EA, GA2, GA3, GJ, EI2, EI3 (6,), or for a tapered beam those of each element (e, 6)."""
+        """Section stiffnesses EA, GA2, GA3, GJ, EI2, EI3 (6,); for a tapered beam those of each element (e, 6)."""
         return stiffness_along(self.case.prism, self.s, self.case.material)
 
     def rod(self, displacement: Any) -> tuple[CheckedRod, float]:
-        """Return the deformed rod, from points on and beside its axis, and their distance from the axis."""
+        """Return the deformed rod and the distance from the axis, m, at which its cross-sections are sampled.
+
+        Node positions and section axes follow from displacements of points on the axis and at that distance from it.
+        """
         shape = self.case.prism
         arm, (X, axes) = arm_of(shape.section), self.at_rest
         x, R = deformed_axes(X, axes[:, 1:], arm, displacement)
@@ -116,12 +119,15 @@ class BeamLine:
         return both
 
     def _line(self, begin: Floats, end: Floats) -> Floats:
-        """Return the length of an axial interval that belongs to each node (n,), m."""
+        """Return the length, m, of an axial interval that is lumped to each node, shape (n,)."""
         low, high = sorted(float((p - np.array(self.case.prism.root)) @ self.axes[0]) for p in (begin, end))
         return integrate_hats(self.s, low, high)
 
     def _route(self, tendon: TendonLoad, s: Floats) -> tuple[Floats, Floats]:
-        """Return arms and slopes of a tendon (k, 3) in section axes at stations s (k,), m, by complex steps."""
+        """Return the lever arms, m, and slopes of a tendon, each (k, 3) in section axes, at stations s (k,), m.
+
+        The slopes are derivatives by complex steps.
+        """
         shape = self.case.prism
         (low, *first), (high, *last) = sorted(shape.own(p) for p in (tendon.begin, tendon.end))
         z = (s - low) / (high - low)
@@ -133,7 +139,7 @@ class BeamLine:
         return arms, slopes
 
     def _guided(self, tendon: TendonLoad, count: int, rod: CheckedRod) -> Floats:
-        """Return the forces of a tendon at its guides (n, 6), N and N m in space, along the chords between guides."""
+        """Return nodal forces and moments (n, 6), N and N m in space, of a tendon that is straight between guides."""
         low, high = sorted(self.case.prism.own(p)[0] for p in (tendon.begin, tendon.end))
         found, places = np.zeros((len(self.s), 6)), np.linspace(low, high, count)
         nodes = [int(np.abs(self.s - place).argmin()) for place in places]
@@ -147,27 +153,33 @@ class BeamLine:
         return found
 
     def held(self) -> NDArray[np.bool_]:
-        """Return which forces and moments supports carry (n, 6); a partly held section carries all moments."""
+        """Return a mask of the force and moment components that supports carry (n, 6).
+
+        A section of which only a part is held carries all moments.
+        """
         found = np.zeros((len(self.s), 6), dtype=np.bool_)
         for support in self.case.supports:
             found |= self._at(support, [*support.thing.components, 3, 4, 5])
         return found
 
     def carries(self, support: Declared) -> NDArray[np.bool_]:
-        """Return which forces and moments one support carries (n, 6): moments of rotations that it prevents."""
+        """Return a mask of the force and moment components that one support carries (n, 6).
+
+        A support carries the moments about the axes whose rotation it prevents.
+        """
         held = [*support.thing.components]
         way = np.abs(np.cross(self.axes[1:, None], np.eye(3)[held])).max(axis=(0, 1))  # omega . (r x e_c), r across
         turns = np.flatnonzero((way > 0.5) | (len(held) == 3))
         return self._at(support, [*held, *(3 + turns)])
 
     def _at(self, support: Declared, which: Sequence[int]) -> NDArray[np.bool_]:
-        """Return these of the six forces and moments (n, 6) where a support selects whole sections."""
+        """Return a mask (n, 6) of the components `which` (0 to 5) at nodes whose whole section a support selects."""
         where = selects_whole_sections(support.thing.where, self.case.prism, tuple(self.s.tolist()))
         return np.outer(where, np.isin(np.arange(6), which))
 
 
 def stiffness(section: Section, material: Any) -> Floats:
-    """Return EA, GA2, GA3, GJ, EI2, EI3 (6,)."""
+    """Return the section stiffnesses EA, GA2, GA3, GJ, EI2, EI3 (6,)."""
     E, G = material.young, material.young / (2.0 * (1.0 + material.poisson))
     shear = section.shear_factor(material.poisson) * G * section.area
     return np.array([E * section.area, shear, shear, G * section.torsion, *(E * I for I in section.moments)])
@@ -177,7 +189,10 @@ FINE, COARSE_RULE, MANY = 64, 16, 8  # places of the other rule in an element: o
 
 
 def stiffness_along(shape: Swept, s: Floats, material: Any) -> Floats:
-    """Return EA, GA2, GA3, GJ, EI2, EI3 (6,), or for a tapered body those of each element (e, 6): means of 1 / C."""
+    """Return the section stiffnesses EA, GA2, GA3, GJ, EI2, EI3 (6,) along a body.
+
+    For a tapered body they are those of each element (e, 6): harmonic means, that is means of 1 / C.
+    """
     if not shape.tapered:
         return stiffness(shape.section, material)
     at, weights = clenshaw_curtis(FINE if len(s) < MANY else COARSE_RULE)
@@ -188,7 +203,10 @@ def stiffness_along(shape: Swept, s: Floats, material: Any) -> Floats:
 
 
 def clenshaw_curtis(n: int) -> tuple[Floats, Floats]:
-    """Return places and weights (n + 1,) of the rule of Clenshaw and Curtis (1960) from 0 to 1, n even."""
+    """Return points and weights (n + 1,) of the Clenshaw-Curtis quadrature rule on [0, 1]; n is even.
+
+    Source: Clenshaw and Curtis (1960).
+    """
     turn, k = np.pi * np.arange(n + 1) / n, np.arange(1, n // 2 + 1)
     b = np.where(k == n // 2, 1.0, 2.0)
     weights = 1.0 - np.cos(2.0 * np.outer(turn, k)) @ (b / (4.0 * k**2 - 1.0))
@@ -202,9 +220,10 @@ def arm_of(section: Section) -> float:
 
 
 def deformed_axes(X: Floats, across: Floats, arm: float, displacement: Any) -> tuple[Floats, Floats]:
-    """Return deformed nodes of X (n, 3), m, and their axes (n, 3, 3), from arms along the two axes `across` (n, 2, 3).
+    """Return the deformed positions (n, 3), m, and section axes (n, 3, 3) of nodes X (n, 3), m.
 
-    `displacement` gives the displacements of points.
+    `displacement` maps points to their displacements. It is evaluated at the nodes and at points at the distance `arm`,
+    m, along the two section axes `across` (n, 2, 3).
     """
     beside = X[:, None] + arm * across
     x = X + displacement(X)
@@ -213,9 +232,10 @@ def deformed_axes(X: Floats, across: Floats, arm: float, displacement: Any) -> t
 
 
 def integrate_hats(s: Floats, low: float, high: float, size: Callable[[float], float] = lambda s: 1.0) -> Floats:
-    """Return integrals of the hat functions of nodes s (n,), m, from `low` to `high`, times a `size` (n,), m.
+    """Return integrals of size(s) times the hat function of each node, from `low` to `high`, m, shape (n,).
 
-    Simpson's rule between kinks is exact to the third degree, so also for hats times tapered areas.
+    The nodes are at s (n,), m. Simpson's rule between kinks is exact for polynomials up to degree 3, and so also for
+    hat functions times the area of a tapered section.
     """
     kinks = np.unique(np.clip(np.concatenate([[low, high], s]), low, high))
     a, b = kinks[:-1], kinks[1:]
@@ -231,7 +251,7 @@ def beam_line_of(found: VerifiedSolution) -> BeamLine:
 
 
 def rod_of(found: VerifiedSolution) -> tuple[CheckedRod, float]:
-    """Return the deformed rod of a solution and the sampling distance from the axis; computed once."""
+    """Return the deformed rod of a solution and the sampling distance from the axis, m; computed once."""
     if rod_of not in found.known:
         line, displacement = beam_line_of(found), found.solution.displacement
         rod, arm = line.rod(displacement)
@@ -252,14 +272,14 @@ def balance_of(found: VerifiedSolution) -> ForceBalance:
 
 
 def worse_balance(inside: Floats, outside: Floats, fixed: NDArray[np.bool_], noise: float) -> ForceBalance:
-    """Return the worse of the balances of forces only, and of forces and moments (n, 6)."""
+    """Return the balance with the larger residual: of forces only (n, 3), or of forces and moments (n, 6)."""
     result = solid_forces.force_balance(inside[:, :3], outside[:, :3], fixed[:, :3], noise, None)
     whole = solid_forces.force_balance(inside, outside, fixed, noise, None)
     return whole if whole.residual >= result.residual else result
 
 
 def reactions_of(found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-    """Return the reaction of every support, and its rounding error, N. Raises NoIndependentFormula."""
+    """Return the reaction of every support by name, and their rounding error, N. Raises NoIndependentFormula."""
     inside, outside, _, noise = _forces(found)
     beam, left = beam_line_of(found), (inside - outside) / _per_length(found)
     masks = {support.name: beam.carries(support) for support in beam.case.supports}
@@ -267,14 +287,14 @@ def reactions_of(found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
 
 
 def _per_length(found: VerifiedSolution) -> Floats:
-    """Return factors that convert forces and moments to forces (6,)."""
+    """Return factors (6,) that divide the moments by the beam's length, so that all six components are forces."""
     return np.array([1.0, 1.0, 1.0, *[1.0 / found.case.prism.length] * 3])
 
 
 def _forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
-    """Return internal and external forces, moments over the length (n, 6), N; what is held; rounding, N; computed once.
+    """Return internal and external nodal forces (n, 6), N, a mask of supported components, and the rounding, N.
 
-    Raises NoIndependentFormula.
+    Moments are divided by the length. The forces are computed once per solution. Raises NoIndependentFormula.
     """
     if _forces not in found.known:
         found.known[_forces] = _compute_forces(found)
@@ -298,7 +318,10 @@ def _compute_forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np
 
 
 def _constraint_forces(left: Floats, by: Floats, fixed: NDArray[np.bool_]) -> Floats:
-    """Return the constraint forces (n, 6) that balance the free nodes best."""
+    """Return the constraint forces (n, 6) that best balance the residual forces at free components, by least squares.
+
+    `left` (n, 6) are the residual forces, `by` the constraint directions, `fixed` (n, 6) the supported components.
+    """
     B = by.reshape(left.size, -1)
     free = ~fixed.ravel()
     best, *_ = np.linalg.lstsq(B[free], -left.ravel()[free], rcond=None)

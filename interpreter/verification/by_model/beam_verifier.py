@@ -32,12 +32,12 @@ BENT, STRETCHED = 0.5, 1.2  # times the square of its strain of bending, and tim
 
 
 class BeamVerifier(Verifier):
-    """Verifier of beams: forces from positions of points, coarser segments, and the error of beam theory."""
+    """Verifier of beams, by forces from positions of points, by other segments, and by estimates of theory errors."""
 
     theory = "beams"  # what theory it is, for messages
 
     def facts(self, found: VerifiedSolution) -> dict[str, Any]:
-        """Return the largest strain: of the outermost fibre, with shear."""
+        """Return the largest strain of the outermost fibre, including shear."""
         if found.solution.displacement is None:
             return {}
         rod, arm = rod_of(found)
@@ -58,13 +58,13 @@ class BeamVerifier(Verifier):
         return balance_of(found), found.solution.facts.get("residual")
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-        """Compute the reactions by the same formulas. Raises NoIndependentFormula."""
+        """Compute the reactions of supports by rod_forces.py as well. Raises NoIndependentFormula."""
         return reactions_of(found)
 
     def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the discretisation error from twice the segments; from fewer if these cost too much.
+        """Return the discretisation error, from a solution with twice as many segments. Raises NoErrorEstimate.
 
-        Raises NoErrorEstimate.
+        If that solution costs too much, solutions with fewer segments are used.
         """
         segments = answer.declared.thing.segments
         try:
@@ -87,7 +87,10 @@ class BeamVerifier(Verifier):
         return answer.solved(f"segments {segments}", declared, answer.case, costs, slight=True)[0]
 
     def coarser(self, answer: SolutionUnderTest) -> list[tuple[Solution, float]]:
-        """Return solutions with half and a quarter of the segments. Raises NoErrorEstimate."""
+        """Return solutions with half and a quarter of the segments, each with its ratio to the one before it.
+
+        Raises NoErrorEstimate.
+        """
         thing = answer.declared.thing
         found: list[tuple[Solution, float]] = []
         segments = thing.segments
@@ -106,7 +109,7 @@ class BeamVerifier(Verifier):
         return found
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the error of the theory. Raises NoErrorEstimate."""
+        """Return the error of beam theory in a result. Raises NoErrorEstimate."""
         tensors = isinstance(seen.metric, TensorMetric)
         if not (seen.in_forces or seen.in_displacements or tensors):
             raise NoErrorEstimate(f"{NO_ERROR}: the error of {self.theory} theory is known for displacements only")
@@ -117,11 +120,11 @@ class BeamVerifier(Verifier):
         return (2.0 if seen.in_forces else 1.0) * missing * seen.size  # an energy goes with the square of what bends
 
     def left_out(self, answer: SolutionUnderTest) -> float:
-        """Return the relative displacement error of the theory. Raises NoErrorEstimate."""
+        """Return the relative displacement error of beam theory. Raises NoErrorEstimate."""
         return theory_error(answer.declared.thing, answer.case, answer.result)
 
     def pieces(self, case: Case) -> Sequence[Swept]:
-        """Return the bodies along an axis."""
+        """Return the prismatic or tapered bodies to which beam theory is applied."""
         return [case.prism]
 
 
@@ -151,14 +154,17 @@ def theory_error(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
 
 
 def taper_error(shape: Swept) -> float:
-    """Return the relative error of section stress due to tapered sides; the outer slope is accounted for."""
+    """Return the relative error of section stress due to tapered sides.
+
+    The stress formula already accounts for the slope of the outer surface.
+    """
     return (LEANING if shape.section.hollow is None else BORED) * shape.slope
 
 
 def section_stress_scale(answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-    """Return the size that an error of section stress is relative to.
+    """Return the stress or strain by which a relative error of section stress is multiplied.
 
-    Raises NoErrorEstimate if the theory gives none.
+    Raises NoErrorEstimate if the theory gives no section stress.
     """
     from softmark.interpreter.models.beam.end_effect_zones import nearby_disturbance
 

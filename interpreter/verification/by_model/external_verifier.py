@@ -1,4 +1,4 @@
-"""Verifier of external solvers: forces of their displacements by our formulas; no error estimate."""
+"""Verifier of external solvers: it applies our force formulas to their displacements, but estimates no error."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ UNCHECKED = "an external program solved it: use the stated error of `fem(...)` w
 
 
 def as_own_solution(found: VerifiedSolution) -> VerifiedSolution:
-    """Return the solution as if our finite elements had found it."""
+    """Return the external solution in the form of a solution by our own finite elements."""
     return replace(found, declared=replace(found.declared, thing=found.declared.thing.solid))
 
 
 class ExternalVerifier(Verifier):
-    """Verifier of finite elements that another program solved."""
+    """Verifier of finite element solutions that another program computed."""
 
     def facts(self, found: VerifiedSolution) -> dict[str, Any]:
-        """Return the same facts as for our elements."""
+        """Return the facts that our own finite elements report."""
         return solid_verifier.VERIFIER.facts(as_own_solution(found))
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
-        """Compute the force balance by the same formulas. Raises NoIndependentFormula."""
+        """Compute the force balance by the formulas for our own finite elements. Raises NoIndependentFormula."""
         return solid_verifier.VERIFIER.balance(as_own_solution(found))
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-        """Compute the reactions by the same formulas. Raises NoIndependentFormula."""
+        """Compute the reactions by the formulas for our own finite elements. Raises NoIndependentFormula."""
         return solid_verifier.VERIFIER.reactions(as_own_solution(found))
 
     def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Raise NoErrorEstimate: there is no error estimate."""
+        """Raise NoErrorEstimate: the discretisation error of an external solver is not estimated."""
         raise NoErrorEstimate(UNCHECKED)
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Raise NoErrorEstimate: there is no error estimate."""
+        """Raise NoErrorEstimate: the model error of an external solver is not estimated."""
         raise NoErrorEstimate(UNCHECKED)
 
 

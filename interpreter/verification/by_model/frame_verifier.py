@@ -1,4 +1,4 @@
-"""Verifier of beam networks: the forces of each member, summed at the joints."""
+"""Verifier of beam networks: computes the forces of each member and sums them at the joints."""
 
 from __future__ import annotations
 
@@ -46,7 +46,10 @@ JOINED = 3.0  # times half the depth of what a member ends in, over its length: 
 
 @dataclass(frozen=True)
 class DeformedNetwork:
-    """Deformed network, independent of its solver: nodes (members, k, 3), points by their positions at rest."""
+    """Deformed beam network, built independently of its solver from the displacements of points.
+
+    Each member has nodes (k, 3), m. Nodes of members that meet at a joint share one place.
+    """
 
     found: VerifiedSolution
 
@@ -57,13 +60,13 @@ class DeformedNetwork:
 
     @cached_property
     def X(self) -> list[Floats]:
-        """Nodes of the members at rest, (k, 3) each, m."""
+        """Undeformed nodes of each member, (k, 3), m."""
         t = np.linspace(0.0, 1.0, self.found.declared.thing.segments + 1)[:, None]
         return [(1.0 - t) * np.array(m.begin) + t * np.array(m.end) for m in self.network.members]
 
     @cached_property
     def at(self) -> tuple[Floats, NDArray[np.int64]]:
-        """Distinct places among the nodes (p, 3), m, and the place of every node (n,).
+        """Distinct places of the nodes (p, 3), m, and the number of the place of every node (n,).
 
         Nodes closer than a thousandth of a segment share a place.
         """
@@ -79,7 +82,7 @@ class DeformedNetwork:
 
     @cached_property
     def rods(self) -> list[CheckedRod]:
-        """Deformed members, from displacements of points on and beside their axes."""
+        """Deformed members, from displacements of points on their axes and at a distance from them."""
         return [self._rod(i, member) for i, member in enumerate(self.network.members)]
 
     def _rod(self, number: int, member: Member) -> CheckedRod:
@@ -97,21 +100,21 @@ class DeformedNetwork:
         return found
 
     def joined(self, parts: list[Floats]) -> Floats:
-        """Sum the values of members at their nodes (k, 6) over the places (p, 6)."""
+        """Return the sums of nodal values at the places (p, 6), from the nodal values (k, 6) of each member."""
         found = np.zeros((len(self.at[0]), 6))
         np.add.at(found, self.at[1], np.concatenate(parts))
         return found
 
     def inside(self) -> Floats:
-        """Return internal forces and moments (p, 6), in space."""
+        """Return the internal forces and moments at the places (p, 6), N and N m, in space axes."""
         return self.joined([rod.forces()[0] for rod in self.rods])
 
     def outside(self) -> Floats:
-        """Return forces and moments of loads (p, 6). Raises NoIndependentFormula."""
+        """Return the forces and moments of loads at the places (p, 6), N and N m. Raises NoIndependentFormula."""
         return self.joined([np.sum([*self._loads(i, m)], axis=0) for i, m in enumerate(self.network.members)])
 
     def _loads(self, number: int, member: Member) -> Iterator[Floats]:
-        """Yield the forces of every load at the nodes of a member (k, 6)."""
+        """Yield the forces and moments of every load at the nodes of a member (k, 6), N and N m."""
         X = self.X[number]
         s = np.linspace(0.0, member.length, len(X))
         yield np.zeros((len(X), 6))
@@ -147,22 +150,28 @@ class DeformedNetwork:
         return next(near)
 
     def carries(self, support: Declared) -> NDArray[np.bool_]:
-        """Return which forces and moments in space one support carries (p, 6); at a hinge as its axis allows."""
+        """Return a mask of the force and moment components (p, 6), in space axes, that one support carries.
+
+        At a hinge it includes the moment about the hinge axis, which `held` removes.
+        """
         points, whole, _ = frame_selection.select_points_and_members(support.thing.where, self.network)
         near = [np.array([self.network.points[i] for i in points]).reshape(-1, 3), *(self.X[m] for m in whole)]
         held = np.concatenate(near)
         apart = np.linalg.norm(self.at[0][:, None] - held[None], axis=2).min(axis=1)
-        own = [*support.thing.components, *((3, 4, 5) if self._grips(support) else ())]
+        own = [*support.thing.components, *((3, 4, 5) if self._carries_moments(support) else ())]
         return np.outer(apart <= 1e-9 * self.network.diagonal, np.isin(np.arange(6), own))
 
     @staticmethod
-    def _grips(support: Declared) -> bool:
-        """Return whether a support carries moments; the moment about a hinge's axis is zero, see `held`."""
+    def _carries_moments(support: Declared) -> bool:
+        """Return whether a support carries moments. A hinge does, although its moment about the hinge axis is zero."""
         return not isinstance(support.thing, Pinned) or support.thing.axis is not None
 
     @cached_property
     def hinged(self) -> dict[int, Floats]:
-        """Axes at hinges: the hinge axis and two normal to it (3, 3), as rows, by place; the first hinge counts."""
+        """Hinge axis and two axes normal to it, as rows (3, 3), by number of the place.
+
+        If a place has several hinges, the first one counts.
+        """
         found: dict[int, Floats] = {}
         for support in self.found.case.supports:
             if not isinstance(support.thing, Pinned) or (axis := support.thing.axis) is None:
@@ -172,14 +181,17 @@ class DeformedNetwork:
         return found
 
     def turned(self, forces: Floats) -> Floats:
-        """Return forces and moments (p, 6), with the moments at hinges about and across their axis."""
+        """Return forces and moments (p, 6), with moments at hinges resolved along the hinge axis and normal to it."""
         found = forces.copy()
         for i, rows in self.hinged.items():
             found[i, 3:] = rows @ forces[i, 3:]
         return found
 
     def held(self) -> NDArray[np.bool_]:
-        """Return which components all supports carry (p, 6), at hinges about and across their axis: none about it."""
+        """Return a mask of the force and moment components (p, 6) that all supports together carry.
+
+        Moments at hinges are resolved as by `hinged`; the component about the hinge axis is not carried.
+        """
         found = np.zeros((len(self.at[0]), 6), dtype=np.bool_)
         for support in self.found.case.supports:
             own = self.carries(support)
@@ -200,7 +212,10 @@ def frame_of(found: VerifiedSolution) -> DeformedNetwork:
 
 
 def _forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
-    """Return internal and external forces, moments over the extent (p, 6), N; what is held; rounding, N."""
+    """Return internal and external forces (p, 6), N, a mask of supported components, and the rounding, N.
+
+    Moments are divided by the extent of the network.
+    """
     if found.solution.displacement is None:
         raise NoIndependentFormula("there is no solution")
     if _forces not in found.known:
@@ -213,7 +228,7 @@ def _forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_],
 
 
 def _per_length(found: VerifiedSolution) -> Floats:
-    """Return factors that convert forces and moments to forces (6,)."""
+    """Return factors (6,) that divide the moments by the network's extent, so that all six components are forces."""
     return np.array([1.0, 1.0, 1.0, *[1.0 / found.case.shape.diagonal] * 3])
 
 
@@ -223,7 +238,7 @@ class FrameVerifier(BeamVerifier):
     theory = "frames"
 
     def facts(self, found: VerifiedSolution) -> dict[str, Any]:
-        """Return the largest strains, and the largest curvature of a member."""
+        """Return the largest bending and axial strains, and the largest curvature of a member."""
         if found.solution.displacement is None:
             return {}
         bent, stretched, curvature = 0.0, 0.0, 0.0
@@ -248,14 +263,17 @@ class FrameVerifier(BeamVerifier):
         return worse_balance(inside, outside, fixed, noise), found.solution.facts.get("residual")
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-        """Compute the reactions by the same formulas. Raises NoIndependentFormula."""
+        """Compute the reactions of supports by rod_forces.py as well. Raises NoIndependentFormula."""
         inside, outside, _, noise = _forces(found)
         frame = frame_of(found)
         masks = {support.name: frame.carries(support) for support in found.case.supports}
         return sum_by_support(masks, (inside - outside) / _per_length(found), frame.x), LEFT * noise
 
     def left_out(self, answer: SolutionUnderTest) -> float:
-        """Return the largest theory error of a member, with the strain of all. Raises NoErrorEstimate."""
+        """Return the relative error of beam theory: the largest of all members, plus the effect of the largest strains.
+
+        Raises NoErrorEstimate if the members are too thick or too strained.
+        """
         checks = answer.result.solve.get("checks") or {}
         names = "bending_strain", "axial_strain", "curvature_per_m"
         bent, stretched, curvature = (float(checks.get(n) or 0.0) for n in names)
@@ -267,7 +285,7 @@ class FrameVerifier(BeamVerifier):
         return missing + strained
 
     def pieces(self, case: Case) -> Sequence[Swept]:
-        """Return the members."""
+        """Return the members as bodies along an axis."""
         return _network(case).members
 
 
@@ -277,7 +295,7 @@ def _network(case: Case) -> Network:
 
 
 def _member_theory_error(network: Network, number: int, poisson: float, curvature: float) -> float:
-    """Return the relative theory error of one member: of its section, and of the size of joints at its ends."""
+    """Return the relative theory error of one member, due to its section and to the size of the joints at its ends."""
     member, (run, ends) = network.members[number], network.run(number)
     section = member.section
     length = sum(network.members[i].length for i in run)

@@ -1,4 +1,4 @@
-"""Verifier of one material point: stress by finite differences of its energy, independent of its solver."""
+"""Verifier of the one-point model, which computes stress by finite differences of the energy."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from softmark.solvers.mesh.shape import Prism
 
 
 class MaterialPointVerifier(Verifier):
-    """Verifier of one material point: corner forces from differences of the energy; there is no mesh to refine."""
+    """Verifier of the one-point model: corner forces by finite differences of the energy, and no mesh to refine."""
 
     def facts(self, found: VerifiedSolution) -> dict[str, Any]:
         """Return the largest strain."""
@@ -36,14 +36,14 @@ class MaterialPointVerifier(Verifier):
         return {"largest_strain": float(np.linalg.norm(_gradient(found) - np.eye(3), 2))}
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
-        """Compute the balance of corner forces from differences of the energy. Raises NoIndependentFormula."""
+        """Compute the balance of corner forces by finite differences of the energy. Raises NoIndependentFormula."""
         inside, outside, held, noise, lacking = self._forces(found)
         return solid_forces.force_balance(inside, outside, held, noise, None, lacking), found.solution.facts.get(
             "residual"
         )
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-        """Compute the reactions in the same way. Raises NoIndependentFormula."""
+        """Compute the reactions of supports by finite differences of the energy. Raises NoIndependentFormula."""
         inside, outside, _, noise, _ = self._forces(found)
         X = _corners(found)
         x = X if found.declared.thing.strain == "small" else X + found.solution.displacement(X)  # type: ignore[misc]
@@ -59,11 +59,11 @@ class MaterialPointVerifier(Verifier):
         return known
 
     def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return zero: nothing is discretised."""
+        """Return zero, because a single material point is not discretised."""
         return 0.0
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the difference to the same point with the law of its material. Raises NoErrorEstimate."""
+        """Return the difference from a material point with the law of the declared material. Raises NoErrorEstimate."""
         thing: Homogeneous = answer.declared.thing
         if imposed_state(answer.case, thing.state, answer.declared).let_go:
             raise NoErrorEstimate(
@@ -82,7 +82,10 @@ class MaterialPointVerifier(Verifier):
 
 
 def _corner_forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float, float]:
-    """Return corner forces of stress and of loads (8, 3), N; what is held; rounding, N; constraint error, N."""
+    """Return corner forces of the stress and of the loads (8, 3), N, a mask of held components, and two errors, N.
+
+    The errors are the rounding error and the error of the volume constraint.
+    """
     case = found.case
     F, X = _gradient(found), _corners(found)
     out = np.sign(X - X.mean(axis=0))
@@ -102,10 +105,10 @@ def _corner_forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.
 
 
 def _stress(found: VerifiedSolution, F: Floats) -> tuple[Floats, float, float]:
-    """Return P (3, 3), Pa, by differences of the energy at F, its rounding, Pa, and the constraint error, Pa.
+    """Return the stress P (3, 3), Pa, its rounding error, Pa, and its error due to the volume constraint, Pa.
 
-    For an incompressible solid, the pressure is the one that leaves no stress on the free sides. Raises
-    NoIndependentFormula.
+    P is the derivative of the energy at F by finite differences. For an incompressible solid, the pressure is the one
+    that leaves the free sides with the stress of their loads only. Raises NoIndependentFormula.
     """
     material, thing = found.case.material, found.declared.thing
     strain = thing.strain
@@ -137,7 +140,7 @@ def differentiate_energy(psi: Any, F: Floats) -> tuple[Floats, float]:
 
 
 def _gradient(found: VerifiedSolution) -> Floats:
-    """Return F (3, 3), from the displacements of the corners."""
+    """Return the deformation gradient F (3, 3), from the displacements of the corners."""
     assert found.solution.displacement is not None
     X = _corners(found)
     u = found.solution.displacement(X)
@@ -155,7 +158,7 @@ def _corners(found: VerifiedSolution) -> Floats:
 
 
 def _areas(found: VerifiedSolution) -> Floats:
-    """Return face areas (3,), m^2: the section of a straight body, and sides that match its volume."""
+    """Return the face areas (3,), m^2: the cross-section of a straight body, and side areas that match its volume."""
     shape, lengths = found.case.shape, np.ptp(_corners(found), axis=0)
     assert isinstance(shape, Prism)
     volume = shape.section.area * shape.length
@@ -164,21 +167,21 @@ def _areas(found: VerifiedSolution) -> Floats:
 
 
 def _selected_corners(found: VerifiedSolution, where: Any) -> NDArray[np.bool_]:
-    """Return which of the corners a condition selects (8,)."""
+    """Return a mask of the corners that a condition selects (8,)."""
     X = _corners(found)
     extent = float(np.linalg.norm(np.ptp(X, axis=0)))
     return np.array([where.holds(*x, extent) for x in X.tolist()], dtype=np.bool_)
 
 
 def _held_corners(found: VerifiedSolution, thing: Any) -> NDArray[np.bool_]:
-    """Return what a support holds at the corners (8, 6): on whole faces that it selects."""
+    """Return a mask of the components that a support holds at the corners (8, 6), on faces that it selects wholly."""
     mask = np.zeros((8, 6), dtype=np.bool_)
     mask[np.ix_(np.flatnonzero(_selected_corners(found, thing.where)), list(thing.components))] = True
     return mask
 
 
 def _applied_stress(found: VerifiedSolution, axis: int) -> float:
-    """Return the nominal stress of loads on a free axis, Pa."""
+    """Return the nominal stress, Pa, that loads apply along a free axis."""
     X, total = _corners(found), 0.0
     for load in found.case.loads:
         on, traction = _selected_corners(found, load.thing.action.where), load.thing.action.traction

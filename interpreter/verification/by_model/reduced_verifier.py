@@ -28,16 +28,16 @@ MEASURES = "add modes or derivatives, train on states like this one, or use `{of
 
 
 class ReducedVerifier(SolidVerifier):
-    """Verifier of reduced models: forces of the full model in the reduced state, and its discretisation error."""
+    """Verifier of reduced models: full-model forces in the reduced state, and the full model's discretisation error."""
 
     holds = False
 
     def facts(self, found: VerifiedSolution) -> dict[str, Any]:
-        """Return no facts of its own."""
+        """Return an empty dictionary, because reduced models report no further facts."""
         return {}
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
-        """Compute the full model's balance in the reduced state, and the reported residual.
+        """Compute the force balance of the full model in the reduced state, and return also the reported residual.
 
         Raises NoIndependentFormula.
         """
@@ -48,9 +48,10 @@ class ReducedVerifier(SolidVerifier):
 
 
 def check_reduced_solution(declared: Declared, solution: Solution) -> Solution:
-    """Return the solution of a reduced model with its error in the full equations; not converged if that is large.
+    """Return the solution of a reduced model with its error in the equations of the full model.
 
-    The facts get `full_residual`, `estimated_error` (relative) and `estimated_error_m`, as in ReductionError.
+    The solution counts as not converged if that error is large. The facts get `full_residual`, `estimated_error`
+    (relative) and `estimated_error_m`, as in ReductionError.
     """
     assert solution.reduction_error is not None
     try:
@@ -89,11 +90,12 @@ def _in_words(error: ReductionError, of: str) -> str:
     residual = f"the residual in the equations of `{of}` is {_format_ratio(error.residual)} the forces"
     if error.relative is None:
         return residual
-    return f"{residual}, a displacement error of about {_format_ratio(error.relative)} its displacement"
+    size = f"{_format_ratio(error.relative)} its displacement"
+    return f"{residual}, which corresponds to a displacement error of about {size}"
 
 
 def _format_ratio(part: float) -> str:
-    """Return a ratio as text: `3 % of`, `2.5 times`."""
+    """Return a ratio as text, such as `3 % of` or `2.5 times`."""
     return f"{100 * part:.2g} % of" if part < 1.0 else f"{part:.2g} times"
 
 

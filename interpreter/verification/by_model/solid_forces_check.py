@@ -1,4 +1,4 @@
-"""Forces of finite elements from energy densities, by an assembly independent of the solver."""
+"""Forces of finite elements, assembled from energy densities independently of the solver."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LEFT = 50.0  # times the estimate of what rounding leaves
 
 @dataclass(frozen=True)
 class SolidState:
-    """State of finite elements under verification; results are computed once."""
+    """Finite element state under verification; forces are computed once and then kept."""
 
     model: Fem
     case: Case
@@ -60,7 +60,7 @@ class SolidState:
 
     @cached_property
     def beds(self) -> tuple[dict[str, Floats], float]:
-        """Nodal forces of every foundation and contact (n, 3), N, and their uncertainty, N.
+        """Nodal forces (n, 3), N, of every foundation and contact by name, and their uncertainty, N.
 
         Raises NoIndependentFormula.
         """
@@ -82,7 +82,7 @@ class SolidState:
 
     @cached_property
     def looked_at(self) -> Any:
-        """Nodes at which forces are checked (k,): a sample of a large mesh, or None for all nodes."""
+        """Numbers of the nodes at which forces are checked (k,): a sample of a large mesh, or None for all nodes."""
         if self.model.formulation != "displacement" or self.case.porous:
             return None
         return solid_forces.sample_nodes(
@@ -91,16 +91,17 @@ class SolidState:
 
     @cached_property
     def balanced(self) -> tuple[Floats, float, float]:
-        """Forces, residual of the pressure equations and rounding, from `inside` at these nodes.
+        """Internal forces, residual of the pressure equations, and rounding, at the nodes of `looked_at`.
 
         Raises NoIndependentFormula.
         """
         return self.inside(self.looked_at)
 
     def inside(self, chosen: Any) -> tuple[Floats, float, float]:
-        """Return nodal forces (n, 3), N, of the cells around `chosen` nodes; with mixed pressures those of all cells.
+        """Return internal nodal forces (n, 3), N, the residual of the pressure equations, and the rounding.
 
-        Also the residual of the pressure equations, and the rounding. Raises NoIndependentFormula.
+        The forces are those of the cells around the `chosen` nodes; mixed formulations use all cells. Raises
+        NoIndependentFormula.
         """
         try:
             return self._inside(chosen)
@@ -109,7 +110,7 @@ class SolidState:
 
     def _inside(self, chosen: Any) -> tuple[Floats, float, float]:
         if self.case.porous:
-            return self._soaked
+            return self._compute_porous_forces
         if self.model.formulation != "displacement":
             return self._pressed
         near = _cells_around(chosen, self.mesh)
@@ -119,13 +120,16 @@ class SolidState:
             rules = own_points(own, self.mesh.mesh, which, False)
             rules = None if rules is None else (rules[0][near[which]], rules[1][near[which]])
             body = checked_body(self.model, own, self.mesh.points, cells, self.mesh.kind, self.u, rules)
-            body = self._remembering(own, body)
+            body = self._add_deformation_history(own, body)
             f, left = body.forces(cells)
             found, noise = found + f, noise + left
         return found, 0.0, noise
 
-    def _remembering(self, own: Case, body: Any) -> Any:
-        """Return the body with the history of its material, if it has one. Raises NoIndependentFormula."""
+    def _add_deformation_history(self, own: Case, body: Any) -> Any:
+        """Return a body with the deformation history of a viscoelastic material; unchanged for other materials.
+
+        Raises NoIndependentFormula.
+        """
         if not own.material.branches:
             return body
         from softmark.interpreter.verification import viscoelastic_forces_check
@@ -136,8 +140,8 @@ class SolidState:
         )
 
     @cached_property
-    def _soaked(self) -> tuple[Floats, float, float]:
-        """Return forces of skeleton and fluid of a porous body."""
+    def _compute_porous_forces(self) -> tuple[Floats, float, float]:
+        """Return the internal forces of skeleton and fluid in a porous body, with their residual and rounding."""
         from softmark.interpreter.verification import poroelastic_forces_check
 
         body = checked_body(
@@ -158,13 +162,13 @@ class SolidState:
     def _pressed(self) -> tuple[Floats, float, float]:
         found, lacking, noise = np.zeros_like(self.mesh.points), 0.0, 0.0
         for own, which in split_by_material(self.case, self.mesh):
-            f, less, left = self._remembering(own, mixed_solid(self.model, own, self.mesh, which)).forces()
+            f, less, left = self._add_deformation_history(own, mixed_solid(self.model, own, self.mesh, which)).forces()
             found, lacking, noise = found + f, float(np.hypot(lacking, less)), noise + left
         return found, lacking, noise
 
 
 def solid_state(model: Fem, case: Case, mesh: DeformedMesh | None) -> SolidState:
-    """Return the state of a mesh. Raises NoIndependentFormula."""
+    """Return the finite element state on a deformed mesh. Raises NoIndependentFormula."""
     if mesh is None or mesh.kind not in CELLS:
         raise NoIndependentFormula(f"no independent formula is available for the element {model.element}")
     return SolidState(model, case, mesh)
@@ -192,7 +196,10 @@ def reactions_of(state: SolidState) -> tuple[dict[str, Wrench], float]:
 
 
 def _forces_on_others(state: SolidState, name: str, f: Floats) -> Floats:
-    """Return forces between parts of a body (n, 3), on all parts but the first."""
+    """Return the nodal forces (n, 3), N, of a contact or tie.
+
+    Between two parts of a body, the forces on the first part are set to zero.
+    """
     if all(pair.name != name for pair in state.case.pairs):
         return f
     from softmark.solvers.contact.contact_surface import mask_nodes_after_first_piece
@@ -208,7 +215,7 @@ def _resultant(case: Case, f: Floats, x: Floats) -> Wrench:
 
 
 def residuals_by_support(case: Case, mesh: DeformedMesh, left: Floats, x: Floats) -> dict[str, Wrench]:
-    """Return the part of the residual forces (n, 3) at nodes x (n, 3) that each support carries."""
+    """Return the resultant of the residual forces `left` (n, 3) at nodes x (n, 3), m, that each support carries."""
     masks = {}
     for support in case.supports:
         own = held_components(replace(case, supports=(support,)), mesh)
@@ -217,14 +224,14 @@ def residuals_by_support(case: Case, mesh: DeformedMesh, left: Floats, x: Floats
 
 
 def _cells_around(chosen: Any, mesh: DeformedMesh) -> Any:
-    """Return which cells contain chosen nodes (m,)."""
+    """Return a mask of the cells that contain any of the chosen nodes (m,)."""
     mask = np.zeros(len(mesh.points), dtype=np.bool_)
     mask[chosen] = True
     return mask[mesh.cells].any(axis=1)
 
 
 def mixed_solid(model: Fem, case: Case, mesh: DeformedMesh, which: Any = slice(None)) -> MixedBody:
-    """Return the deformed solid of a mixed formulation: of `which` cells, of one material.
+    """Return the cells `which`, all of one material, as a deformed solid in mixed formulation.
 
     Raises NoIndependentFormula.
     """
@@ -265,11 +272,11 @@ def mixed_solid(model: Fem, case: Case, mesh: DeformedMesh, which: Any = slice(N
 def checked_body(
     model: Fem, case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any = None
 ) -> CheckedBody:
-    """Return some cells of one material, deformed, with their stress law. Raises NoIndependentFormula.
+    """Return cells of one material in their deformed state, with their stress law. Raises NoIndependentFormula.
 
-    `rules` are local points (m, q, 3) and weights (m, q) of each cell, if they differ from those of the element:
-    constants are integrated there, and `verification/heterogeneous_constants_check.py` checks that with another
-    quadrature.
+    `rules` are local points (m, q, 3) and weights (m, q) of each cell, if they differ from those of the element.
+    Varying constants are integrated at these points; `verification/heterogeneous_constants_check.py` checks that with
+    another quadrature.
     """
     turned, case = model.rotation == "element", _passive_case(case)
     if getattr(case.material, "directed", False):
@@ -300,7 +307,7 @@ def checked_body(
 
 
 def _passive_case(case: Case) -> Case:
-    """Return the case of one material without active tension: muscle forces are counted with the loads."""
+    """Return the case of one material without active tension, because muscle forces are counted as loads."""
     if not getattr(case.material, "pulls", False):
         return case
     from softmark.interpreter.verification import fiber_directions_check
@@ -309,7 +316,7 @@ def _passive_case(case: Case) -> Case:
 
 
 def terms_of(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
-    """Return the stress terms of a model, and its stiffest modulus, Pa. Raises NoIndependentFormula."""
+    """Return the stress terms of a model, and the largest elastic modulus, Pa. Raises NoIndependentFormula."""
     terms, stiff = _of_solid(model, case)
     if case.material.thin:
         return tuple(replace(term, stress=PlaneStressLaw(term.stress)) for term in terms), stiff
@@ -332,9 +339,10 @@ def _of_solid(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
 
 
 def _finite_terms(material: Any, selective: bool) -> tuple[StressTerm, ...]:
-    """Return stress at finite strain by differences of the energy density: one term, or two, of shear and the rest.
+    """Return the stress terms of a material at finite strain, by finite differences of its energy density.
 
-    Raises NoIndependentFormula.
+    There is one term, or with selective integration two: the isochoric term, and the volumetric term averaged over each
+    cell. Raises NoIndependentFormula.
     """
     of = material.of if material.thin else material  # of a plate: the solid that it is made of
     law, parts = of.finite_law(), of.finite_parts() if selective else None

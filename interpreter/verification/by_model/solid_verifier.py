@@ -1,4 +1,4 @@
-"""Verifier of finite elements."""
+"""Verifier of finite element models of solids."""
 
 from __future__ import annotations
 
@@ -64,25 +64,28 @@ LOST = 1.7  # how much more they then leave: 1 / (1 - 2^-1/2) over 1 / (1 - 1/2)
 
 
 def _must_solve_again(answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> bool:
-    """Return whether history, motion or contacts on finer cells count, so that a state nearby does not do."""
+    """Return whether a finer model must be solved from the start rather than from the state that was found.
+
+    This is so in dynamics, with history-dependent states, with pressed rigid bodies, and for forces in contact.
+    """
     case = answer.case
     touching = seen.in_forces and bool(case.contacts or case.pairs)
     return answer.in_time or case.has_history or case.pressed or touching
 
 
 def _largest_poisson(answer: SolutionUnderTest) -> float:
-    """Return the largest Poisson's ratio of the cells; files have been read by now."""
+    """Return the largest Poisson's ratio of the cells, including constants read from files."""
     mesh = None if answer.mesh is None else answer.mesh.mesh
     return float(max(material.poisson for material in representative_materials(answer.own, mesh)))
 
 
 class SolidVerifier(SizedMeshVerifier):
-    """Verifier of finite elements: independent forces, a finer space over the cells, the best strain measure."""
+    """Verifier of finite elements: independent forces, a finer space on the same cells, and the best strain measure."""
 
     holds = True
 
     def facts(self, found: VerifiedSolution) -> dict[str, Any]:
-        """Return where the law loses stability; for an incompressible solid also the volume errors."""
+        """Return the volume in which the law is unstable, and for an incompressible solid also the volume errors."""
         return material_stability.stability_facts(found) | self._volumes(found)
 
     def _volumes(self, found: VerifiedSolution) -> dict[str, Any]:
@@ -110,7 +113,7 @@ class SolidVerifier(SizedMeshVerifier):
         return reactions_of(self._solved(found))
 
     def rounding(self, found: VerifiedSolution) -> float:
-        """Rounding of the cells around supported nodes, N: eps times the force at a strain of one."""
+        """Return the rounding error of forces at supported nodes, N: machine epsilon times the force at unit strain."""
         state = self._solved(found)
         return state.inside(np.flatnonzero(state.held.any(axis=1)))[2]
 
@@ -122,7 +125,7 @@ class SolidVerifier(SizedMeshVerifier):
         return known
 
     def cells(self, answer: SolutionUnderTest) -> int:
-        """Return the number of cells of the mesh, evaluated or not."""
+        """Return the number of cells of the mesh, whether or not forces are checked in them."""
         return super().cells(answer) if answer.mesh is None else len(answer.mesh.cells)
 
     # ------------------------------------------------------------------ discretisation
@@ -143,7 +146,7 @@ class SolidVerifier(SizedMeshVerifier):
     def _from_finer(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the discretisation error from a finer space. Raises NoErrorEstimate."""
         fine: ProbeResultUnderTest
-        leaves = self._leaves(answer)
+        leaves = self._error_ratio(answer)
         if isinstance(seen, FrequencyUnderTest):
             fine = replace(seen, vibrations=lambda count: self._tones(answer, count))
         else:
@@ -156,7 +159,7 @@ class SolidVerifier(SizedMeshVerifier):
             farther, ratio = self._farther(answer, seen)  # the edge of contact in its cell may hide a difference
             apart = max(apart, farther / ratio**HIGHEST)
         if isinstance(seen.metric, TensorMetric) and apart > TRIFLE * fine.size:
-            leaves = max(leaves, self._slow_order(answer, seen, apart))
+            leaves = max(leaves, self._factor_by_observed_order(answer, seen, apart))
         size = max(fine.beside(apart), fine.acting)
         left = leaves * apart
         if not left <= HOPELESS * size:
@@ -170,11 +173,13 @@ class SolidVerifier(SizedMeshVerifier):
             left = max(left, FINE_EDGE * edge_area(seen.metric, fine))
         return left
 
-    def _slow_order(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, apart: float) -> float:
-        """Return the error over the distance to the finer space, by the order seen from a coarser mesh; 0 without one.
+    def _factor_by_observed_order(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, apart: float) -> float:
+        """Return the factor from the distance to the finer space to the error, by the convergence order observed.
 
-        Coarser meshes that are closer to each other are too coarse, or agree by chance, and show no order. Stresses at
-        surfaces and edges may converge more slowly than an element's own factor says.
+        The order follows from `apart`, the distance to the finer space, and the change from a coarser mesh. It is only
+        used for slow convergence, since stresses at surfaces and edges may converge more slowly than the element's own
+        factor assumes. Returns 0 without a coarser mesh, and if the coarser mesh is closer than the finer space: such
+        meshes are too coarse or agree by chance, and show no order.
         """
         farther, ratio = self._farther(answer, seen)
         if farther < apart:
@@ -183,7 +188,10 @@ class SolidVerifier(SizedMeshVerifier):
         return 1.0 / -math.expm1(-order * math.log(FINER))
 
     def _farther(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> tuple[float, float]:
-        """Return the change from a coarser mesh, 0 without one, and how many times coarser it is."""
+        """Return the change of a result from a coarser mesh, and the ratio of cell sizes.
+
+        The change is 0 without a coarser mesh.
+        """
         try:
             (coarse, ratio), *_ = self.coarser(answer)
             return seen.change(seen.of(coarse)), ratio
@@ -191,10 +199,10 @@ class SolidVerifier(SizedMeshVerifier):
             return 0.0, FINER
 
     def _around(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the distance to the finer space at the nodes of the cells around a single point, in the metric's unit.
+        """Return the distance to the finer space at nodes of the cells around the metric's point, in the metric's unit.
 
         At one point two inaccurate meshes may agree by chance where their difference changes sign, but not at all nodes
-        around it. Zero for metrics that are not about a single point.
+        around it. The distance is zero for metrics that are not about a single point.
         """
         mesh, tensors = answer.mesh, seen.tensors_at_one
         if mesh is None or not (seen.single or tensors):
@@ -210,10 +218,11 @@ class SolidVerifier(SizedMeshVerifier):
         return seen.of_single(np.asarray(fine(X[nodes])) - mesh.displacement[nodes])
 
     def is_singular(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> bool:
-        """Return whether the finer space barely reduces the stress difference of cells at the place; False for a mean.
+        """Return whether refinement barely reduces the stress jump between cells where the metric is evaluated.
 
-        Where a stress grows like r^-a, halving the cells multiplies that difference by 2^a; where it is smooth, by 1/2
-        or less. Measured: 0.75 to 1.8 in a corner of 270 degrees, 0.04 to 0.6 where a stress has a limit.
+        Where a stress grows like r^-a, halving the cells multiplies that jump by 2^a; where it is smooth, by 1/2 or
+        less. Measured: 0.75 to 1.8 in a corner of 270 degrees, 0.04 to 0.6 where a stress has a limit. Returns False
+        for a mean, and True if the jumps are not known.
         """
         metric: Any = seen.metric
         if metric.over == "mean":
@@ -229,11 +238,12 @@ class SolidVerifier(SizedMeshVerifier):
         X = seen.X[place : place + 1]
         return bool(finer.unresolved(X)[0] > AGREEING * own.unresolved(X)[0])
 
-    def _leaves(self, answer: SolutionUnderTest) -> float:
-        """Return the error divided by the distance to the finer space; larger for incompressible quadratic cells.
+    def _error_ratio(self, answer: SolutionUnderTest) -> float:
+        """Return the ratio of the error to the distance to the finer space.
 
-        Such cells have too few displacements, and lose an order (Babuska and Suri 1992, "Locking effects in the finite
-        element approximation of elasticity problems").
+        The ratio is larger for nearly incompressible quadratic cells, which have too few displacements and lose an
+        order.
+        Source: Babuska and Suri 1992, "Locking effects in the finite element approximation of elasticity problems".
         """
         thing: Fem = answer.solid.thing
         element = find_element(thing.element)
@@ -242,7 +252,7 @@ class SolidVerifier(SizedMeshVerifier):
         return element.leaves * (LOST if tight else 1.0)
 
     def _above(self, answer: SolutionUnderTest) -> finer_space_error.FinerState:
-        """Return the state of the finer space, computed once. Raises NoErrorEstimate."""
+        """Return the solved state of the finer space, computed once. Raises NoErrorEstimate."""
         own = (answer.scene, answer.solid, answer.own)
 
         def find() -> finer_space_error.FinerState:
@@ -254,22 +264,23 @@ class SolidVerifier(SizedMeshVerifier):
         return above
 
     def _finer_solution(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> tuple[Solution, float]:
-        """Return a solution on finer cells, and the error over the distance to it. Raises NoErrorEstimate.
+        """Return a solution on finer cells, and the ratio of the error to the distance to it.
 
-        It goes through the history and contacts of the model again, or is near its state where these do not count.
+        The finer model is solved from the start if history or contacts count, and otherwise from the state that was
+        found. Raises NoErrorEstimate.
         """
         nearby = not (seen.in_forces or _must_solve_again(answer, seen))
         if nearby and not (answer.case.contacts or answer.case.pairs):
-            return self._above(answer).solution, self._leaves(answer)
+            return self._above(answer).solution, self._error_ratio(answer)
         try:
             return self._solved_again(answer)
         except BudgetExceeded:
             if nearby and answer.asked:
-                return self._above(answer).solution, self._leaves(answer)
+                return self._above(answer).solution, self._error_ratio(answer)
             raise
 
     def _solved_again(self, answer: SolutionUnderTest) -> tuple[Solution, float]:
-        """Return a solution on finer cells from its start, and the error over the distance to it.
+        """Return a solution on finer cells, solved from the start, and the ratio of the error to the distance to it.
 
         Raises NoErrorEstimate.
         """
@@ -285,7 +296,7 @@ class SolidVerifier(SizedMeshVerifier):
             if answer.chosen("nested", not sized or nested * answer.budget.solution <= answer.budget.left):
                 model, make = finer_space_error.finer_cells(answer.solid.thing, case, answer.on_nodes())
                 declared = replace(answer.solid, thing=model)
-                return answer.solved("finer cells", declared, case, nested, mesh=make)[0], self._leaves(answer)
+                return answer.solved("finer cells", declared, case, nested, mesh=make)[0], self._error_ratio(answer)
             costs *= SOMEWHAT**dimension
             solution, size = answer.solved("finer mesh", answer.sized(1.0 / SOMEWHAT), case, costs)
         ratio = (size["elements"] / self.cells(answer)) ** (1.0 / dimension)
@@ -294,7 +305,7 @@ class SolidVerifier(SizedMeshVerifier):
         return solution, error_from_finer(1.0, ratio, self._order(answer))
 
     def _order(self, answer: SolutionUnderTest) -> float:
-        """Return the order of displacements, or of the pressure of a fluid, that meshes are held to."""
+        """Return the convergence order assumed for displacements, or for the fluid pressure of a porous body."""
         return SEEPING if answer.case.porous else min(float(answer.solid.thing.order), HIGHEST)
 
     def _finer(self, answer: SolutionUnderTest) -> CachedField:
@@ -318,7 +329,10 @@ class SolidVerifier(SizedMeshVerifier):
         return error_from_coarser(self.coarser(answer), seen, order, answer)
 
     def loads_left(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, missing: float) -> float:
-        """Return the relative load error that the finer space has too; the distance to it contains the rest."""
+        """Return the part of the relative load error `missing` that the finer space has as well.
+
+        The distance to the finer space contains the other part.
+        """
         if _must_solve_again(answer, seen):
             return missing
         try:
@@ -331,41 +345,43 @@ class SolidVerifier(SizedMeshVerifier):
     # ------------------------------------------------------------------ the measure of strain
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the difference to the model with the best strain measure that its material has.
+        """Return the difference from the same model with the best strain measure that its material allows.
 
         Raises NoErrorEstimate.
         """
         thing: Fem = answer.solid.thing
-        best = self._best(answer, thing)
+        best = self._best_strain_measure(answer, thing)
         if best == {}:
             return 0.0
         if _must_solve_again(answer, seen):
-            return self._measures_of_history(answer, seen, thing, best)
-        apart = self._best_apart(answer, seen, thing, best)  # before a finer space takes what is left to spend
+            return self._measure_error_with_history(answer, seen, thing, best)
+        apart = self._distance_to_best_measure(
+            answer, seen, thing, best
+        )  # before a finer space takes what is left to spend
         return ALIKE * self._grown(answer, seen) * apart if apart > 0.0 else 0.0
 
-    def _measures_of_history(
+    def _measure_error_with_history(
         self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, thing: Fem, best: Mapping[str, Any]
     ) -> float:
-        """Return the difference to the best strain measure, on its own mesh, or on a coarser one.
+        """Return the difference from the best strain measure for history-dependent states. Raises NoErrorEstimate.
 
-        If neither can be solved, it is bounded by the strain and the square of rotations that small strain neglects.
-        Raises NoErrorEstimate.
+        It is found on the model's own mesh, or else on a coarser one. If neither can be solved, it is bounded by the
+        strain and the square of the rotations, which the small-strain measure neglects.
         """
         try:
             answer.budget.must_hold(PLENTY)
             with answer.budget.reserving(answer.others):
-                return ALIKE * self._best_apart(answer, seen, thing, best)
+                return ALIKE * self._distance_to_best_measure(answer, seen, thing, best)
         except NoErrorEstimate as unknown:
             if str(unknown) == NOT_ASKED:
                 raise
         try:
-            return THEORY * self._measures_apart(answer, seen, best)
+            return THEORY * self._measure_error_on_coarser_mesh(answer, seen, best)
         except NoErrorEstimate:
             return self._neglected_strain(answer) * seen.size
 
     def _neglected_strain(self, answer: SolutionUnderTest) -> float:
-        """Return a bound of the relative error of a strain measure, by the strain that the answer found.
+        """Return a bound of the relative error of the strain measure, computed from the strain in the answer.
 
         Raises NoErrorEstimate.
         """
@@ -374,8 +390,8 @@ class SolidVerifier(SizedMeshVerifier):
             raise NoErrorEstimate("another measure of strain could not be solved in time, and its strain is not small")
         return THEORY * float(strain)
 
-    def _best(self, answer: SolutionUnderTest, thing: Fem) -> dict[str, Any]:
-        """Return changes to the model that give it the best available strain measure; empty if it has it."""
+    def _best_strain_measure(self, answer: SolutionUnderTest, thing: Fem) -> dict[str, Any]:
+        """Return the changes of fields that give the model its best strain measure; empty if it already has that."""
         whole = answer.own  # with the material that the model takes: another law is another question
         materials = whole.materials
         finite = [material.finite_law() is not None for material in materials]
@@ -388,31 +404,39 @@ class SolidVerifier(SizedMeshVerifier):
             best["integration"] = "full"
         return best if any(getattr(thing, n) != v for n, v in best.items()) else {}
 
-    def _best_apart(
+    def _distance_to_best_measure(
         self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, thing: Fem, best: Mapping[str, Any]
     ) -> float:
-        """Return the distance between the model and the best one, both on its own mesh and with one discretisation."""
-        own, alike = seen, self._likened(answer, thing, best)
-        right = self._another(answer, seen, "best", thing, **best, **alike)
+        """Return the distance from the result with the best strain measure, on the same mesh.
+
+        Both use the same treatment of volume. Raises NoErrorEstimate.
+        """
+        own, alike = seen, self._common_volume_treatment(answer, thing, best)
+        right = self._probe_changed_model(answer, seen, "best", thing, **best, **alike)
         if alike:
-            own = self._another(answer, seen, "alike", thing, **alike)
+            own = self._probe_changed_model(answer, seen, "alike", thing, **alike)
         apart = right.change(own)
         if not apart <= HOPELESS * right.beside(apart):
             raise NoErrorEstimate("the most accurate strain measure of its material gives a very different state")
         return apart
 
-    def _likened(self, answer: SolutionUnderTest, thing: Fem, best: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the volume treatment for both, if volume averaging would affect the two laws differently."""
+    def _common_volume_treatment(
+        self, answer: SolutionUnderTest, thing: Fem, best: Mapping[str, Any]
+    ) -> dict[str, Any]:
+        """Return the volume treatment to use with both strain measures; empty if the model's own treatment suits both.
+
+        Averaging the volume over cells would affect the two laws differently.
+        """
         materials = answer.own.materials
         split = all(material.finite_parts() is not None for material in materials)
         if thing.formulation == "mean_dilatation" and best["strain"] == "finite" != thing.strain and split:
             return {"formulation": "displacement", "integration": "selective"}
         return {}
 
-    def _another(
+    def _probe_changed_model(
         self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, key: str, thing: Fem, **changes: Any
     ) -> ProbeResultUnderTest:
-        """Return the probe results of another model on the same mesh. Raises NoErrorEstimate."""
+        """Return the results of the same probe for a changed model on the same mesh. Raises NoErrorEstimate."""
         other = replace(answer.solid, thing=thing.plain(**changes))
         if _must_solve_again(answer, seen) or isinstance(seen, FrequencyUnderTest):  # which needs its modes
             return seen.of(answer.solved(f"{key} at rest", other, case_for(answer.scene, other))[0])
@@ -423,7 +447,10 @@ class SolidVerifier(SizedMeshVerifier):
         return seen.of(found)
 
     def _grown(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the strain error that a too stiff mesh hides, as it grows with the square of the motion."""
+        """Return the factor by which the strain-measure error grows if the finer space moves more than the mesh.
+
+        The error grows with the square of the displacement, which a mesh that is too stiff underestimates.
+        """
         if seen.in_forces:
             return 1.0
         try:
@@ -433,10 +460,12 @@ class SolidVerifier(SizedMeshVerifier):
         own = float(np.linalg.norm(seen.u))
         return max(1.0, (float(np.linalg.norm(fine.u)) / own) ** 2) if own > 0.0 else 1.0
 
-    def _measures_apart(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, best: Mapping[str, Any]) -> float:
-        """Return the distance between the model and the best one, both on a coarser mesh, which moves less.
+    def _measure_error_on_coarser_mesh(
+        self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, best: Mapping[str, Any]
+    ) -> float:
+        """Return the distance between the model's strain measure and the best one, both on a coarser mesh.
 
-        Raises NoErrorEstimate.
+        It is scaled up by the square of the displacements, because the coarser mesh moves less. Raises NoErrorEstimate.
         """
         (solution, _), *_ = self.coarser(answer)
         better, own = answer.sized(FINER, **best), seen.of(solution)

@@ -34,7 +34,7 @@ class VerifiedSolution:
 
 
 class Verifier:
-    """Verifier of a kind of model; the base class verifies nothing."""
+    """Base class of verifiers, one for each kind of model; the base class itself verifies nothing."""
 
     holds = False  # its nodes are exactly where supports ask for them
     order = 2.0  # in displacements, that coarser solutions are held to
@@ -42,17 +42,20 @@ class Verifier:
     # ------------------------------------------------------------------ forces
 
     def facts(self, found: VerifiedSolution) -> dict[str, Any]:
-        """Return further facts of a solution for the report."""
+        """Return additional facts about a solution for the report."""
         return {}
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
-        """Return the force balance by independent formulas, and the solver's residual. Raises NoIndependentFormula."""
+        """Return the force balance by independent formulas, and the residual by the solver.
+
+        Raises NoIndependentFormula.
+        """
         raise NoIndependentFormula(
             found.declared.thing.forceless or "no independent formula is available for this model"
         )
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-        """Return the reaction of every support by the same formulas, and their rounding error, N.
+        """Return the reaction of every support by independent formulas, and their rounding error, N.
 
         Raises NoIndependentFormula.
         """
@@ -68,7 +71,10 @@ class Verifier:
     # ------------------------------------------------------------------ the error that it states
 
     def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the distance of a result from the limit of refinement. Raises NoErrorEstimate."""
+        """Return the discretisation error: the distance of a result from the limit of refinement.
+
+        Raises NoErrorEstimate.
+        """
         return error_from_coarser(self.coarser(answer), seen, self.order, answer)
 
     def loads_left(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, missing: float) -> float:
@@ -76,15 +82,21 @@ class Verifier:
         return missing
 
     def is_singular(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> bool:
-        """Return whether a stress or strain seems to have no limit under refinement at the probe; True if unknown."""
+        """Return whether a stress or strain at the probe grows without limit under refinement; True if unknown."""
         return True
 
     def coarser(self, answer: SolutionUnderTest) -> list[tuple[Solution, float]]:
-        """Return one or two coarser solutions, each with the ratio to the one before. Raises NoErrorEstimate."""
+        """Return one or two coarser solutions, each with its cell size relative to the solution before it.
+
+        Raises NoErrorEstimate.
+        """
         raise NoErrorEstimate("no coarser model of this kind is available")
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
-        """Return the distance of the limit of refinement from the exact model. Raises NoErrorEstimate."""
+        """Return the model error: the distance of the limit of refinement from the exact model.
+
+        Raises NoErrorEstimate.
+        """
         raise NoErrorEstimate("no error estimate is available for this kind of model")
 
     def cells(self, answer: SolutionUnderTest) -> int:
@@ -126,7 +138,10 @@ class SizedMeshVerifier(Verifier):
     """Verifier of models on meshes with a cell size."""
 
     def coarser(self, answer: SolutionUnderTest) -> list[tuple[Solution, float]]:
-        """Return solutions on meshes of twice and four times the size. Raises NoErrorEstimate."""
+        """Return solutions on meshes of twice and four times the cell size, each with its ratio to the one before it.
+
+        Raises NoErrorEstimate.
+        """
         if answer.solid.thing.size is None:
             raise NoErrorEstimate("its mesh is read from a file, so there is no coarser one")
         found: list[tuple[Solution, float]] = []

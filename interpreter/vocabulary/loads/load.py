@@ -211,11 +211,11 @@ class Load:
         raise NotImplementedError(f"{type(self).__name__} does not say how it acts")
 
     def part(self, share: float) -> Self:
-        """Return the load scaled to a fraction of its full size."""
+        """Return the load scaled to the fraction `share` of its full size."""
         less: Self = scale_field(self, self.strength, share)
         return less
 
     def in_state(self, number: int, value: float) -> Self:
-        """Return the load in a state of a static analysis, which has this number and value."""
+        """Return the load in one state of a static analysis, which has this number and value."""
         now: Self = in_state_of_value(self, value)
         return now

@@ -1,7 +1,7 @@
-"""Signed distances of points to rigid shapes, called gaps. To add one: a class in a file here, a line in GAPS.
+"""Signed distances ("gaps") of points to rigid shapes. To add one: a class in a file here, and a line in GAPS.
 
-`gap_of(shape)` returns the gap of a shape of the language. A shape in the table may still have none, such as a sphere
-cut by planes of symmetry: a rigid body must be whole.
+`gap_of(shape)` returns the signed distance to a shape of the scene language. A shape in the table may still have no
+signed distance, such as a sphere cut by planes of symmetry: a rigid body must be whole.
 """
 
 from __future__ import annotations
@@ -43,6 +43,9 @@ GAPS: dict[type[Shape], Callable[[Any], Gap | None]] = {
 
 
 def gap_of(shape: Shape) -> Gap | None:
-    """Return the signed distance to a shape; None if it has none. Raises UnreadableMesh for a file's surface."""
+    """Return the signed distance to a shape, or None for a shape without one.
+
+    Raises UnreadableMesh for a surface from a file that is not valid.
+    """
     make = GAPS.get(type(shape))
     return None if make is None or shape.fault else make(shape)

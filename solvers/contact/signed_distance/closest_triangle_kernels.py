@@ -16,11 +16,12 @@ def find_closest_triangles(
     X: Floats, low: Floats, high: Floats, child: Ints, first: Ints, corners: Floats, best: Ints, share: Floats,
     stack: Ints, own: Floats,
 ) -> None:  # fmt: skip
-    """Find for points X (n, 3) the closest triangle `best` (n,) and the barycentric coordinates `share` (n, 3) there.
+    """Find the closest triangle to each point X (n, 3), m, and write the results to `best` and `share`.
 
-    Node k of the tree has a box from low[k] to high[k], and the children child[k], child[k] + 1. A leaf has child[k] =
-    0 and the triangles first[k, 0] to first[k, 1] of `corners` (t, 3, 3). `stack` has room for twice the depth of the
-    tree, `own` for three numbers.
+    `best` (n,) gets the number of the triangle, and `share` (n, 3) the barycentric coordinates of the closest point.
+    Node k of the tree has a box from low[k] to high[k], m, and the children child[k], child[k] + 1. A leaf has child[k]
+    = 0 and the triangles first[k, 0] to first[k, 1] of `corners` (t, 3, 3), m. `stack` and `own` are work arrays:
+    `stack` needs twice the depth of the tree, `own` three numbers.
     """
     for i in range(len(X)):
         far = np.inf
@@ -47,7 +48,7 @@ def find_closest_triangles(
 
 @part
 def _squared_distance_to_box(X: Floats, i: int, low: Floats, high: Floats, node: int) -> float:
-    """Return the squared distance from a point to a box, m^2."""
+    """Return the squared distance, m^2, from point i of X to the box of a tree node."""
     total = 0.0
     for k in range(3):
         d = max(low[node, k] - X[i, k], X[i, k] - high[node, k], 0.0)
@@ -57,16 +58,17 @@ def _squared_distance_to_box(X: Floats, i: int, low: Floats, high: Floats, node:
 
 @part
 def _dot(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
-    """Return (b - a) . (d - c)."""
+    """Return the scalar product (b - a) . (d - c) of vectors between points (3,)."""
     total: float = (b[0] - a[0]) * (d[0] - c[0]) + (b[1] - a[1]) * (d[1] - c[1]) + (b[2] - a[2]) * (d[2] - c[2])
     return total
 
 
 @part
 def _squared_distance_to_triangle(X: Floats, i: int, corners: Floats, t: int, own: Floats) -> float:
-    """Return the squared distance to a triangle, m^2; sets `own` to barycentric coordinates there, exactly 0 on a side.
+    """Return the squared distance, m^2, from point i of X to triangle t of `corners`.
 
-    It tests the region below the point: corner, side or face.
+    `own` gets the barycentric coordinates of the closest point, exactly 0 on a side. The function tests which region of
+    the triangle plane the point projects to: corner, side or face.
     Source: Ericson, Real-Time Collision Detection, 5.1.5.
     """
     p, a, b, c = X[i], corners[t, 0], corners[t, 1], corners[t, 2]

@@ -1,8 +1,9 @@
-"""Interface of signed distances to rigid shapes, and the depth of their centroid.
+"""Interface of signed distances to rigid shapes, and the depth of the centroid of a shape.
 
-A signed distance has no gradient on sharp edges and tips, and inside at equal distance from two parts of the surface.
-There `look` returns the normal of one of them (on an edge or a tip, one between those of its faces) and a zero
-Hessian: values are finite everywhere. At a distance d from a sharp edge the Hessian is 1/d, which is exact.
+A signed distance has no gradient on sharp edges and tips, nor at interior points with the same distance to two parts of
+the surface. At such interior points `look` returns the normal of one of these parts; on an edge or a tip it returns a
+normal between those of the adjacent faces. The Hessian is zero there, so that all values are finite. At a distance d
+from a sharp edge the Hessian is 1/d, which is exact.
 """
 
 from __future__ import annotations
@@ -18,24 +19,36 @@ Look = tuple[Floats, Floats, Floats]  # gap (n,) in m, normal (n, 3), Hessian (n
 
 
 class Gap(Protocol):
-    """Signed distance to the surface of a rigid shape: exact everywhere, so that |g(X) - g(Y)| <= |X - Y|."""
+    """Signed distance to the surface of a rigid shape.
+
+    It is exact everywhere, so that |g(X) - g(Y)| <= |X - Y|.
+    """
 
     @property
     def sharpest(self) -> float:
-        """Least radius of curvature of its convex edges, m: 0 for a sharp one, inf if all is flat or concave."""
+        """Smallest radius of curvature of convex edges of the shape, m.
+
+        It is 0 for a sharp edge, and inf if the surface is flat or concave everywhere.
+        """
 
     @property
     def centroid(self) -> Vector3 | None:
-        """Centroid of its volume, m; None for an infinite one."""
+        """Centroid of the shape, m; None for an infinite shape."""
 
     def gap(self, X: Floats) -> Floats:
-        """Return distances from points X (n, 3), m, to the surface (n,), m: positive outside, negative inside."""
+        """Return the gaps (n,), m, at points X (n, 3), m: positive outside the shape, negative inside."""
 
     def look(self, X: Floats) -> Look:
-        """Return at points X (n, 3), m: the gap, its gradient, which is the outward normal, and its Hessian."""
+        """Return gaps (n,), m, gradients (n, 3) and Hessians (n, 3, 3), 1/m, at points X (n, 3), m.
+
+        The gradient is the outward normal.
+        """
 
 
 def depth_of_centroid(gap: Gap) -> float:
-    """Return the depth of the centroid, m: inf for an infinite shape, 0 if the centroid is in a hollow."""
+    """Return the depth of the centroid below the surface, m.
+
+    It is inf for an infinite shape, and 0 if the centroid lies in a hollow.
+    """
     middle = gap.centroid
     return np.inf if middle is None else max(0.0, -float(gap.gap(np.array([middle]))[0]))

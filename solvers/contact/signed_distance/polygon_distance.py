@@ -12,13 +12,15 @@ from softmark.solvers.mesh import polygons
 from softmark.solvers.mesh.mesh import Floats, Ints
 from softmark.solvers.mesh.polygons import Corners
 
-NONE = 1e-12  # of its size: what is as near is on it
+NONE = 1e-12  # of the size: points this near are on the polygon
 
 
 @dataclass(frozen=True)
 class PolygonSides:
-    """Sides of a polygon from `start` (e, 2) along `way` (e, 2), m, with unit outward normals and normals of both
-    corners.
+    """Sides of a polygon, each from `start` (e, 2), m, along the vector `way` (e, 2), m.
+
+    `normal` (e, 2) are the unit outward normals, `first` and `last` (e, 2) the normals at the first and last corner of
+    each side.
     """
 
     start: Floats
@@ -30,19 +32,26 @@ class PolygonSides:
 
 @dataclass(frozen=True)
 class PolygonDistance:
-    """Polygon with corners counter-clockwise, m; `around` an axis r >= 0, sides on the axis are no surface."""
+    """Signed distance to a polygon with corners in counter-clockwise order, m.
+
+    With `around` it is the half-section of a body of revolution, with r >= 0 as first coordinate; sides on the axis are
+    then no surface.
+    """
 
     corners: Corners
     around: bool = False
 
     @cached_property
     def size(self) -> float:
-        """Diagonal of its bounding box, m."""
+        """Diagonal of the bounding box of the polygon, m."""
         return polygons.extent(self.corners)
 
     @cached_property
     def sides(self) -> PolygonSides:
-        """Sides without those on the axis; a side that ends on the axis meets its own mirror image there."""
+        """Sides of the polygon, without sides on the axis.
+
+        A side that ends on the axis meets its own mirror image there.
+        """
         a = np.array(self.corners)
         way = np.roll(a, -1, axis=0) - a
         n = np.stack([way[:, 1], -way[:, 0]], axis=1) / np.linalg.norm(way, axis=1)[:, None]
@@ -58,13 +67,14 @@ class PolygonDistance:
 
     @cached_property
     def sharp(self) -> bool:
-        """True if it has a convex corner off the axis, or a tip on the axis."""
+        """True if the polygon has a convex corner off the axis, or a tip on the axis."""
         s = self.sides
         return bool(np.any(np.einsum("ei,ei->e", s.way, s.last) > 1e-6 * np.linalg.norm(s.way, axis=1)))
 
     def _nearest(self, p: Floats) -> tuple[Ints, Floats, Floats]:
-        """Return for points (n, 2): the nearest side (n,), the vector from it (n, 2), m, and the position along it
-        (n,).
+        """Return the nearest side (n,) of each point p (n, 2), m, with the vector and position of the closest point.
+
+        The vector (n, 2), m, leads from the closest point to p. The position (n,) along the side is from 0 to 1.
         """
         s = self.sides
         off = p[:, None] - s.start
@@ -75,9 +85,10 @@ class PolygonDistance:
         return side, off[rows, side], t[rows, side]
 
     def _signed(self, p: Floats) -> tuple[Floats, Floats, Floats, Floats, NDArray[np.bool_]]:
-        """Return gap (n,), vector from the polygon (n, 2), its length (n,), pseudonormal (n, 2), and corner mask (n,).
+        """Return gaps, vectors from the polygon, their lengths, pseudonormals, and corner masks for points p (n, 2), m.
 
-        The sign is that of the angle with the pseudonormal: Baerentzen and Aanaes 2005, in the plane.
+        The shapes are (n,), (n, 2), (n,), (n, 2) and (n,). The sign of a gap is that of the scalar product of the
+        vector and the pseudonormal, as in Baerentzen and Aanaes 2005, here in the plane.
         """
         side, off, t = self._nearest(p)
         s = self.sides
@@ -87,19 +98,20 @@ class PolygonDistance:
         d = np.linalg.norm(off, axis=1)
         corner = (t <= 0.0) | (t >= 1.0)
         straight = np.einsum("ni,ni->n", off, s.normal[side])
-        beside = np.linalg.norm(off - straight[:, None] * s.normal[side], axis=1)  # d - |straight| has half its digits
-        corner &= beside > NONE * d  # else it is straight above the end of a side
+        beside = np.linalg.norm(off - straight[:, None] * s.normal[side], axis=1)  # more exact than d - |straight|
+        corner &= beside > NONE * d  # otherwise the point lies straight above the end of a side
         pseudo = np.where(corner[:, None], pseudo, s.normal[side])
         sign = np.where(np.einsum("ni,ni->n", off, pseudo) < 0.0, -1.0, 1.0)
         return np.where(corner, sign * d, straight), off, d, pseudo, corner
 
     def gap(self, p: Floats) -> Floats:
-        """Return distances from points (n, 2), m, to the polygon (n,), m: negative inside."""
+        """Return the gaps (n,), m, at points p (n, 2), m: negative inside the polygon."""
         return self._signed(p)[0]
 
     def look(self, p: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return at points (n, 2), m: the gap (n,), its gradient (n, 2), and its second derivative across that (n,),
-        1/m.
+        """Return gaps (n,), m, gradients (n, 2), and second derivatives (n,), 1/m, at points p (n, 2), m.
+
+        The second derivative is the one perpendicular to the gradient.
         """
         g, off, d, pseudo, corner = self._signed(p)
         at = corner & (d > NONE * self.size)

@@ -14,12 +14,12 @@ from softmark.solvers.mesh import polygons
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.shape import Vector3
 
-AT = 1e-12  # of its size: what is as near is on an edge
+AT = 1e-12  # of the size: points this near are on an edge
 
 
 @dataclass(frozen=True)
 class HalfSpaceGap:
-    """Half-space behind a plane through `origin`, m, with the unit outward `normal`."""
+    """Signed distance to a half-space: it lies behind a plane through `origin`, m, with the unit outward `normal`."""
 
     origin: Vector3
     normal: Vector3
@@ -27,37 +27,43 @@ class HalfSpaceGap:
     centroid = None
 
     def gap(self, X: Floats) -> Floats:
-        """Return (X - o) . n."""
+        """Return the gaps (n,), m, at points X (n, 3), m: (X - origin) . normal."""
         far: Floats = (X - np.array(self.origin)) @ np.array(self.normal)
         return far
 
     def look(self, X: Floats) -> Look:
-        """Return the gap, the constant normal, and a zero Hessian."""
+        """Return gaps (n,), m, constant normals (n, 3) and zero Hessians (n, 3, 3) at points X (n, 3), m."""
         return self.gap(X), np.tile(np.array(self.normal), (len(X), 1)), np.zeros((len(X), 3, 3))
 
 
 @dataclass(frozen=True)
 class BoxGap:
-    """Box with edges along x, y and z: its centre and half of its extents, m."""
+    """Signed distance to a box with edges along x, y and z, given by its centre and half edge lengths, m."""
 
     centroid: Vector3
     half: Vector3
     sharpest = 0.0
 
     def _beyond(self, X: Floats) -> tuple[Floats, Floats]:
-        """Return distances beyond its faces (n, 3), m, negative inside, and the signs of the sides (n, 3)."""
+        """Return distances (n, 3), m, of points X beyond the faces of the box, and the signs (n, 3) of the nearest
+        faces.
+
+        A distance is negative if the point is inside in this direction.
+        """
         x = X - np.array(self.centroid)
         return np.abs(x) - np.array(self.half), np.where(x < 0.0, -1.0, 1.0)
 
     def gap(self, X: Floats) -> Floats:
-        """Return the distance to the box; inside, minus that to the nearest face."""
+        """Return the gaps (n,), m, at points X (n, 3), m; inside, the negative distance to the nearest face."""
         q = self._beyond(X)[0]
         far = np.linalg.norm(np.maximum(q, 0.0), axis=1)
         found: Floats = np.where(far > 0.0, far, q.max(axis=1))
         return found
 
     def look(self, X: Floats) -> Look:
-        """Return gap, normal and H: 0 near a face, (1 - n n - t t) / d near an edge along t, (1 - n n) / d near a
+        """Return gaps (n,), m, normals n (n, 3) and Hessians (n, 3, 3), 1/m, at points X (n, 3), m.
+
+        At a distance d the Hessian is 0 near a face, (1 - n n - t t) / d near an edge along t, and (1 - n n) / d near a
         corner.
         """
         q, side = self._beyond(X)
@@ -75,7 +81,10 @@ class BoxGap:
 
 @dataclass(frozen=True)
 class PrismGap:
-    """Prism of a polygon, m, along z from `base` to `base + height`, m; `order` maps its coordinates to x, y and z."""
+    """Signed distance to a prism: a polygon, m, extruded along z from `base` to `base + height`, m.
+
+    `order` maps the coordinates of the prism to x, y and z.
+    """
 
     section: polygons.Corners
     base: float
@@ -85,28 +94,32 @@ class PrismGap:
 
     @cached_property
     def outline(self) -> PolygonDistance:
-        """Polygon of its section."""
+        """Signed distance to the polygon of the section."""
         return PolygonDistance(self.section)
 
     @property
     def centroid(self) -> Vector3:
-        """Centroid of its volume, m."""
+        """Centroid of the prism, m."""
         own = (*polygons.centroid(self.section), self.base + 0.5 * self.height)
         x, y, z = (own[self.order.index(i)] for i in range(3))
         return x, y, z
 
     def _own(self, X: Floats) -> tuple[Floats, Floats]:
-        """Return points in the section (n, 2), m, and along the prism from its middle (n,), m."""
+        """Return positions of points X in the section (n, 2), m, and along the prism from its middle (n,), m."""
         own = X[:, self.order]
         return own[:, :2], own[:, 2] - (self.base + 0.5 * self.height)
 
     def gap(self, X: Floats) -> Floats:
-        """Return the gap, combined from the distances to its section and beyond its ends."""
+        """Return the gaps (n,), m, at points X (n, 3), m, from the distances to the section and to the ends."""
         p, z = self._own(X)
         return _intersection_distance(self.outline.gap(p), np.abs(z) - 0.5 * self.height)
 
     def look(self, X: Floats) -> Look:
-        """Return gap, normal and Hessian of the nearest side or end, or beyond both of the edge between them."""
+        """Return gaps (n,), m, normals (n, 3) and Hessians (n, 3, 3), 1/m, at points X (n, 3), m.
+
+        Normal and Hessian are those of the nearest side or end. For points beyond a side and an end they are those of
+        the edge between both.
+        """
         p, z = self._own(X)
         a, m, h = self.outline.look(p)
         b, up = np.abs(z) - 0.5 * self.height, np.where(z < 0.0, -1.0, 1.0)
@@ -124,5 +137,8 @@ class PrismGap:
 
 
 def _intersection_distance(a: Floats, b: Floats) -> Floats:
-    """Return the distance to the intersection of two independent sets: sqrt(a^2 + b^2) beyond both, m."""
+    """Return the signed distance (n,), m, to the intersection of two sets, from the distances a and b (n,), m.
+
+    The sets must be independent, such as the section and the height of a prism: outside both it is sqrt(a^2 + b^2).
+    """
     return np.where((a > 0.0) & (b > 0.0), np.hypot(a, b), np.maximum(a, b))

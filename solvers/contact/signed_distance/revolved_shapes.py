@@ -1,4 +1,7 @@
-"""Signed distance to a body of revolution, from that to its half-section in the plane of the axis and the point."""
+"""Signed distance to a body of revolution, from the signed distance to its half-section.
+
+The half-section lies in the plane of the axis and the point.
+"""
 
 from __future__ import annotations
 
@@ -14,12 +17,15 @@ from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.polygons import Corners, edges
 from softmark.solvers.mesh.shape import Vector3, add_multiples, transverse
 
-AXIS = 1e-12  # of its size: what is as near is on the axis
+AXIS = 1e-12  # of the size: points this near are on the axis
 
 
 @dataclass(frozen=True)
 class RevolvedGap:
-    """Body of revolution: corners (r, z), counter-clockwise, m, around the unit vector `axis` through `origin`, m."""
+    """Signed distance to a body of revolution around the unit vector `axis` through `origin`, m.
+
+    The corners (r, z), m, of the half-section are in counter-clockwise order.
+    """
 
     corners: Corners
     axis: Vector3
@@ -27,21 +33,24 @@ class RevolvedGap:
 
     @cached_property
     def outline(self) -> PolygonDistance:
-        """Polygon of its half-section."""
+        """Signed distance to the polygon of the half-section."""
         return PolygonDistance(self.corners, around=True)
 
     @property
     def sharpest(self) -> float:
-        """Least radius of curvature of its convex edges, m: 0 for corners."""
+        """Smallest radius of curvature of convex edges of the body, m: 0 for corners of the half-section."""
         return 0.0 if self.outline.sharp else math.inf
 
     @cached_property
     def centroid(self) -> Vector3:
-        """Centroid of its volume, m: z = int r z dA / int r dA over the half-section."""
+        """Centroid of the body, m: z = int r z dA / int r dA over the half-section."""
         return add_multiples(self.origin, (axial_centroid(self.corners), self.axis))
 
     def _own(self, X: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return radius and axial position (n, 2), m, the radial unit vector (n, 3), and a mask of the axis."""
+        """Return the coordinates (r, z) (n, 2), m, of points X (n, 3), m, in the half-plane of each.
+
+        Also returned are the radial unit vectors (n, 3), and a mask (n,) of the points on the axis.
+        """
         axis = np.array(self.axis)
         x = X - np.array(self.origin)
         z = x @ axis
@@ -52,7 +61,7 @@ class RevolvedGap:
         return np.stack([r, z], axis=1), out, on
 
     def gap(self, X: Floats) -> Floats:
-        """Return the gap to the half-section."""
+        """Return the gaps (n,), m, at points X (n, 3), m."""
         axis = np.array(self.axis)
         x = X - np.array(self.origin)
         z = x @ axis
@@ -60,9 +69,11 @@ class RevolvedGap:
         return self.outline.gap(np.stack([r, z], axis=1))
 
     def look(self, X: Floats) -> Look:
-        """Return gap, n = n_r e_r + n_z e_z, H = h t t + n_r / r e_phi e_phi, with t across n in the half-plane.
+        """Return gaps (n,), m, normals n (n, 3) and Hessians H (n, 3, 3), 1/m, at points X (n, 3), m.
 
-        On the axis n_r / r is h, its limit where the surface is nearest at a tip or flat.
+        n = n_r e_r + n_z e_z and H = h t t + n_r / r e_phi e_phi, with the second derivative h of the half-section and
+        the unit vector t perpendicular to n in its plane. On the axis n_r / r is replaced by its limit h, for a surface
+        that is nearest at a tip or a flat part.
         """
         p, out, on = self._own(X)
         g, m, h = self.outline.look(p)
@@ -76,7 +87,10 @@ class RevolvedGap:
 
 
 def axial_centroid(corners: Corners) -> float:
-    """Return the axial position of the centroid of the volume that corners (r, z) enclose around the axis, m."""
+    """Return the axial position, m, of the centroid of a body of revolution.
+
+    The corners (r, z), m, are those of its half-section.
+    """
     volume = moment = 0.0
     for (a, b), (c, d) in edges(corners):
         volume += (a * d - c * b) * (a + c) / 6.0

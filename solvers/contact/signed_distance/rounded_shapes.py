@@ -1,4 +1,4 @@
-"""Signed distances of a core minus a radius: spheres and rounded shapes, exact everywhere."""
+"""Signed distances to spheres and rounded shapes, exact everywhere: the distance to a core minus a radius."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from softmark.solvers.contact.signed_distance.distance_function import Gap, Look
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.shape import Vector3
 
-AT = 1e-12  # of the radius: what is as near is the centre
+AT = 1e-12  # of the radius: points this near are at the centre
 
 
 @dataclass(frozen=True)
 class BallGap:
-    """Ball of a `radius` around a centre, m, without a concentric hollow of radius `inner`."""
+    """Signed distance to a ball of a `radius` around a centre, m, with a concentric hollow of radius `inner`, m."""
 
     radius: float
     centroid: Vector3
@@ -25,26 +25,30 @@ class BallGap:
 
     @property
     def sharpest(self) -> float:
-        """Radius, m."""
+        """Smallest radius of curvature of the convex surface, m: the outer radius."""
         return self.radius
 
     def _from_centre(self, X: Floats) -> tuple[Floats, Floats]:
-        """Return vectors from the centre to points X, and their lengths, m."""
+        """Return vectors (n, 3), m, from the centre to points X (n, 3), m, and their lengths (n,), m."""
         x = X - np.array(self.centroid)
         return x, np.sqrt(np.einsum("ni,ni->n", x, x))
 
     def _outer(self, r: Floats) -> NDArray[np.bool_]:
-        """Return a mask of the points (n,) that are nearer to the outer surface than to the hollow."""
+        """Return a mask (n,) of the points at radii r (n,), m, that are nearer to the outside than to the hollow."""
         found: NDArray[np.bool_] = 2.0 * r >= (self.radius + self.inner if self.inner else 0.0)
         return found
 
     def gap(self, X: Floats) -> Floats:
-        """Return |X - c| - R; nearer to a hollow its radius - |X - c|."""
+        """Return the gaps (n,), m, at points X (n, 3), m: |X - c| - R, or near the hollow its radius minus |X - c|."""
         r = self._from_centre(X)[1]
         return np.where(self._outer(r), r - self.radius, self.inner - r)
 
     def look(self, X: Floats) -> Look:
-        """Return gap, n = (X - c) / r, H = (1 - n n) / r; at the centre n is along z and H zero."""
+        """Return gaps (n,), m, normals n (n, 3) and Hessians (n, 3, 3), 1/m, at points X (n, 3), m.
+
+        At a distance r from the centre c, n = (X - c) / r and the Hessian is (1 - n n) / r. At the centre n is along z
+        and the Hessian is zero.
+        """
         x, r = self._from_centre(X)
         at = r <= AT * self.radius
         r, n = np.where(at, 0.0, r), np.where(at[:, None], [0.0, 0.0, 1.0], x / np.where(at, 1.0, r)[:, None])
@@ -55,14 +59,17 @@ class BallGap:
 
 
 def transverse_projection(n: Floats) -> Floats:
-    """Return the projections 1 - n n (n, 3, 3) across unit vectors (n, 3)."""
+    """Return the projections 1 - n n (n, 3, 3) onto the planes perpendicular to unit vectors n (n, 3)."""
     found: Floats = np.eye(3) - n[:, :, None] * n[:, None, :]
     return found
 
 
 @dataclass(frozen=True)
 class RoundedGap:
-    """All points within `radius` of a convex core, m: the gap is that of the core minus the radius, also inside."""
+    """Signed distance to all points within `radius`, m, of a convex core: that of the core minus the radius.
+
+    It is exact inside the shape too.
+    """
 
     core: Gap
     radius: float
@@ -70,14 +77,14 @@ class RoundedGap:
 
     @property
     def sharpest(self) -> float:
-        """Least radius of curvature, m."""
+        """Smallest radius of curvature of the surface, m."""
         return self.core.sharpest + self.radius if math.isfinite(self.core.sharpest) else math.inf
 
     def gap(self, X: Floats) -> Floats:
-        """Return the gap of the core minus the radius."""
+        """Return the gaps (n,), m, at points X (n, 3), m: those of the core minus the radius."""
         return self.core.gap(X) - self.radius
 
     def look(self, X: Floats) -> Look:
-        """Return the gap of the core minus the radius, with its normal and Hessian."""
+        """Return gaps (n,), m, normals (n, 3) and Hessians (n, 3, 3), 1/m, at points X (n, 3), m."""
         g, n, H = self.core.look(X)
         return g - self.radius, n, H

@@ -1,4 +1,4 @@
-"""Constructors of signed distances for the shapes of the language, one function for each kind."""
+"""Constructors of signed distances for the shapes of the scene language, one function for each shape."""
 
 from __future__ import annotations
 
@@ -15,80 +15,86 @@ from softmark.solvers.mesh.spheres import Sphere, SphericalShell
 from softmark.solvers.mesh.surface_bodies import SurfaceBody
 from softmark.solvers.mesh.tubes import Tube
 
-ARC = 1024  # points of a rounded corner, of which the middle of the volume is found: to 1e-7 of the size
-ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}  # of a prism's two coordinates in section, and along it
+ARC = 1024  # points per rounded corner to compute the centroid: exact to 1e-7 of the size
+ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}  # coordinates of a prism: two in the section, one along it
 
 
 def half_space(shape: HalfSpace) -> Gap:
-    """Return the gap of a half-space."""
+    """Return the signed distance to a half-space."""
     return HalfSpaceGap(shape.origin, shape.normal)
 
 
 def sphere(shape: Sphere) -> Gap | None:
-    """Return the gap of a whole sphere; None for a part of one."""
+    """Return the signed distance to a whole sphere, or None for a part of a sphere."""
     return None if shape.kept else BallGap(shape.radius, shape.origin)
 
 
 def shell(shape: SphericalShell) -> Gap | None:
-    """Return the gap of a whole spherical shell; None for a part of one."""
+    """Return the signed distance to a whole spherical shell, or None for a part of one."""
     return None if shape.kept else BallGap(shape.radius, shape.origin, shape.inner)
 
 
 def box(shape: Box) -> Gap:
-    """Return the gap of a box with sharp edges."""
+    """Return the signed distance to a box with sharp edges."""
     return _brick(shape.origin, shape.size, 0.0)
 
 
 def rounded_box(shape: RoundedBox) -> Gap:
-    """Return the gap of a box with rounded edges: a smaller box and all points near it."""
+    """Return the signed distance to a box with rounded edges.
+
+    The core is a box that is smaller by the rounding radius on each side.
+    """
     core = _brick(shape.origin, shape.size, shape.rounding)
     return RoundedGap(core, shape.rounding, core.centroid)
 
 
 def _brick(origin: Vector3, size: Vector3, less: float) -> BoxGap:
-    """Return a box with corner `origin` and `size`, m, smaller by `less` on each side."""
+    """Return the signed distance to a box with a corner at `origin` and edge lengths `size`, m.
+
+    The box is made smaller by `less`, m, on each side.
+    """
     a, b, c = (0.5 * s for s in size)
     x, y, z = origin
     return BoxGap((x + a, y + b, z + c), (a - less, b - less, c - less))
 
 
 def cylinder(shape: Cylinder) -> Gap:
-    """Return the gap of a cylinder with flat ends and sharp rims."""
+    """Return the signed distance to a cylinder with flat ends and sharp rims."""
     r, h = shape.radius, shape.length
     return RevolvedGap(((0.0, 0.0), (r, 0.0), (r, h), (0.0, h)), shape.axis, shape.origin)
 
 
 def tube(shape: Tube) -> Gap:
-    """Return the gap of a tube with flat ends and sharp rims."""
+    """Return the signed distance to a tube with flat ends and sharp rims."""
     r, s, h = shape.radius, shape.inner, shape.length
     return RevolvedGap(((s, 0.0), (r, 0.0), (r, h), (s, h)), shape.axis, shape.origin)
 
 
 def revolved_gap(shape: Revolution) -> Gap:
-    """Return the gap of a polygon revolved around an axis, such as a cone."""
+    """Return the signed distance to a polygon revolved around an axis, such as a cone."""
     return RevolvedGap(shape.outline, shape.axis, shape.origin)
 
 
 def rounded_gap(shape: RoundedRevolution) -> Gap:
-    """Return the gap of a rounded body of revolution: its core and all points near it."""
+    """Return the signed distance to a rounded body of revolution: all points near its core."""
     core = RevolvedGap(shape.core, shape.axis, shape.origin)
     centre = add_multiples(shape.origin, (axial_centroid(shape.outline(ARC)), shape.axis))
     return RoundedGap(core, shape.rounding, centre)
 
 
 def prism_gap(shape: Extruded) -> Gap:
-    """Return the gap of a prism of any polygon."""
+    """Return the signed distance to a prism with any polygon as section."""
     return PrismGap(shape.section, shape.base, shape.height, ORDERS[shape.along])
 
 
 def surface(shape: Shape) -> Gap:
-    """Return the gap of a closed triangle surface, repaired like those of filled bodies. Raises UnreadableMesh."""
+    """Return the signed distance to a closed triangle surface, with holes closed. Raises UnreadableMesh."""
     from softmark.solvers.contact.signed_distance.triangle_surface import TriangleSurface
     from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
     from softmark.solvers.mesh.files.watertight_repair import close_surface
 
     whole = shape.closed() if isinstance(shape, SurfaceBody) else close_surface(*shape.surface(0.0))
-    if whole.crossings:  # where parts overlap, the nearest triangle may be within: no side of it is outside
+    if whole.crossings:  # in an overlap the nearest triangle may be inside, and the sign is undefined
         raise UnreadableMesh(
             f"its surface intersects itself at {whole.crossings} triangles, so its inside is ambiguous",
             remedy="unite the parts in the program that made the surface",

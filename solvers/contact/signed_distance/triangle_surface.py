@@ -1,4 +1,4 @@
-"""Signed distance to a closed triangle surface, from the closest point on it; the normal there gives the sign."""
+"""Signed distance to a closed triangle surface, from the closest point; the normal there gives the sign."""
 
 from __future__ import annotations
 
@@ -13,48 +13,49 @@ from softmark.solvers.mesh.files.watertight_repair import normals, signed_volume
 from softmark.solvers.mesh.mesh import Floats, Ints
 from softmark.solvers.mesh.shape import Vector3
 
-ON = 1e-12  # of the extent: what is as near is on the surface
-FOLD = math.radians(30.0)  # triangles that meet at a larger angle meet at an edge; smaller ones stand for a curve
+ON = 1e-12  # of the extent: points this near are on the surface
+FOLD = math.radians(30.0)  # larger angles between triangles are edges; smaller ones approximate a curved surface
 
 
 class TriangleSurface:
-    """Closed triangle surface: points (n, 3), m, and outward triangles (t, 3).
+    """Signed distance to a closed triangle surface with points (n, 3), m, and outward triangles (t, 3).
 
-    The sign is that of the angle with the normal of the closest face, edge or corner. The normal of a corner is the
-    mean of those of its triangles, weighted by their angles there, so that the sign is right everywhere (Baerentzen and
-    Aanaes 2005). The Hessian is that of the closest part: zero for a face, 1/d for an edge and a corner, even if the
-    triangles approximate a curved surface.
+    The sign is that of the scalar product of the vector from the closest point and the normal of the closest face, edge
+    or corner. The normal of a corner is the mean of the normals of its triangles, weighted with their angles there.
+    With these weights the sign is right everywhere (Baerentzen and Aanaes 2005). The Hessian is that of the closest
+    face (zero), edge or corner (1/d at a distance d), even if the triangles approximate a curved surface.
     """
 
     def __init__(self, points: Floats, triangles: Ints) -> None:
-        """Store points and triangles."""
+        """Store the points (n, 3), m, and the triangles (t, 3)."""
         self.points, self.triangles = points, triangles
 
     @cached_property
     def corners(self) -> Floats:
-        """Corners of each triangle (t, 3, 3), m."""
+        """Positions of the corners of each triangle (t, 3, 3), m."""
         found: Floats = self.points[self.triangles]
         return found
 
     @cached_property
     def faces(self) -> Floats:
-        """Unit normals of triangles (t, 3)."""
+        """Unit normals (t, 3) of the triangles."""
         return normals(self.points, self.triangles)
 
     @cached_property
     def _extent(self) -> float:
-        """Diagonal of its bounding box, m."""
+        """Diagonal of the bounding box of the surface, m."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
     @cached_property
     def _tree(self) -> TriangleTree:
-        """Search tree of its triangles."""
+        """Search tree of the triangles."""
         return TriangleTree(self.corners)
 
     @cached_property
     def _edges(self) -> tuple[Floats, Ints]:
-        """Sums of the normals at each edge (e, 3), and the edges of each triangle, the k-th starting at corner k (t,
-        3).
+        """Sums (e, 3) of the two normals at each edge, and the numbers (t, 3) of the edges of each triangle.
+
+        Edge k of a triangle starts at its corner k.
         """
         ends = np.sort(self.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         _, number = np.unique(ends, axis=0, return_inverse=True)
@@ -65,7 +66,7 @@ class TriangleSurface:
 
     @cached_property
     def _tips(self) -> Floats:
-        """Sums of triangle normals times their angles at each point (n, 3)."""
+        """Sums (n, 3), at each point, of the normals of its triangles times their angles at the point."""
         total = np.zeros((len(self.points), 3))
         for k in range(3):
             a, b = (self.corners[:, (k + j) % 3] - self.corners[:, k] for j in (1, 2))
@@ -75,8 +76,9 @@ class TriangleSurface:
 
     @cached_property
     def sharpest(self) -> float:
-        """Least radius of curvature of its convex edges, m: 0 at a fold, else that of the curve that triangles
-        approximate.
+        """Smallest radius of curvature of convex edges of the surface, m.
+
+        It is 0 at a sharp fold. Elsewhere it is the radius of the curve that the triangles approximate.
         """
         edges = self._edges[1].ravel()
         order = np.argsort(edges, kind="stable")
@@ -92,7 +94,7 @@ class TriangleSurface:
 
     @cached_property
     def centroid(self) -> Vector3:
-        """Centroid of its volume, m."""
+        """Centroid of the volume inside the surface, m."""
         middle = self.points.mean(axis=0)
         a, b, c = (self.corners[:, i] - middle for i in range(3))
         six = np.einsum("ti,ti->t", a, np.cross(b, c))
@@ -100,14 +102,18 @@ class TriangleSurface:
         return x, y, z
 
     def _closest(self, X: Floats) -> tuple[Ints, Floats, Floats]:
-        """Return for points X (n, 3): closest triangle (n,), barycentric coordinates (n, 3), and vector from there (n,
-        3), m.
+        """Return the closest triangle (n,) to each point X (n, 3), m, and the closest point on it.
+
+        The closest point is given by barycentric coordinates (n, 3), and by the vector (n, 3), m, from it to X.
         """
         t, share = self._tree.closest(X)
         return t, share, X - np.einsum("nk,nki->ni", share, self.corners[t])
 
     def _normal(self, t: Ints, share: Floats) -> Floats:
-        """Return the unit normals of the closest face, edge or corner (n, 3)."""
+        """Return the unit normals (n, 3) of the closest face, edge or corner.
+
+        t (n,) are the closest triangles, and `share` (n, 3) the barycentric coordinates of the closest points.
+        """
         n = self.faces[t].copy()
         total, number = self._edges
         zero = share <= 0.0
@@ -120,15 +126,17 @@ class TriangleSurface:
         return found
 
     def gap(self, X: Floats) -> Floats:
-        """Return the distance to the closest point, negative inside (n,), m."""
+        """Return the gaps (n,), m, at points X (n, 3), m: negative inside the surface."""
         t, share, off = self._closest(X)
         d = np.linalg.norm(off, axis=1)
         found: Floats = np.where(np.einsum("ni,ni->n", off, self._normal(t, share)) < 0.0, -d, d)
         return found
 
     def look(self, X: Floats) -> Look:
-        """Return gap, normal and H: 0 near a face, s (1 - n n - e e) / d near an edge along e, s (1 - n n) / d near a
-        corner.
+        """Return gaps (n,), m, normals n (n, 3) and Hessians (n, 3, 3), 1/m, at points X (n, 3), m.
+
+        At a distance d, with s the sign of the gap, the Hessian is 0 near a face, s (1 - n n - e e) / d near an edge
+        along e, and s (1 - n n) / d near a corner.
         """
         t, share, off = self._closest(X)
         pseudo = self._normal(t, share)

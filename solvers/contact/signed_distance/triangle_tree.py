@@ -1,4 +1,4 @@
-"""Bounding-box tree of triangles, to find the closest one to a point."""
+"""Tree of bounding boxes of triangles, to find the closest triangle to a point."""
 
 from __future__ import annotations
 
@@ -10,10 +10,13 @@ LEAF = 4  # triangles in a box that is not divided
 
 
 class TriangleTree:
-    """Tree of triangles (t, 3, 3), m: boxes are split across their longest side, with half of the triangles each."""
+    """Tree of bounding boxes of triangles with corners (t, 3, 3), m.
+
+    Each box is split across its longest side into two boxes with half of the triangles each.
+    """
 
     def __init__(self, corners: Floats) -> None:
-        """Build the tree of triangles with these corners."""
+        """Build the tree of triangles with corners (t, 3, 3), m."""
         self.order, self.child, self.first = _build_tree(corners.mean(axis=1))
         self.corners = np.ascontiguousarray(corners[self.order])
         begins, ends = self.corners.min(axis=1), self.corners.max(axis=1)
@@ -29,8 +32,9 @@ class TriangleTree:
         self.stack = np.zeros(2 * (int(np.log2(len(corners))) + 4), dtype=np.int64)
 
     def closest(self, X: Floats) -> tuple[Ints, Floats]:
-        """Return for points X (n, 3), m: the closest triangle (n,), and barycentric coordinates of the closest point
-        (n, 3).
+        """Return the closest triangle (n,) to points X (n, 3), m, and the closest points on them.
+
+        The closest points are given by barycentric coordinates (n, 3).
         """
         from softmark.solvers.contact.signed_distance.closest_triangle_kernels import find_closest_triangles
 
@@ -43,7 +47,11 @@ class TriangleTree:
 
 
 def _build_tree(middles: Floats) -> tuple[Ints, Ints, Ints]:
-    """Return triangles in leaf order (t,), first children of boxes (b,), or 0, and their triangle ranges (b, 2)."""
+    """Return the tree of triangles with centres `middles` (t, 3), m.
+
+    The result is: the triangles (t,) in the order of the leaves, the first child (b,) of each box, or 0 for a leaf, and
+    the range (b, 2) of the triangles of each box in this order.
+    """
     order, child, first = np.arange(len(middles)), [0], [(0, len(middles))]
     node = 0
     while node < len(child):

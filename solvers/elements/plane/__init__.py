@@ -1,4 +1,4 @@
-"""Elements of plane problems by name: slices of solid elements."""
+"""Plane elements by name; each is a slice of a solid element."""
 
 from __future__ import annotations
 

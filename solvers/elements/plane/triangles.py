@@ -1,7 +1,7 @@
-"""Triangles for plane problems: slices of wedges, one cell thick, as quadrilaterals are of hexahedra.
+"""Triangles for plane problems: slices of wedges, one cell thick.
 
-To add one: a class on the wedge that it is a slice of, and a line in PLANE; quadrilaterals.py explains why that is
-exact.
+To add a triangle: write a class derived from the wedge of which it is a slice, and add a line to PLANE.
+quadrilaterals.py explains why a slice gives exactly the equations of the plane element.
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ from softmark.solvers.elements.wedge15 import Wedge15
 class Tri3(Wedge6):
     """Three-node triangle for plane strain, plane stress and axial symmetry: uniform strain in its plane.
 
-    One point. Displacements converge with h^2 and strains with h; in bending it is much too stiff, and in plane strain
-    and axial symmetry it locks from a Poisson ratio of about 0.45, without a remedy of its own: use `tri6`, or `quad4`
-    with `formulation = mean_dilatation`. Meshes of regions cut each cell of their grid in two, with diagonals that
-    meet. Source: Turner, Clough, Martin and Topp (1956), "Stiffness and deflection analysis".
+    One integration point. Displacements converge with h^2 and strains with h. In bending the element is much too stiff.
+    In plane strain and axial symmetry it locks from a Poisson ratio of about 0.45, and no option prevents that: use
+    `tri6`, or `quad4` with `formulation = mean_dilatation`. Meshes of plane regions split each quadrilateral of their
+    grid into two triangles; the diagonals of neighbours meet at common points.
+    Source: Turner, Clough, Martin and Topp (1956), "Stiffness and deflection analysis".
     """
 
     name: ClassVar[str] = "tri3"
@@ -31,9 +32,10 @@ class Tri3(Wedge6):
 class Tri6(Wedge15):
     """Six-node triangle for plane strain, plane stress and axial symmetry, quadratic: sides may be curved.
 
-    Three points. Displacements converge with h^3 and strains with h^2. With `formulation = mixed` (Taylor and Hood's
-    P2/P1) Poisson ratios up to 0.5 are possible. Meshes of regions cut each cell of their grid in two. Source:
-    Zienkiewicz, Taylor and Zhu (2013), 6.
+    Three integration points. Displacements converge with h^3 and strains with h^2. With `formulation = mixed` (Taylor
+    and Hood's P2/P1) Poisson ratios up to 0.5 are possible. Meshes of plane regions split each quadrilateral of their
+    grid into two triangles.
+    Source: Zienkiewicz, Taylor and Zhu (2013), section 6.
     """
 
     name: ClassVar[str] = "tri6"

@@ -1,4 +1,4 @@
-"""Jointed rods in dynamics: the unknowns are those of the joints (see rod_joints.py)."""
+"""Jointed rods in dynamics, whose unknowns are those of the joints (see rod_joints.py)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from softmark.solvers.energies.rod_joints import JointedRods, Joints
 
 
 class JointChart:
-    """Rotation chart of the joints; their rotation vectors, in node axes, are those of the nodes."""
+    """Rotation chart of the joints: reference rotations from which their rotation vectors are counted.
+
+    The rotation vector of a joint, expressed in the axes of a rod node, is the rotation vector of that node.
+    """
 
     def __init__(self, rest: Floats, joints: Joints) -> None:
         self.nodes, self.joints = RodChart(rest), joints
@@ -19,11 +22,11 @@ class JointChart:
         self.nodes.reset()
 
     def state(self, x: Floats) -> Floats:
-        """Return the state (nodes * 7,) of unknowns x (points * 6,)."""
+        """Return the state (nodes * 7,) of the rod nodes for unknowns x (points * 6,) of the joints."""
         return self.nodes.state(self.joints.spread(x))
 
     def rebase(self, x: Floats) -> Floats:
-        """Make x the reference and return the unknowns of the same state, whose rotation vectors are then zero."""
+        """Make the state of x the reference, and return its unknowns with zero rotation vectors."""
         self.nodes.rebase(self.joints.spread(x))
         new = x.reshape(-1, 6).copy()
         new[:, 3:] = 0.0
@@ -32,8 +35,8 @@ class JointChart:
 
 @dataclass(frozen=True)
 class MovingJointedRods(JointedRods):
-    """An energy over the unknowns of the rod nodes, expressed in the unknowns of the joints."""
+    """A rod energy in dynamics, expressed in the unknowns of the joints instead of those of the rod nodes."""
 
     def _state(self, x: Floats) -> Floats:
-        """Return the unknowns of the nodes."""
+        """Return the unknowns of the rod nodes (6 n,) for unknowns x (6 p,) of the joints."""
         return self.joints.spread(x)

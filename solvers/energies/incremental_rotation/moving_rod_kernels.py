@@ -1,14 +1,15 @@
-"""Compiled strain energy, forces and tangents of a rod described by rotation vectors, in one loop over its elements.
+"""Compiled strain energy, forces and tangents of a rod described by rotation vectors, in one loop over elements.
 
 The formulas differ from those of `rod_kinematics`: derivatives are taken in the axes of the middle of each element.
-With theta the rotation from node a to node b, t = |theta| and [v] the matrix of v x
+With theta the rotation vector from node a to node b, t = |theta| and [v] the matrix of v x
 
     d theta = J phi_b - J^T phi_a      J = 1 + [theta]/2 + b [theta]^2, b = (1 - t/2 cot(t/2)) / t^2
     psi     = A phi_b + A^T phi_a      A = (1 + tau [theta]) / 2,       tau = tan(t/4) / t
 
-phi are rotations of the nodes about their own axes, psi is that of the middle. Both follow from the right Jacobian of
-the exponential map (Sola, Deray and Atchuthan 2018, arXiv:1812.01537, equations 143 to 145). The tangent is the
-derivative of the forces. It is not symmetric out of equilibrium; its symmetric part is the Hessian of `RodElastic`.
+phi_a and phi_b are rotation increments of the nodes about their own axes, psi is the rotation increment of the middle.
+Both equations follow from the right Jacobian of the exponential map (Sola, Deray and Atchuthan 2018, arXiv:1812.01537,
+equations 143 to 145). The tangent is the derivative of the forces. It is not symmetric out of equilibrium; its
+symmetric part is the Hessian of `RodElastic`.
 """
 
 from __future__ import annotations
@@ -26,7 +27,11 @@ Ints = NDArray[np.int64]
 
 @kernel
 def update_rotations(x: Floats, X: Floats, q0: Floats, at: Floats, q: Floats, T: Floats) -> None:
-    """Compute positions X + u (n, 3), rotations q0 exp(phi / 2) (n, 4) and right Jacobians of phi (n, 3, 3)."""
+    """Compute the positions, rotations and right Jacobians of nodes with unknowns x (n, 6).
+
+    The unknowns of a node are a displacement u and a rotation vector phi. The positions `at` (n, 3) are X + u, the
+    rotations `q` (n, 4) are q0 exp(phi / 2), and `T` (n, 3, 3) is the right Jacobian of phi.
+    """
     for k in range(x.shape[0]):
         a, b, c = x[k, 3], x[k, 4], x[k, 5]
         m = a * a + b * b + c * c
@@ -54,7 +59,10 @@ def update_rotations(x: Floats, X: Floats, q0: Floats, at: Floats, q: Floats, T:
 
 @part
 def _jacobian_factors(m: float) -> tuple[float, float]:
-    """Return (1 - cos t) / t^2 and (t - sin t) / t^3 for m = t^2; the truncated series are exact to rounding."""
+    """Return (1 - cos t) / t^2 and (t - sin t) / t^3 for m = t^2.
+
+    For small t they are computed from truncated series, which are exact to rounding.
+    """
     if m < 0.01:
         p = 0.5 - m * (1.0 / 24.0 - m * (1.0 / 720.0 - m * (1.0 / 40320.0 - m / 3628800.0)))
         return p, 1.0 / 6.0 - m * (1.0 / 120.0 - m * (1.0 / 5040.0 - m / 362880.0))
@@ -64,7 +72,10 @@ def _jacobian_factors(m: float) -> tuple[float, float]:
 
 @part
 def _factors(m: float) -> tuple[float, float, float, float]:
-    """Return tau, tau' / t, b and b' / t for m = t^2; series are used below 0.5, where the closed forms lose digits."""
+    """Return tau, tau' / t, b and b' / t of the module docstring for m = t^2.
+
+    For t below 0.5 series are used, because the closed forms lose digits there.
+    """
     if m < 0.25:
         y = m / 16.0
         tau = 0.25 * (1.0 + y * (1.0 / 3.0 + y * (2.0 / 15.0 + y * (17.0 / 315.0 + y * (
@@ -93,7 +104,7 @@ def _add_cross_matrix(v: Floats, scale: float, M: Floats) -> None:
 
 
 @part
-def _rank_one(a: Floats, b: Floats, scale: float, M: Floats) -> None:
+def _add_rank_one(a: Floats, b: Floats, scale: float, M: Floats) -> None:
     """Add a rank-one matrix: M += scale a b^T."""
     for i in range(3):
         for j in range(3):
@@ -102,7 +113,7 @@ def _rank_one(a: Floats, b: Floats, scale: float, M: Floats) -> None:
 
 @part
 def _cross(a: Floats, b: Floats, found: Floats) -> None:
-    """Compute a x b."""
+    """Compute the cross product a x b and write it into `found` (3,)."""
     for i in range(3):
         j, h = (i + 1) % 3, (i + 2) % 3
         found[i] = a[j] * b[h] - a[h] * b[j]
@@ -110,7 +121,7 @@ def _cross(a: Floats, b: Floats, found: Floats) -> None:
 
 @part
 def _add_product(A: Floats, B: Floats, scale: float, C: Floats, transposed: bool) -> None:
-    """Add C (3, n) += scale A B, or scale A^T B if `transposed`."""
+    """Add a matrix product: C (3, n) += scale A B, or scale A^T B if `transposed`."""
     for i in range(3):
         for k in range(3):
             factor = scale * (A[k, i] if transposed else A[i, k])
@@ -130,7 +141,11 @@ def _rotation(q: Floats, R: Floats) -> None:
 
 @part
 def _relative_rotation(qa: Floats, qb: Floats, theta: Floats, R: Floats, p: Floats) -> float:
-    """Compute the rotation vector from qa to qb and the rotation of their middle; return |theta|^2."""
+    """Compute the relative and the mean rotation of two nodes with quaternions qa and qb, and return |theta|^2.
+
+    `theta` is the rotation vector from qa to qb. The mean rotation is written as the quaternion `p` and as the matrix
+    `R`.
+    """
     dot = qa[0] * qb[0] + qa[1] * qb[1] + qa[2] * qb[2] + qa[3] * qb[3]
     sign = -1.0 if dot < 0.0 else 1.0
     dot *= sign
@@ -154,13 +169,13 @@ def _relative_rotation(qa: Floats, qb: Floats, theta: Floats, R: Floats, p: Floa
 
 
 @part
-def _forces(
+def _add_element_forces(
     e: int, elements: Ints, l: Floats, theta: Floats, factors: tuple[float, float, float, float], R: Floats,
     Gamma: Floats, N: Floats, M: Floats, scale: float, w: Floats, tw: Floats, tM: Floats, ttM: Floats, g: Floats,
 ) -> None:  # fmt: skip
-    """Add the nodal forces of an element with resultants N and M to g (n, 6), unless g is empty.
+    """Add the nodal forces of element e with section force N and moment M to g (n, 6), unless g is empty.
 
-    Also compute the products w = l N x Gamma, theta x w, theta x M and theta x (theta x M).
+    Also compute the products w = l N x Gamma, theta x w, theta x M and theta x (theta x M), which the tangent needs.
     """
     tau, _, beta, _ = factors
     _cross(N, Gamma, w)
@@ -185,16 +200,19 @@ def _forces(
 
 
 @part
-def _increments(
+def _compute_increments(
     theta: Floats, m: float, factors: tuple[float, float, float, float], R: Floats, Gamma: Floats, l: float,
     A: Floats, J: Floats, by: Floats,
 ) -> None:  # fmt: skip
-    """Compute A, J, and in `by` the derivatives of theta, psi and Gamma by nodal increments."""
+    """Compute A and J, and the derivatives of theta, psi and Gamma by the 12 nodal increments.
+
+    The derivatives are written into `by[0]`, `by[1]` and `by[2]`.
+    """
     tau, _, beta, _ = factors
     A[:], J[:], by[:] = 0.0, 0.0, 0.0
     _add_cross_matrix(theta, 0.5 * tau, A)
     _add_cross_matrix(theta, 0.5, J)
-    _rank_one(theta, theta, beta, J)
+    _add_rank_one(theta, theta, beta, J)
     for i in range(3):
         A[i, i] += 0.5
         J[i, i] += 1.0 - beta * m
@@ -207,19 +225,22 @@ def _increments(
 
 
 @part
-def _tangent(
+def _compute_tangent(
     l: float, theta: Floats, factors: tuple[float, float, float, float], R: Floats, Gamma: Floats, N: Floats, M: Floats,
     w: Floats, tw: Floats, ttM: Floats, A: Floats, J: Floats, by: Floats, D_a: Floats, D_b: Floats, block: Floats,
 ) -> None:  # fmt: skip
-    """Compute the `block` (12, 12) of an element by rotations about own axes; `by` holds the derivatives of N and M."""
+    """Compute the tangent of one element, `block` (12, 12), by rotations of the nodes about their own axes.
+
+    `by` holds the derivatives of theta, psi, Gamma, N, w and M by the nodal increments.
+    """
     tau, tau_t, beta, beta_t = factors
     D_a[:], D_b[:], block[:] = 0.0, 0.0, 0.0
     dot = theta[0] * M[0] + theta[1] * M[1] + theta[2] * M[2]
     _add_cross_matrix(w, -0.5 * tau, D_a)
-    _rank_one(tw, theta, 0.5 * tau_t, D_a)
-    _rank_one(theta, M, beta, D_b)  # common part of J M and J^T M
-    _rank_one(M, theta, -2.0 * beta, D_b)
-    _rank_one(ttM, theta, beta_t, D_b)
+    _add_rank_one(tw, theta, 0.5 * tau_t, D_a)
+    _add_rank_one(theta, M, beta, D_b)  # common part of J M and J^T M
+    _add_rank_one(M, theta, -2.0 * beta, D_b)
+    _add_rank_one(ttM, theta, beta_t, D_b)
     for i in range(3):
         D_b[i, i] += beta * dot
         for j in range(3):
@@ -244,7 +265,10 @@ def _tangent(
 def _scatter_block(
     e: int, elements: Ints, T: Floats, slots: Ints, scale: float, block: Floats, moment: Floats, data: Floats
 ) -> None:
-    """Add an element block to data[slots], converted from own-axis rotations to the unknowns by T (n, 3, 3)."""
+    """Add the tangent of element e to data[slots], converted from own-axis rotations to the unknowns.
+
+    The matrices T (n, 3, 3) are the right Jacobians of the rotation vectors.
+    """
     a, b = elements[e, 0], elements[e, 1]
     for i in range(12):
         _multiply_row(block[i, 3:6], T[a], moment)
@@ -259,9 +283,11 @@ def assemble_rod(
     at: Floats, q: Floats, T: Floats, elements: Ints, l: Floats, C: Floats, rest: Floats, scale: float,
     g: Floats, slots: Ints, data: Floats,
 ) -> float:  # fmt: skip
-    """Return the strain energy, J; g (n, 6) += scale forces; data[slots] += scale tangent by the unknowns, through T.
+    """Return the strain energy of a rod, J, and add `scale` times its forces to `g` and its tangent to `data`.
 
-    An empty `g` or `slots` skips forces or tangent; negative slots are skipped. `C` and `rest` strains are (m, 6).
+    `g` (n, 6) are forces and moments about own axes. The tangent is the derivative by the unknowns and uses T (n, 3,
+    3). If `g` or `slots` is empty, forces or tangent are not computed; negative slots are skipped. `C` (m, 6) are the
+    stiffnesses of the elements, and `rest` (m, 6) their strains at rest.
     """
     energy = 0.0
     theta, w, M, tw, tM, ttM, N, Gamma, moment, p = np.zeros((10, 4))
@@ -283,15 +309,15 @@ def assemble_rod(
         if g.shape[0] == 0 and slots.shape[0] == 0:
             continue
         factors = _factors(m)
-        _forces(e, elements, l, theta, factors, R, Gamma, N, M, scale, w, tw, tM, ttM, g)
+        _add_element_forces(e, elements, l, theta, factors, R, Gamma, N, M, scale, w, tw, tM, ttM, g)
         if slots.shape[0] == 0:
             continue
-        _increments(theta, m, factors, R, Gamma, l[e], A, J, by)
+        _compute_increments(theta, m, factors, R, Gamma, l[e], A, J, by)
         for i in range(3):
             for j in range(12):
                 by[3, i, j] = C[e, i] * by[2, i, j]
                 by[5, i, j] = C[e, 3 + i] * by[0, i, j] / l[e]
-        _tangent(l[e], theta, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
+        _compute_tangent(l[e], theta, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
         _scatter_block(e, elements, T, slots, scale, block, moment, data)
     return energy
 
@@ -301,9 +327,11 @@ def assemble_tendons(
     at: Floats, q: Floats, T: Floats, elements: Ints, l: Floats, arms: Floats, slopes: Floats, pulls: Floats,
     scale: float, g: Floats, slots: Ints, data: Floats,
 ) -> float:  # fmt: skip
-    """Compute energy, forces and tangent of tendons with `arms` and `slopes` (k, m, 3) and tensions `pulls` (k, m).
+    """Return the energy of tendons, J, and add `scale` times their forces to `g` and their tangent to `data`.
 
-    In the middle of an element with y = Gamma + K x a + a' and t = y / |y| they add pull t to N and a x pull t to M.
+    `arms` and `slopes` (k, m, 3) and tensions `pulls` (k, m), N, are those of k tendons in the middle of m elements.
+    With y = Gamma + K x a + a' and t = y / |y|, a tendon adds pull t to the section force N and a x pull t to the
+    moment M, where a is its arm and a' its slope. The other arguments are as in `assemble_rod`.
     """
     energy = 0.0
     theta, w, M, tw, tM, ttM, N, Gamma, moment, p, y, pull, own, K = np.zeros((14, 4))
@@ -327,10 +355,10 @@ def assemble_tendons(
         if g.shape[0] == 0 and slots.shape[0] == 0:
             continue
         factors = _factors(m)
-        _forces(e, elements, l, theta, factors, R, Gamma, N, M, scale, w, tw, tM, ttM, g)
+        _add_element_forces(e, elements, l, theta, factors, R, Gamma, N, M, scale, w, tw, tM, ttM, g)
         if slots.shape[0] == 0:
             continue
-        _increments(theta, m, factors, R, Gamma, l[e], A, J, by)
+        _compute_increments(theta, m, factors, R, Gamma, l[e], A, J, by)
         for k in range(arms.shape[0]):
             size = _tendon_force(Gamma, K, arms[k, e], slopes[k, e], 1.0, y, pull, own)  # `pull` is the direction
             for j in range(12):
@@ -342,7 +370,7 @@ def assemble_tendons(
                     change[i, j] = pulls[k, e] / size * (change[i, j] - along * pull[i])
                     by[3, i, j] += change[i, j]
             _add_cross(arms[k, e], change, 1.0, by[5])
-        _tangent(l[e], theta, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
+        _compute_tangent(l[e], theta, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
         _scatter_block(e, elements, T, slots, scale, block, moment, data)
     return energy
 
@@ -351,7 +379,7 @@ def assemble_tendons(
 def _tendon_force(
     Gamma: Floats, K: Floats, arm: Floats, slope: Floats, tension: float, y: Floats, pull: Floats, own: Floats
 ) -> float:
-    """Compute y, the tendon force along it and its moment a x pull; return |y|."""
+    """Compute the direction y of a tendon, its force `pull` along y, and the moment `own` = a x pull; return |y|."""
     _cross(K, arm, y)
     size = 0.0
     for i in range(3):
@@ -366,7 +394,7 @@ def _tendon_force(
 
 @part
 def _add_cross(v: Floats, B: Floats, scale: float, C: Floats) -> None:
-    """Add C (3, n) += scale [v] B."""
+    """Add the cross products of v with the columns of B: C (3, n) += scale [v] B."""
     for i in range(3):
         j, h = (i + 1) % 3, (i + 2) % 3
         for c in range(B.shape[1]):
@@ -375,7 +403,7 @@ def _add_cross(v: Floats, B: Floats, scale: float, C: Floats) -> None:
 
 @part
 def _multiply_row(row: Floats, T: Floats, left: Floats) -> None:
-    """Multiply a row vector by T: row (3,) becomes row T."""
+    """Multiply a row vector by a matrix in place: `row` (3,) becomes row T; `left` (3,) is a work array."""
     for i in range(3):
         left[i] = row[i]
     for j in range(3):
@@ -384,7 +412,7 @@ def _multiply_row(row: Floats, T: Floats, left: Floats) -> None:
 
 @part
 def _exponential(x: float, y: float, z: float, E: Floats, T: Floats) -> None:
-    """Compute exp(theta) and the right Jacobian of theta = (x, y, z)."""
+    """Compute the rotation matrix E = exp(theta) and the right Jacobian T of theta = (x, y, z)."""
     m = x * x + y * y + z * z
     if m < 0.01:
         s = 1.0 - m / 6.0 * (1.0 - m / 20.0 * (1.0 - m / 42.0 * (1.0 - m / 72.0)))
@@ -401,7 +429,10 @@ def _exponential(x: float, y: float, z: float, E: Floats, T: Floats) -> None:
 
 @kernel
 def add_gyroscopic_moments(where: Ints, v: Floats, J: Floats, scale: float, f: Floats) -> None:
-    """Add gyroscopic moments: f (dofs,) += scale w x J w for sections with w = v[where] and inertia J (n, 3)."""
+    """Add gyroscopic moments of sections: f (dofs,) += scale w x J w.
+
+    w = v[where] (n, 3) are angular velocities in section axes, and J (n, 3) the principal moments of inertia.
+    """
     for k in range(where.shape[0]):
         for i in range(3):
             a, b = (i + 1) % 3, (i + 2) % 3
@@ -410,7 +441,7 @@ def add_gyroscopic_moments(where: Ints, v: Floats, J: Floats, scale: float, f: F
 
 @kernel
 def gyroscopic_derivatives(where: Ints, v: Floats, J: Floats, scale: float, found: Floats) -> None:
-    """Compute `scale` times the derivatives of w x J w by w (n, 3, 3)."""
+    """Write `scale` times the derivatives of the gyroscopic moments w x J w by w into `found` (n, 3, 3)."""
     for k in range(where.shape[0]):
         for i in range(3):
             a, b = (i + 1) % 3, (i + 2) % 3
@@ -423,10 +454,11 @@ def gyroscopic_derivatives(where: Ints, v: Floats, J: Floats, scale: float, foun
 def add_angular_momentum_change(
     where: Ints, x: Floats, v0: Floats, v1: Floats, J: Floats, h: float, B: float, f: Floats, found: Floats
 ) -> None:
-    """Add the change of angular momentum over a step h, seen from its middle, beyond J (w1 - w0) / h.
+    """Add the part of the change of angular momentum over a step h, s, that exceeds J (w1 - w0) / h.
 
-    f (dofs,) += (exp(x/2) J w1 - exp(-x/2) J w0 - J (w1 - w0)) / h. `found` (n, 3, 3), unless empty, receives the
-    derivative by x, where w1 changes by B times x.
+    f (dofs,) += (exp(x/2) J w1 - exp(-x/2) J w0 - J (w1 - w0)) / h, in the axes of the middle of the step. x is the
+    rotation of the step, w0 and w1 are the angular velocities before and after it. `found` (n, 3, 3), unless empty,
+    receives the derivative by x, where w1 changes by B times the change of x.
     """
     E, T = np.zeros((2, 3, 3))
     for k in range(where.shape[0]):

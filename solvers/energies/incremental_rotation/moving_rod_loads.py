@@ -1,7 +1,7 @@
 """Concentrated loads on rods in dynamics: moments that keep their direction in space, and tendons through guides.
 
-They act at few nodes and cache their last evaluation. Going through the general `MovingRodLoad` instead would take as
-long as the whole rest of a step, or twice that.
+These loads act at few nodes and cache their last evaluation. The general `MovingRodLoad` would take as long as all
+other computations of a step, or twice that.
 """
 
 from __future__ import annotations
@@ -21,7 +21,11 @@ from softmark.solvers.energies.rod_rotation import rotation
 
 @dataclass(frozen=True)
 class MovingRodMoments(Energy):
-    """Moments `rest` at nodes `on` over a chart's unknowns: R^T m about own axes, tangent [R^T m]x d(rotation)."""
+    """Moments m fixed in space, on rod nodes, over the unknowns of a chart.
+
+    `on` holds the moments and their nodes. About a node's own axes the moment is R^T m, with the tangent [R^T m]x
+    d(rotation).
+    """
 
     chart: RodChart
     on: RodMoments
@@ -37,11 +41,11 @@ class MovingRodMoments(Energy):
         return list(zip(self.on.nodes.tolist(), self.on.moments.tolist(), strict=True))
 
     def value(self, x: Floats) -> float:
-        """Return zero: a moment fixed in space has no potential, because its work depends on the path."""
+        """Raise TypeError: a moment fixed in space has no potential, because its work depends on the path."""
         return self.on.value(x)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Subtract the moments about the nodes' own axes."""
+        """Subtract the moments about the nodes' own axes, N m, from g."""
         q = self.chart.turned(x)[1]
         for node, m in self._each:
             own = _to_own_axes(q[node].tolist(), m)
@@ -49,7 +53,7 @@ class MovingRodMoments(Energy):
                 g[6 * node + 3 + i] -= scale * own[i]
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the tangent of the moments; skip it in a projected tangent, which must stay definite."""
+        """Add the tangent of the moments, unless `projected`: that tangent must stay definite."""
         if projected:
             return
         _, q, T = self.chart.turned(x)
@@ -68,7 +72,7 @@ class MovingRodMoments(Energy):
 
 
 def _to_own_axes(q: list[float], m: list[float]) -> tuple[float, float, float]:
-    """Rotate a spatial vector into the axes of a unit quaternion: m + 2 u x (u x m - w m), u the vector part."""
+    """Return a spatial vector m in the axes of a unit quaternion q = (w, u): m + 2 u x (u x m - w m)."""
     w, a, b, c = q
     x, y, z = m
     p, s, t = b * z - c * y - w * x, c * x - a * z - w * y, a * y - b * x - w * z
@@ -79,8 +83,9 @@ def _to_own_axes(q: list[float], m: list[float]) -> tuple[float, float, float]:
 class MovingGuidedTendon(Energy):
     """A tendon through guides, over the unknowns of a chart.
 
-    At a guide p = x + R a the two adjacent chords pull with force f, which has the moment a x R^T f about the section's
-    own axes. The tangent of this moment is [a]x [R^T f]x d(rotation), plus the part due to rotating chords.
+    At a guide p = x + R a, with a the arm from the node, the two adjacent chords exert the force f. Its moment about
+    the section's own axes is a x R^T f. The tangent of this moment is [a]x [R^T f]x d(rotation), plus the part due to
+    rotating chords.
     """
 
     chart: RodChart
@@ -94,7 +99,7 @@ class MovingGuidedTendon(Energy):
 
     @cached_property
     def _places(self) -> Ints:
-        """Unknowns of all guides (6 g,)."""
+        """Indices of the unknowns of all guides (6 g,)."""
         found: Ints = (6 * self.through.nodes[:, None] + np.arange(6)).ravel()
         return found
 
@@ -105,7 +110,10 @@ class MovingGuidedTendon(Energy):
 
     @cached_property
     def _ends(self) -> tuple[Floats, Floats]:
-        """Constant part of the derivatives of both chord ends by the unknowns of the chord, twice (c, 3, 12)."""
+        """Two arrays (c, 3, 12) for the derivatives of a chord by its 12 unknowns, with their constant entries set.
+
+        The entries for rotations change with the state and are overwritten in each evaluation.
+        """
         one = np.zeros((len(self.through.nodes) - 1, 3, 12))
         one[:, :, :3], one[:, :, 6:9] = -np.eye(3), np.eye(3)
         return one, one.copy()
@@ -116,7 +124,10 @@ class MovingGuidedTendon(Energy):
         return {}
 
     def _found(self, x: Floats) -> tuple[Floats, ...]:
-        """Return rotations (g, 3, 3), chord directions (c, 3), lengths (c,), own-axis and nodal forces (g, 6)."""
+        """Return section rotations, chord directions and lengths, own-axis pulls and nodal forces, cached.
+
+        The shapes are (g, 3, 3), (c, 3), (c,) in m, (g, 3) in N and (g, 6), for g guides and c chords.
+        """
         at, q, _ = self.chart.turned(x)
         nodes, arms = self.through.nodes, self.through.arms
         own = q[nodes]
@@ -142,11 +153,11 @@ class MovingGuidedTendon(Energy):
         return self.through.value(self.chart.state(x))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Subtract the forces, N, and the moments about the nodes' own axes, N m."""
+        """Subtract the tendon forces, N, and their moments about the nodes' own axes, N m, from g."""
         g += np.bincount(self._places, (scale * self._found(x)[4]).ravel(), len(g))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the tangent of the forces; if `projected`, that of the static tendon energy."""
+        """Add the tangent of the forces; if `projected`, the projected tangent of the static tendon energy."""
         if projected:
             self.through.add_hessian(self.chart.state(x), data, slots, scale, True)
             return

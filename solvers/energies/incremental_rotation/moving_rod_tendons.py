@@ -16,7 +16,10 @@ from softmark.solvers.energies.rod_tendons import RodTendons
 
 @dataclass(frozen=True)
 class MovingRodTendons(Energy):
-    """The static `tendons` of a rod over the unknowns of a chart, compiled in one loop over the elements."""
+    """Tendons of a rod over the unknowns of a chart, compiled in one loop over the elements.
+
+    `tendons` is the energy of the same tendons in static analysis.
+    """
 
     chart: RodChart
     tendons: RodTendons
@@ -37,6 +40,7 @@ class MovingRodTendons(Energy):
     def _run(
         self, x: Floats, scale: float, g: Floats = NO_FORCES, slots: Any = NO_SLOTS, data: Floats = NO_DATA
     ) -> float:
+        """Return the energy, J, and add `scale` times the forces to `g` and the tangent to `data`, if given."""
         at, q, T = self.chart.turned(x)
         elements, l, arms, slopes, pulls = self._parts
         return float(
@@ -48,11 +52,11 @@ class MovingRodTendons(Energy):
         return self._run(x, 1.0) - float(self.tendons.tension @ self.tendons.at_rest)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Subtract the forces, N, and the moments about the nodes' own axes, N m."""
+        """Subtract the tendon forces, N, and their moments about the nodes' own axes, N m, from g."""
         self._run(x, scale, g.reshape(-1, 6))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the tangent of the forces; if `projected`, that of the static tendon energy."""
+        """Add the tangent of the forces; if `projected`, the projected tangent of the static tendon energy."""
         if projected:
             self.tendons.add_hessian(self.chart.state(x), data, slots, scale, True)
         else:

@@ -1,10 +1,11 @@
 """Rod energies in dynamics, over nodal displacements and rotation vectors counted from the start of a time step.
 
-Within a step the unknowns of a node are its displacement from rest and a rotation vector theta about its own axes, q =
-q0 exp(theta / 2). `RodChart` holds q0 and updates it when a step is accepted. So theta stays below the rotation of one
-step, a rod may rotate without limit, and rotations are never added as vectors. Forces are nodal forces, with moments
-about the nodes' own axes; their tangent is the derivative by the unknowns. Add another energy as a class like
-`MovingRod`.
+Within a step the unknowns of a node are its displacement from rest and a rotation vector theta about its own axes: the
+rotation is q = q0 exp(theta / 2). `RodChart` holds q0 and updates it when a step is accepted. So theta stays below the
+rotation of one step, a rod may rotate without limit, and rotations are never added as vectors. Forces are nodal forces,
+with moments about the nodes' own axes; their tangent is the derivative by the unknowns.
+
+To add an energy, write a class like `MovingRod`.
 """
 
 from __future__ import annotations
@@ -27,7 +28,10 @@ NO_FORCES, NO_DATA = np.zeros((0, 6)), np.zeros(0)
 
 
 class RodChart:
-    """Reference rotations q0 (nodes, 4) of the current time step, and the undeformed state `rest` (nodes * 7,)."""
+    """Rotation chart of a rod: the reference rotations q0 (nodes, 4) from which rotation vectors are counted.
+
+    q0 are the rotations at the start of the current time step. `rest` (nodes * 7,) is the undeformed state.
+    """
 
     def __init__(self, rest: Floats) -> None:
         nodes = rest.reshape(-1, 7)
@@ -44,21 +48,24 @@ class RodChart:
         self._state: Floats | None = None  # cached state of the same unknowns
 
     def turned(self, x: Floats) -> Rotated:
-        """Return positions (n, 3), rotations (n, 4) and d(own-axis rotation)/d theta (n, 3, 3), until the next call."""
+        """Return positions (n, 3), rotations (n, 4) and d(own-axis rotation)/d theta (n, 3, 3) for unknowns x.
+
+        The arrays are overwritten by the next call.
+        """
         if (known := x.tobytes()) != self._known:
             moving_rod_kernels.update_rotations(x.reshape(-1, 6), self.X, self.q0, self.at, self.q, self.T)
             self._known, self._state = known, None
         return self.at, self.q, self.T
 
     def state(self, x: Floats) -> Floats:
-        """Return the state (nodes * 7,) of unknowns x (nodes * 6,)."""
+        """Return the state (nodes * 7,), positions and quaternions, for unknowns x (nodes * 6,)."""
         at, q, _ = self.turned(x)
         if self._state is None:
             self._state = np.concatenate([at, q], axis=1).ravel()
         return self._state
 
     def rebase(self, x: Floats) -> Floats:
-        """Make x the reference and return the unknowns of the same state, whose rotation vectors are then zero."""
+        """Make the state of x the reference, and return its unknowns with zero rotation vectors."""
         q = self.turned(x)[1]
         self.q0 = q / np.linalg.norm(q, axis=1, keepdims=True)  # rounding would change the unit length
         self._known = b""
@@ -71,8 +78,8 @@ class RodChart:
 class MovingRod(Energy):
     """Strain energy of an `elastic` rod over the unknowns of a chart.
 
-    It has a potential, but its forces are not the gradient by rotation vectors. So `conservative` is False, and Newton
-    steps are judged by the residual.
+    The rod has a potential, but its nodal forces are not the gradient by rotation vectors. So `conservative` is False,
+    and Newton steps are judged by the residual.
     """
 
     chart: RodChart
@@ -94,6 +101,7 @@ class MovingRod(Energy):
     def _run(
         self, turned: Rotated, scale: float, g: Floats = NO_FORCES, slots: Any = NO_SLOTS, data: Floats = NO_DATA
     ) -> float:
+        """Return the energy, J, and add `scale` times the forces to `g` and the tangent to `data`, if given."""
         at, q, T = turned
         elements, l, C, rest = self._parts
         return float(moving_rod_kernels.assemble_rod(at, q, T, elements, l, C, rest, scale, g, slots, data))
@@ -107,13 +115,17 @@ class MovingRod(Energy):
         self._run(self.chart.turned(x), scale, g.reshape(-1, 6))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the tangent of the forces; `projected`: its symmetric part by own-axis rotations, semi-definite."""
+        """Add the tangent of the forces, or if `projected` a positive semi-definite one.
+
+        The latter is the projected symmetric part of the tangent by own-axis rotations.
+        """
         if projected:
             self._add_definite(x, data, slots, scale)
         else:
             self._run(self.chart.turned(x), scale, NO_FORCES, slots, data)
 
     def _add_definite(self, x: Floats, data: Floats, slots: Ints, scale: float) -> None:
+        """Add the symmetric part of the tangent by own-axis rotations, with negative eigenvalues set to zero."""
         at, q, T = self.chart.turned(x)
         own = np.zeros((len(self.elastic.elements), 12, 12))
         places = np.arange(own.size, dtype=slots.dtype).reshape(own.shape)
@@ -139,12 +151,12 @@ class MovingRodForces(Energy):
         return no_stencils()
 
     def value(self, x: Floats) -> float:
-        """Return the potential, zero at rest, J."""
+        """Return the potential, zero in the undeformed state, J."""
         return -float(np.sum(self.forces * x.reshape(-1, 6)[:, :3]))
 
     @cached_property
     def _nodal_forces(self) -> Floats:
-        """The forces over all unknowns (nodes * 6,)."""
+        """Forces as a vector over all unknowns (nodes * 6,), with zero moments."""
         return np.concatenate([self.forces, np.zeros_like(self.forces)], axis=1).ravel()
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
@@ -161,10 +173,11 @@ class MovingRodForces(Energy):
 
 @dataclass(frozen=True)
 class MovingRodLoad(Energy):
-    """A static rod load, an `energy` over positions and quaternions, expressed in the unknowns of a chart.
+    """A load of static rod analysis, expressed in the unknowns of a chart.
 
-    Its stencils are the rotations of single nodes. Hessians of rods are second derivatives along geodesics. The tangent
-    of forces g about a node's own axes is that Hessian plus [g]x / 2, by rotations about these axes.
+    `energy` is the load over positions and quaternions. Its stencils are the rotations of single nodes. Its Hessian is
+    the second derivative along geodesics. By rotations about a node's own axes, the tangent of forces g about these
+    axes is that Hessian plus [g]x / 2.
     """
 
     chart: RodChart
@@ -173,22 +186,22 @@ class MovingRodLoad(Energy):
 
     @cached_property
     def stencils(self) -> Ints:
-        """Stencils of the load. Raises ValueError if they are not rotations of nodes."""
+        """Stencils of the load. Raises ValueError if they are not the rotations of single nodes."""
         found = self.energy.stencils
         if found.size and not (found.shape[1] == 3 and np.array_equal(found, found[:, :1] // 6 * 6 + [3, 4, 5])):
             raise ValueError("a load in motion turns single sections")
         return found
 
     def value(self, x: Floats) -> float:
-        """Return the value of the load energy, J."""
+        """Return the potential of the load, J."""
         return self.energy.value(self.chart.state(x))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Subtract the forces and the moments about the nodes' own axes."""
+        """Subtract the forces, N, and the moments about the nodes' own axes, N m, from g."""
         self.energy.add_gradient(self.chart.state(x), g, scale)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the tangent of the forces; if `projected`, that of the static load."""
+        """Add the tangent of the forces; if `projected`, the projected tangent of the static load."""
         state = self.chart.state(x)
         if projected:
             self.energy.add_hessian(state, data, slots, scale, True)

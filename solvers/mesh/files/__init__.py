@@ -1,1 +1,1 @@
-"""Mesh files: readers of all formats with limits on size and memory, and checks of the meshes."""
+"""Mesh files: readers of all formats, with limits on size and memory, and checks of the meshes."""

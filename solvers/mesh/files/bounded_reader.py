@@ -1,4 +1,7 @@
-"""File objects that raise EOFError if a reader keeps reading past the end, as some of meshio's readers do forever."""
+"""File objects that raise EOFError if a reader keeps reading past the end of the file.
+
+Some of meshio's readers would do so forever.
+"""
 
 from __future__ import annotations
 
@@ -12,18 +15,19 @@ PATIENCE = 100  # allowed empty reads at the end of a file
 
 
 class ReadPastEnd(EOFError):
-    """A reader keeps reading past the end of its file."""
+    """Raised if a reader keeps reading past the end of its file."""
 
     def __init__(self) -> None:
         super().__init__("the file is incomplete")
 
 
 class _EmptyReadCounter:
-    """Counts how many reads in a row returned nothing."""
+    """Counts consecutive reads that returned nothing."""
 
     nothing = 0
 
     def _count_empty_reads(self, found: Any) -> Any:
+        """Return the result of a read, and raise ReadPastEnd after too many empty results in a row."""
         self.nothing = 0 if found else self.nothing + 1
         if self.nothing > PATIENCE:
             raise ReadPastEnd
@@ -65,11 +69,14 @@ def open_bounded(file: Any, mode: str = "r", *further: Any, **options: Any) -> A
 
 
 def _ignore_warning(text: str, *further: Any, **options: Any) -> None:
-    """Replace meshio's warnings, which are never shown, because wrapping a long line takes minutes."""
+    """Ignore a warning; it replaces meshio's function, which takes minutes to wrap a long line.
+
+    These warnings are never shown.
+    """
 
 
 def patch_open(package: str) -> None:
-    """Make all loaded modules of a package open their files with `open_bounded`."""
+    """Make all loaded modules of a package open their files by `open_bounded`."""
     for name, module in sys.modules.copy().items():  # copied first, since garbage collection may import modules
         if module is not None and (name == package or name.startswith(f"{package}.")):
             module.__dict__.setdefault("open", open_bounded)

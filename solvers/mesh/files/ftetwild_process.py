@@ -1,4 +1,4 @@
-"""Tetrahedral meshing by fTetWild in a separate process, so that a crash of its C++ code is reported and harmless.
+"""Tetrahedral meshing by fTetWild in a separate process, so that a crash of its C++ code becomes an error.
 
 `python -m softmark.solvers.mesh.files.ftetwild_process IN OUT` reads and writes numpy arrays.
 """
@@ -17,7 +17,10 @@ STEPS = 80  # largest number of improvement steps, the authors' default
 
 
 def main(given: str, wanted: str) -> None:
-    """Fill the surface `points`, `triangles` of a file with cells of `size`, within `tolerance` of the surface."""
+    """Fill a surface with tetrahedra.
+
+    `given` is a file with the arrays `points`, `triangles`, `size` and `tolerance`; the mesh is written to `wanted`.
+    """
     if importlib.util.find_spec("pyvista") is None:
         # pytetwild asks for it when it is imported, and needs it for its own data types only
         sys.modules["pyvista"] = types.ModuleType("pyvista")

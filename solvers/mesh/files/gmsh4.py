@@ -1,7 +1,7 @@
 """Repair of Gmsh 4.1 files that contain all elements (`Mesh.SaveAll`), including those in no physical group.
 
-meshio stores the physical groups only of blocks that have one, and then fails because that list is shorter than the
-list of blocks. Entities without a group are given the number 0 here, which means none.
+meshio stores physical groups only of the blocks that have one, and then fails because this list is shorter than the
+list of blocks. The repair gives entities without a group the group number 0, which means none.
 """
 
 from __future__ import annotations
@@ -21,7 +21,10 @@ MOST = 1 << 32  # largest count of any item: more means a broken file
 
 @dataclass(frozen=True)
 class Entity:
-    """A geometric entity: its number, its bounding box as in file, its groups, and its boundary (none for points)."""
+    """A geometric entity: its number, its bounding box as in the file, its physical groups and its boundary.
+
+    Points have no boundary.
+    """
 
     tag: int
     place: bytes
@@ -33,7 +36,10 @@ Dims = list[list[Entity]]  # points, curves, surfaces, volumes
 
 
 def repair(path: Path) -> bytes | None:
-    """Return the file's content in a form that meshio can read; None if it already can, or for another format."""
+    """Return the content of a file in a form that meshio can read.
+
+    Return None if meshio can already read the file, or if it has another format.
+    """
     with open_regular(path) as file:
         head = file.read(64).split()
         if head[:1] != [b"$MeshFormat"] or head[1:2] != [b"4.1"]:
@@ -46,7 +52,7 @@ def repair(path: Path) -> bytes | None:
     start = data.index(b"\n", start) + 1
     text, wide = head[2] == b"0", int(head[3])
     try:
-        dims, end = _words(data, start) if text else _numbers(data, start, wide)
+        dims, end = _parse_text_entities(data, start) if text else _parse_binary_entities(data, start, wide)
     except (ValueError, IndexError, StopIteration, struct.error):
         return None  # meshio reports it
     grouped = {bool(own.groups) for entities in dims for own in entities}
@@ -55,8 +61,8 @@ def repair(path: Path) -> bytes | None:
     return data[:start] + (_as_words if text else _as_numbers(wide))(dims) + data[end:]
 
 
-def _words(data: bytes, start: int) -> tuple[Dims, int]:
-    """Return the entities of a text from a position on, and the end of their section."""
+def _parse_text_entities(data: bytes, start: int) -> tuple[Dims, int]:
+    """Parse the entities of a text file from the position `start`; return them and the end of their section."""
     end = data.index(END, start)
     words = iter(data[start:end].split())
 
@@ -69,8 +75,11 @@ def _words(data: bytes, start: int) -> tuple[Dims, int]:
     return _entities(whole, whole, place), end
 
 
-def _numbers(data: bytes, start: int, wide: int) -> tuple[Dims, int]:
-    """Return entities of binary data from a position on, with counts of `wide` bytes, and the end of the section."""
+def _parse_binary_entities(data: bytes, start: int, wide: int) -> tuple[Dims, int]:
+    """Parse the entities of a binary file from the position `start`; return them and the end of their section.
+
+    Counts are stored in `wide` bytes.
+    """
     at = start
 
     def raw(count: int) -> bytes:
@@ -108,7 +117,7 @@ def _entities(whole: Callable[[], int], size: Callable[[], int], place: Callable
 
 
 def _lists(own: Entity) -> Iterator[tuple[int, ...]]:
-    """Yield the lists of an entity: its groups, or the number 0, and its boundary."""
+    """Yield the integer lists of an entity: its groups, or the number 0 without any, and its boundary."""
     yield own.groups or (0,)
     if own.bounds is not None:
         yield own.bounds

@@ -1,4 +1,4 @@
-"""Checks of mesh file names: formats of surfaces only, formats of volume meshes, and how to fill a surface.
+"""Checks of mesh files by their names: formats of surfaces only, formats of volume meshes, and remedies.
 
 No file is read here, and numpy is not needed.
 """
@@ -17,7 +17,10 @@ MERGED = frozenset({".stl", ".msh", ".mesh", ".obj"})  # surfaces that Gmsh can 
 
 
 def find_format_problem(path: str) -> tuple[str, str] | None:
-    """Return why a file can contain no solid mesh, judged by its name and size, and the remedy; None if it can."""
+    """Return why a file can contain no solid mesh, and the remedy; None if it can contain one.
+
+    The file's name and size are examined, not its content.
+    """
     file = Path(path)
     suffix = file.suffix.lower()
     if suffix in SURFACES:
@@ -31,7 +34,10 @@ def find_format_problem(path: str) -> tuple[str, str] | None:
 
 
 def advise_filling(file: Path) -> str:
-    """Return advice on making tetrahedra of surface: Gmsh needs volume declared, `gmsh -3` only leaves triangles."""
+    """Return advice on filling a surface with tetrahedra.
+
+    In Gmsh a volume must be declared first; otherwise `gmsh -3` leaves only triangles.
+    """
     suffix, name = file.suffix.lower(), file.name
     first = ""
     if suffix not in MERGED:

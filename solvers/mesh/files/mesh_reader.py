@@ -1,6 +1,6 @@
-"""Mesh file reader based on meshio; Abaqus and CalculiX decks, and Gmsh's first format, have readers of their own.
+"""Mesh file reader based on meshio; Abaqus and CalculiX decks and Gmsh's first format have readers of their own.
 
-meshio fails on valid Gmsh files with elements in no group: these are repaired before reading.
+meshio fails on valid Gmsh files with elements in no group; these files are repaired before reading.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never re
 
 KINDS = {element.meshio: name for name, element in ELEMENTS.items()}  # meshio's word -> ours
 OTHERS = frozenset({"wedge", "pyramid", "wedge15", "wedge18", "pyramid13", "pyramid14"})
-AGAIN = "write it again as .vtu, .vtk, .msh, .inp or .mesh: it may be incomplete, or have the wrong extension"
+AGAIN = "export the file again as .vtu, .vtk, .msh, .inp or .mesh: it may be incomplete, or have the wrong extension"
 NO_SURFACE = "E573"
 BY_TRIMESH = frozenset({".stl", ".obj", ".ply", ".off"})
 SURFACE_AGAIN = "write the surface again as .stl, .obj or .ply: the file may be incomplete, or have the wrong extension"
@@ -51,9 +51,10 @@ __all__ = ["UnreadableMesh", "convert_cells", "read_cells", "read_points", "read
 
 
 def read_cells(path: str, unit: float, coincident: str = "refuse", named: bool = False, pieces: str = "refuse") -> Mesh:
-    """Return the solid cells of `path`, all of one kind, in m with positive volumes; with its groups if `named`.
+    """Return the solid cells of a mesh file, all of one type, in m with positive volumes. Raises UnreadableMesh.
 
-    Coincident nodes are refused, merged or kept; pieces that share no nodes are refused or kept. Raises UnreadableMesh.
+    `unit` is the file's unit of length in m. Coincident nodes are refused, merged or kept; pieces that share no nodes
+    are refused or kept. The named groups are read if `named`.
     """
     data = parse(Path(path))
     before = keep_node_order(data, Path(path), unit)
@@ -62,7 +63,7 @@ def read_cells(path: str, unit: float, coincident: str = "refuse", named: bool =
 
 
 def keep_node_order(data: Any, path: Path, unit: float) -> Mesh:
-    """Return the solid cells of a parsed file with the node order of the file. Raises UnreadableMesh."""
+    """Return the solid cells of a parsed file, with nodes in the order of the file. Raises UnreadableMesh."""
     there = {block.type for block in data.cells}
     solids = sorted(there & KINDS.keys())
     if not solids:
@@ -83,7 +84,7 @@ def keep_node_order(data: Any, path: Path, unit: float) -> Mesh:
 
 
 def _groups(data: Any, path: Path, before: Mesh, mesh: Mesh) -> dict[str, Group]:
-    """Return the named groups of a file for the mesh after its checks; `before` has the file's node order."""
+    """Return the named groups of a file for the checked `mesh`; `before` is the mesh with the file's node order."""
     from softmark.solvers.mesh import mesh_groups
     from softmark.solvers.mesh.files import named_groups
 
@@ -102,7 +103,7 @@ def _groups(data: Any, path: Path, before: Mesh, mesh: Mesh) -> dict[str, Group]
 
 
 def read_surface(path: str, unit: float, coincident: str = "refuse", pieces: str = "refuse") -> tuple[Floats, Ints]:
-    """Return points (n, 3) in m and triangles (t, 3): the boundary of a solid, or the facets of a surface file.
+    """Return points (n, 3), m, and triangles (t, 3): the boundary of a solid mesh, or the facets of a surface file.
 
     Facets of a surface file keep their orientation. Raises UnreadableMesh.
     """
@@ -114,7 +115,7 @@ def read_surface(path: str, unit: float, coincident: str = "refuse", pieces: str
 
 
 def read_triangles(path: str, unit: float) -> tuple[Floats, Ints]:
-    """Return points (n, 3) in m and triangles (t, 3) of a file with a surface only. Raises UnreadableMesh."""
+    """Return points (n, 3), m, and triangles (t, 3) of a file that contains only a surface. Raises UnreadableMesh."""
     if (suffix := Path(path).suffix.lower()) in BY_TRIMESH:
         return _surface(Path(path), unit)
     _require_file(Path(path), SURFACE_AGAIN)
@@ -137,7 +138,7 @@ def read_triangles(path: str, unit: float) -> tuple[Floats, Ints]:
 
 
 def _surface(path: Path, unit: float) -> tuple[Floats, Ints]:
-    """Return points (n, 3) in m and triangles (t, 3) of formats that trimesh reads better. Raises UnreadableMesh."""
+    """Return points (n, 3), m, and triangles (t, 3) of a format that trimesh reads better. Raises UnreadableMesh."""
     _require_file(path, SURFACE_AGAIN)
     import trimesh
 
@@ -160,13 +161,13 @@ def _surface(path: Path, unit: float) -> tuple[Floats, Ints]:
 
 
 def _facets(data: Any, unit: float) -> tuple[Floats, Ints]:
-    """Return points (n, 3) in m and the triangles (t, 3) of a file, with its quadrilaterals halved."""
+    """Return points (n, 3), m, and triangles (t, 3) of a parsed file; quadrilaterals are split into two triangles."""
     found = [block.data[:, FACETS[block.type]].reshape(-1, 3) for block in data.cells if block.type in FACETS]
     return points_in_metres(data, unit), np.concatenate(found).astype(np.int64)
 
 
 def read_points(path: str, unit: float) -> Floats:
-    """Return the points (n, 3) in m that cells of a file use, in its order. Raises UnreadableMesh."""
+    """Return the points (n, 3), m, that the cells of a file use, in the order of the file. Raises UnreadableMesh."""
     data = parse(Path(path))
     cells = [block.data.ravel() for block in data.cells if block.type != "vertex"]
     points = points_in_metres(data, unit)
@@ -175,7 +176,10 @@ def read_points(path: str, unit: float) -> Floats:
 
 
 def convert_cells(mesh: Mesh, kind: str, split: str) -> Mesh:
-    """Return a mesh that was read, converted to a model's kind of cell. Raises UnreadableMesh, UnknownElement."""
+    """Return a mesh from a file with its cells converted to the element `kind`.
+
+    `split` is the way to split hexahedra into tetrahedra. Raises UnreadableMesh and UnknownElement.
+    """
     own, element = mesh.element, element_of(kind)
     if own is element:
         return mesh
@@ -187,7 +191,7 @@ def convert_cells(mesh: Mesh, kind: str, split: str) -> Mesh:
 
 
 def _split(mesh: Mesh, element: type[Element], split: str) -> Mesh:
-    """Return tetrahedra made of hexahedra. Raises UnreadableMesh."""
+    """Return a mesh of tetrahedra made by splitting hexahedra in the way `split`. Raises UnreadableMesh."""
     if mesh.kind != Hexahedron.linear:
         raise UnreadableMesh(f"it has {mesh.element.described}, but the model needs {element.described}")
     try:
@@ -200,7 +204,7 @@ def _split(mesh: Mesh, element: type[Element], split: str) -> Mesh:
 
 
 def _copy_groups(mesh: Mesh, new: Mesh) -> Mesh:
-    """Return new cells with the groups of the cells that they were made of."""
+    """Return the mesh `new` with the groups of the mesh from which it was made."""
     if not mesh.groups:
         return new
     from softmark.solvers.mesh.mesh_groups import split_groups
@@ -221,7 +225,10 @@ def points_in_metres(data: Any, unit: float) -> Floats:
 
 
 def parse(path: Path) -> Any:
-    """Read a mesh file as meshio's mesh; cells have the number of nodes of their kind. Raises UnreadableMesh."""
+    """Read a mesh file into meshio's data layout. Raises UnreadableMesh.
+
+    Every cell is checked to have the number of nodes of its type.
+    """
     data = _parse_by_format(path)
     for block in data.cells:
         if not isinstance(block.data, np.ndarray):  # polyhedra, which are not supported
@@ -237,13 +244,13 @@ def parse(path: Path) -> Any:
 
 
 def _parse_by_format(path: Path) -> Any:
-    """Return the unchecked result of the reader of the file's format."""
+    """Read a mesh file by the reader of its format, without checks."""
     _require_file(path)
     if path.suffix.lower() == ".msh" and gmsh1.is_format_1(path):
         try:
             with limited_resources(path):
                 return gmsh1.read(path)
-        except (gmsh1.MalformedGmsh, MemoryError) as error:
+        except (gmsh1.MalformedMeshFile, MemoryError) as error:
             why = describe_read_error(error)
             raise UnreadableMesh(f"it is not a complete Gmsh file of format 1 ({why})", remedy=AGAIN) from error
     try:
@@ -253,18 +260,18 @@ def _parse_by_format(path: Path) -> Any:
         raise UnreadableMesh(f"it cannot be read ({describe_read_error(error)})", remedy=AGAIN) from error
     if elsewhere:
         raise UnreadableMesh(elsewhere, remedy=AGAIN)
-    if path.suffix.lower() in VTK and (found := _vtk(path)) is not None:
+    if path.suffix.lower() in VTK and (found := _read_vtk(path)) is not None:
         return found
     if path.suffix.lower() == ".inp":
-        return _deck(path)
+        return _read_deck(path)
     import meshio
 
     kinds = meshio.extension_to_filetypes.get(path.suffix.lower(), [None])  # None: meshio reports it
     return _try_formats(path, (k for k in kinds if k not in UNENDING))
 
 
-def _deck(path: Path) -> Any:
-    """Return the mesh of a deck of Abaqus or CalculiX with its sets. Raises UnreadableMesh."""
+def _read_deck(path: Path) -> Any:
+    """Read an Abaqus or CalculiX deck with its sets. Raises UnreadableMesh."""
     from softmark.solvers.mesh.files.abaqus.deck_groups import DeckData
     from softmark.solvers.mesh.files.abaqus.deck_mesh import read_mesh
 
@@ -275,8 +282,8 @@ def _deck(path: Path) -> Any:
         raise UnreadableMesh(f"it cannot be read ({describe_read_error(error)})", remedy=AGAIN) from error
 
 
-def _vtk(path: Path) -> Any:
-    """Return a VTK file by its content, not its name; None if meshio should read it. Raises UnreadableMesh."""
+def _read_vtk(path: Path) -> Any:
+    """Read a VTK file, recognised by its content; None if meshio should read it. Raises UnreadableMesh."""
     with open_regular(path) as file:
         head = file.read(4096)
     try:
@@ -287,15 +294,15 @@ def _vtk(path: Path) -> Any:
                 data = vtu_conversion.inline_arrays(read_regular(path))
             else:
                 return None
-    except (gmsh1.MalformedGmsh, ValueError, MemoryError) as error:
+    except (gmsh1.MalformedMeshFile, ValueError, MemoryError) as error:
         raise UnreadableMesh(f"it is not a complete VTK file ({describe_read_error(error)})", remedy=AGAIN) from error
     with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
         (copy := Path(folder, "mesh.vtu")).write_bytes(data)
         return _try_formats(copy, ["vtu"], path.stat().st_size)
 
 
-def _with_groups(path: Path, kind: str) -> Any:
-    """Return a Gmsh file, including elements in no physical group."""
+def _read_gmsh(path: Path, kind: str) -> Any:
+    """Read a Gmsh file, including elements in no physical group."""
     import meshio
 
     from softmark.solvers.mesh.files import named_groups
@@ -307,8 +314,8 @@ def _with_groups(path: Path, kind: str) -> Any:
         return meshio.read(file, kind)
 
 
-def _with_companion(path: Path, kind: str) -> Any:
-    """Return a TetGen mesh from its two files, which must lie in the same folder."""
+def _read_tetgen(path: Path, kind: str) -> Any:
+    """Read a TetGen mesh from its two files, which must lie in the same folder."""
     import meshio
 
     other = path.with_suffix(".node" if path.suffix.lower() == ".ele" else ".ele").name
@@ -319,8 +326,8 @@ def _with_companion(path: Path, kind: str) -> Any:
     return meshio.read(path, kind)
 
 
-def _without_cell_data(path: Path, kind: str) -> Any:
-    """Return a mesh of DOLFIN's XML without cell data, for which meshio would open other files."""
+def _read_dolfin_xml(path: Path, kind: str) -> Any:
+    """Read a mesh in DOLFIN's XML without cell data, for which meshio would open other files."""
     import meshio
     from meshio.dolfin._dolfin import _read_mesh
 
@@ -329,7 +336,7 @@ def _without_cell_data(path: Path, kind: str) -> Any:
 
 
 OWN = {  # formats that meshio cannot read directly
-    "gmsh": _with_groups, "tetgen": _with_companion, "dolfin-xml": _without_cell_data,
+    "gmsh": _read_gmsh, "tetgen": _read_tetgen, "dolfin-xml": _read_dolfin_xml,
 }  # fmt: skip
 
 
@@ -347,7 +354,10 @@ def _require_file(path: Path, remedy: str = AGAIN) -> None:
 
 
 def _try_formats(path: Path, kinds: Iterable[str | None], size: int | None = None) -> Any:
-    """Return the mesh of the first format that fits; limits are by the `size` of the file that `path` is a copy of."""
+    """Return the mesh by the first of the formats `kinds` that can read the file.
+
+    If `path` is a copy, `size` is the size of the original file, by which memory is limited.
+    """
     import meshio
 
     bounded_reader.patch_open("meshio")

@@ -1,7 +1,7 @@
 """Validation of meshes from files, before anything is computed on them.
 
-A file may be read without errors and still not be a body: separate pieces along coincident nodes, parts joined by an
-edge only, self-intersections. Each flaw is refused with its count, its first location and a remedy.
+A file may be readable and still define no body: its pieces may be separate along coincident nodes, be connected by an
+edge only, or intersect. Each flaw is refused with its count, the location of the first one and a remedy.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ PAIRS = 4_000_000  # largest number of point-cell pairs: meshes with more are no
 
 
 class UnreadableMesh(Exception):
-    """A mesh file cannot be used: the message gives the problem, `remedy` the solution."""
+    """Raised if a mesh file cannot be used; the message gives the problem and `remedy` the solution."""
 
     def __init__(self, message: str, code: str = "E403", remedy: str | None = None) -> None:
         super().__init__(message)
@@ -30,14 +30,17 @@ class UnreadableMesh(Exception):
 
 
 def format_position(point: Floats) -> str:
-    """Return a position as text in a suitable unit: `(12.5, 0, 3) mm`."""
+    """Return a position, m, as text in a suitable unit, such as `(12.5, 0, 3) mm`."""
     size = float(np.abs(point).max())
     factor, unit = (1e6, "um") if 0 < size < 1e-4 else (1e3, "mm") if size < 10 else (1.0, "m")
     return f"({', '.join(f'{factor * float(x):.4g}' for x in point)}) {unit}"
 
 
 def drop_unused_points(points: Floats, cells: Ints) -> tuple[Floats, Ints, Ints]:
-    """Return the points that cells use, the renumbered cells, and the points' old numbers. Raises UnreadableMesh."""
+    """Return the points that cells use, the cells with new node numbers, and the old numbers of the points.
+
+    Raises UnreadableMesh.
+    """
     wrong = (cells < 0) | (cells >= len(points))
     if wrong.any():
         cell = int(np.argmax(wrong.any(axis=1)))
@@ -54,7 +57,7 @@ def drop_unused_points(points: Floats, cells: Ints) -> tuple[Floats, Ints, Ints]
 
 
 def _check_coordinates(points: Floats, number: Ints) -> None:
-    """Refuse coordinates that are not finite or too large to compute with."""
+    """Raise UnreadableMesh if a coordinate is not finite or too large to compute with."""
     with np.errstate(invalid="ignore"):
         bad = ~(np.abs(points) < ABSURD).all(axis=1)
     if not bad.any():
@@ -70,9 +73,9 @@ def _check_coordinates(points: Floats, number: Ints) -> None:
 
 
 def validate(points: Floats, cells: Ints, kind: str, coincident: str = "refuse", pieces: str = "refuse") -> Mesh:
-    """Return a mesh of one body with positive cell volumes; coincident nodes are refused, merged or kept.
+    """Return the mesh of one body with positive cell volumes. Raises UnreadableMesh.
 
-    Pieces that share no nodes are refused or kept. Raises UnreadableMesh.
+    Coincident nodes are refused, merged or kept; pieces that share no nodes are refused or kept.
     """
     points, cells, number = drop_unused_points(points, cells)
     if coincident == "merge":
@@ -105,7 +108,7 @@ def _refuse_duplicate_cells(points: Floats, cells: Ints, kind: str) -> None:
     raise UnreadableMesh(
         f"some of its cells occur twice: {int(again.sum())} of {len(cells)} {family}, the first are cells "
         f"{one} and {twin} at {format_position(points[cells[one]].mean(axis=0))}",
-        "E563", "remove one of each: matter would count twice",
+        "E563", "remove the duplicates: their material would be counted twice",
     )  # fmt: skip
 
 
@@ -125,9 +128,9 @@ def _orient_cells(points: Floats, cells: Ints, kind: str) -> Ints:
 
 
 def _refuse_folded_cells(mesh: Mesh, least: Floats) -> None:
-    """Refuse cells of which any part is inverted, also between integration points.
+    """Refuse cells that are inverted anywhere, also between the integration points.
 
-    Hexahedra with an inverted corner are kept if no integration point of any rule lies there.
+    Hexahedra that are inverted at a corner are kept if no integration point lies in the inverted region.
     """
     bad, where = find_folded_cells(mesh, least)
     kept = ~has_folded_corner(Mesh(mesh.points, mesh.cells[bad], mesh.kind))
@@ -168,7 +171,7 @@ def _refuse_bad_cells(bad: NDArray[np.bool_], points: Floats, cells: Ints, kind:
 
 
 def shortest_edge(points: Floats, cells: Ints) -> float:
-    """Return the least distance of two nodes of one cell, m, without coincident ones."""
+    """Return the least distance between two nodes of one cell, m, apart from coincident nodes."""
     corners = points[cells]
     i, j = np.triu_indices(cells.shape[1], 1)
     squares = np.sum((corners[:, i] - corners[:, j]) ** 2, axis=2)
@@ -193,14 +196,17 @@ def merge_coincident_nodes(points: Floats, cells: Ints) -> tuple[Floats, Ints]:
 
 
 def _refuse_coincident_nodes(mesh: Mesh, number: Ints) -> None:
-    """Refuse a mesh that looks connected but is separate along coincident nodes."""
+    """Refuse a mesh that looks connected but has pieces that are separate along coincident nodes."""
     pairs = find_coincident_nodes(mesh.points, mesh.cells)
     if len(pairs):
         raise coincident_nodes_error(mesh.points, pairs, number)
 
 
 def coincident_nodes_error(points: Floats, pairs: Ints, number: Ints) -> UnreadableMesh:
-    """Return the error for pairs (p, 2) of coincident points; `number` are the points' numbers in the file."""
+    """Return the error for pairs (p, 2) of coincident points.
+
+    `number` are the numbers of the points in the file.
+    """
     a, b = (int(n) for n in number[pairs[0]])
     return UnreadableMesh(
         f"it is cut apart: {len(pairs)} pairs of its {len(points)} nodes lie at the same position, the "
@@ -213,7 +219,10 @@ def coincident_nodes_error(points: Floats, pairs: Ints, number: Ints) -> Unreada
 
 
 def find_components(count: int, rows: Ints, columns: Ints) -> Ints:
-    """Return the connected component of each item (count,); items `rows` are connected with `columns`."""
+    """Return the connected component of each of `count` items, shape (count,).
+
+    Item `rows[i]` is connected with item `columns[i]`.
+    """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -223,14 +232,17 @@ def find_components(count: int, rows: Ints, columns: Ints) -> Ints:
 
 
 def components_of_rows(numbers: Ints) -> Ints:
-    """Return the connected component of each row of numbers (n, k): rows with a common number are connected."""
+    """Return the connected component of each row of integers (n, k); rows that share an integer are connected."""
     count, each = numbers.shape
     part = find_components(count + int(numbers.max()) + 1, np.repeat(np.arange(count), each), count + numbers.ravel())
     return part[:count]
 
 
 def _describe_pieces(mesh: Mesh, part: Ints) -> str:
-    """Describe the sizes of parts of cells (m,), and the location of the smallest."""
+    """Describe the sizes of the pieces of a mesh, and the location of the smallest piece.
+
+    `part` (m,) is the piece of each cell.
+    """
     sizes = np.sort(np.bincount(part))[::-1]
     least = int(np.argmin(np.bincount(part)))
     cell = int(np.argmax(part == least))
@@ -240,13 +252,13 @@ def _describe_pieces(mesh: Mesh, part: Ints) -> str:
 
 
 def _pieces_of_nodes(mesh: Mesh) -> Ints:
-    """Return the piece of each node (n,): nodes of one cell belong to one piece."""
+    """Return the piece of each node (n,); the nodes of a cell belong to one piece."""
     width = mesh.cells.shape[1]
     return find_components(len(mesh.points), np.repeat(mesh.cells[:, 0], width - 1), mesh.cells[:, 1:].ravel())
 
 
 def count_pieces(mesh: Mesh) -> int:
-    """Return the number of pieces, without common nodes, of a mesh."""
+    """Return the number of pieces of a mesh that share no nodes."""
     return int(_pieces_of_nodes(mesh).max()) + 1
 
 
@@ -264,7 +276,10 @@ def _require_one_piece(mesh: Mesh) -> None:
 
 
 def facets_of_cells(mesh: Mesh) -> tuple[Ints, Ints, Ints]:
-    """Return the facets of all cells (m s, c) by their corners, their cells, and labels of equal facets (m s,)."""
+    """Return the corners of the facets of all cells, the cell of each, and a label that equal facets share.
+
+    Shapes are (m s, c), (m s,) and (m s,) for m cells with s facets of c corners.
+    """
     element = mesh.element
     own = np.array(element.facets)
     sides = mesh.cells[:, own].reshape(-1, own.shape[1])[:, : element.facet.corners]
@@ -273,28 +288,31 @@ def facets_of_cells(mesh: Mesh) -> tuple[Ints, Ints, Ints]:
 
 
 def _check_shared_faces(mesh: Mesh, sides: Ints, cell: Ints, same: Ints) -> None:
-    """Refuse faces that belong to three cells, or to two on the same side."""
+    """Refuse faces that belong to three cells, or to two cells on the same side of the face."""
     count = np.bincount(same)
     if (count > 2).any():
         face = int(np.argmax(count > 2))
-        _overlap(mesh, cell[same == face], sides[same == face][0], int((count > 2).sum()), "share a face")
+        _raise_overlap_error(mesh, cell[same == face], sides[same == face][0], int((count > 2).sum()), "share a face")
     order = np.argsort(same, kind="stable")
     pair = order[np.isin(same[order], np.flatnonzero(count == 2))].reshape(-1, 2)
     alike = _facet_orientation(sides[pair[:, 0]]) == _facet_orientation(sides[pair[:, 1]])
     if alike.any():
         one = pair[int(np.argmax(alike))]
-        _overlap(mesh, cell[one], sides[one[0]], int(alike.sum()), "lie on the same side of their common face")
+        _raise_overlap_error(
+            mesh, cell[one], sides[one[0]], int(alike.sum()), "lie on the same side of their common face"
+        )
 
 
 def _facet_orientation(sides: Ints) -> NDArray[np.bool_]:
-    """Return orientation of facets: whether the node after the least one has a smaller number than the one before."""
+    """Return the orientation of facets with corners (f, c) as a mask (f,), opposite for both sides of a face."""
     k, rows = sides.shape[1], np.arange(len(sides))
     least = np.argmin(sides, axis=1)
     turn: NDArray[np.bool_] = sides[rows, (least + 1) % k] < sides[rows, (least - 1) % k]
     return turn
 
 
-def _overlap(mesh: Mesh, cells: Ints, face: Ints, count: int, what: str) -> None:
+def _raise_overlap_error(mesh: Mesh, cells: Ints, face: Ints, count: int, what: str) -> None:
+    """Raise UnreadableMesh for cells that share a face in an invalid way."""
     named = ", ".join(map(str, cells[:-1])) + f" and {cells[-1]}"
     place = format_position(mesh.points[face].mean(axis=0))
     raise UnreadableMesh(
@@ -304,7 +322,7 @@ def _overlap(mesh: Mesh, cells: Ints, face: Ints, count: int, what: str) -> None
 
 
 def _refuse_hinges(mesh: Mesh, cell: Ints, same: Ints) -> None:
-    """Refuse parts that are connected only by an edge or a node, about which they rotate freely."""
+    """Refuse pieces that are connected only by an edge or a node, about which they could rotate freely."""
     order = np.argsort(same, kind="stable")
     inner = order[np.isin(same[order], np.flatnonzero(np.bincount(same) == 2))].reshape(-1, 2)
     part = find_components(len(mesh.cells), cell[inner[:, 0]], cell[inner[:, 1]])
@@ -327,19 +345,22 @@ def _refuse_hinges(mesh: Mesh, cell: Ints, same: Ints) -> None:
 
 
 def _refuse_self_intersection(mesh: Mesh) -> None:
-    """Refuse a self-intersecting mesh: a cell centre or a surface node well inside a cell far along the mesh."""
+    """Refuse a self-intersecting mesh.
+
+    It is found by a cell centre or a surface node that lies well inside another cell far away along the mesh.
+    """
     found = find_overlap(mesh)
     if found is None:
         return
     place, cell = format_position(found[0]), found[1]
     raise UnreadableMesh(
         f"it intersects itself: {place} lies inside cell {cell} and in another part of the mesh",
-        "E569", "repair the mesh: matter there would count twice",
+        "E569", "repair the mesh: the material there would be counted twice",
     )  # fmt: skip
 
 
 def find_overlap(mesh: Mesh) -> tuple[Floats, int] | None:
-    """Return a point shared by two cells without a common node, and one of the two cells; None if none was found."""
+    """Return a point that lies in two cells without a common node, and one of the two cells; None if none is found."""
     from scipy.spatial import cKDTree
 
     outer = np.unique(mesh.facets)
@@ -366,21 +387,21 @@ def find_overlap(mesh: Mesh) -> tuple[Floats, int] | None:
 
 
 def _interior_points(mesh: Mesh, cells: Ints) -> Floats:
-    """Return a point inside each of some cells that lies on no face of coinciding tetrahedra."""
+    """Return a point inside each cell that lies on no face of the tetrahedra of a coinciding cell, (k, 3), m."""
     corners, N = mesh.points[mesh.cells[cells]], mesh.element.shape(np.array([mesh.element.inner]))[0]
     points: Floats = np.einsum("k,mki->mi", N, corners)
     return points
 
 
 def _group_by_size(radii: Floats) -> list[Ints]:
-    """Return cells in groups of similar size, so that one large cell does not widen the search around all."""
+    """Return groups of cells of similar size, so that one large cell does not widen the search for all."""
     group = np.floor(np.log2(radii / radii.min())).astype(np.int64)
     return [np.flatnonzero(group == g) for g in np.unique(group)]
 
 
 def _first_inside(mesh: Mesh, queries: Floats, which: Ints, of: Ints, outer: Ints, edge: Ints
                   ) -> tuple[Floats, int] | None:  # fmt: skip
-    """Return the first query point inside a cell that it is not connected with, and that cell."""
+    """Return the first query point that lies inside a cell to which it is not connected, and that cell."""
     corners = mesh.points[mesh.cells]
     low, high = corners.min(axis=1)[of], corners.max(axis=1)[of]
     boxed = ((queries[which] > low) & (queries[which] < high)).all(axis=1)

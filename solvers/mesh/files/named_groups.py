@@ -1,8 +1,8 @@
 """Named groups of a mesh file: physical groups of Gmsh, sets of Abaqus and CalculiX, integer arrays on cells.
 
-A group of cells and faces of one name becomes two, NAME and `NAME:faces`. Integers on cells, as in VTU, are groups
-`ARRAY=VALUE`; an array of ones and zeros is also a group by its own name. Physical groups without a name are called by
-their number.
+A name that contains both cells and faces becomes two groups, NAME and `NAME:faces`. Integer arrays on cells, as in VTU,
+become groups `ARRAY=VALUE`; an array of ones and zeros also becomes a group with its own name. Physical groups without
+a name are called by their number.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ FACES, EDGES = ":faces", ":edges"
 
 @dataclass(frozen=True)
 class NamedMembers:
-    """Members of one name: numbers of solid cells (k,), and corners of facets (f, c), by kind of facet."""
+    """Members of one name: numbers of solid cells (k,), and corners of facets (f, c) for each type of facet."""
 
     cells: Ints
     facets: tuple[Ints, ...]
 
 
 def read_groups(data: Any, path: Path, kind: str, cells: Ints, element: type[Element]) -> dict[str, Group]:
-    """Return the groups of a file read by meshio, for `cells` (m, a) of meshio's `kind`; nodes as in the file.
+    """Return the named groups of a parsed file. Raises UnreadableMesh.
 
-    Raises UnreadableMesh.
+    `cells` (m, a) are the solid cells of meshio's type `kind`, with the node numbers of the file.
     """
     if path.suffix.lower() == ".inp":
         from softmark.solvers.mesh.files.abaqus.deck_groups import DeckGroups
@@ -72,7 +72,7 @@ def _groups_of_sets(sets: Mapping[str, Members], cells: Ints, element: type[Elem
 
 
 def _faces(facets: tuple[Ints, ...], cells: Ints, element: type[Element]) -> Group:
-    """Return the faces of cells that coincide with facets of a file, each once."""
+    """Return the group of cell faces that coincide with facets of a file; each face occurs once."""
     own = [faces_of(cells, element, corners) for corners in facets]
     members = np.concatenate([faces for faces, _ in own]) if own else np.zeros((0, 2), dtype=np.int64)
     return Group("faces", members, foreign=sum(none for _, none in own))
@@ -90,7 +90,10 @@ def _members(data: Any, masks: list[Any], kind: str) -> NamedMembers:
 
 
 def group_masks(data: Any, dims: tuple[int, int] = (3, 2)) -> Iterator[tuple[str, list[Any]]]:
-    """Yield every group name of a file with its cells in every block; `dims` are those of cells and of their sides."""
+    """Yield the name of every group of a file, and its cells in every block.
+
+    `dims` are the dimensions of the cells and of their sides.
+    """
     said = set()
     for name, sets in getattr(data, "cell_sets", {}).items():
         if not name.startswith("gmsh:"):
@@ -113,7 +116,10 @@ def _mask(count: int, members: Any) -> Any:
 
 
 def _physical_groups(data: Any, layers: list[list[Any]], of: tuple[int, int]) -> Iterator[tuple[str, list[Any]]]:
-    """Yield Gmsh's physical groups by name, or by number if unnamed; a cell has one group in each layer."""
+    """Yield Gmsh's physical groups by name, or by number if unnamed.
+
+    A cell has one group in each of the `layers`.
+    """
     names = {(int(tag), int(dim)): name for name, (tag, dim) in getattr(data, "field_data", {}).items()}
     dims = [block.dim for block in data.cells]
     used = {(int(t), d) for blocks in layers for own, d in zip(blocks, dims, strict=True) for t in np.unique(own)
@@ -127,7 +133,7 @@ def _physical_groups(data: Any, layers: list[list[Any]], of: tuple[int, int]) ->
 
 
 def _groups_of_array(array: str, blocks: list[Any]) -> Iterator[tuple[str, list[Any]]]:
-    """Yield one group for each value of an integer array; for ones and zeros only the ones."""
+    """Yield one group for each value of an integer array; for an array of ones and zeros only the ones."""
     known = [np.asarray(own) for own in blocks]
     if any(own.dtype.kind not in "iub" or own.ndim != 1 for own in known):
         return
@@ -141,10 +147,10 @@ def _groups_of_array(array: str, blocks: list[Any]) -> Iterator[tuple[str, list[
 
 
 def merge_repeated_cells(data: Any) -> Any:
-    """Return a Gmsh 2.2 mesh with each cell once, where the file repeats a cell for each of its physical groups.
+    """Return a Gmsh 2.2 mesh without repeated cells; the file repeats a cell for each of its physical groups.
 
-    Further groups of a cell are arrays `gmsh:physical 2` and so on. A cell that occurs twice in the same group stays
-    twice: that is a flaw of the mesh.
+    Further groups of a cell are stored in arrays `gmsh:physical 2` and so on. A cell that occurs twice in one group
+    stays repeated, because that is a flaw of the mesh.
     """
     groups = data.cell_data.get(PHYSICAL)
     if groups is None:

@@ -1,7 +1,7 @@
 """Plane cells of a file as a slice one cell thick: triangles become wedges, and quadrilaterals hexahedra.
 
-Groups of cells and of edges are kept: an edge becomes the side of the slice above it. To add a kind of cell: a line in
-SLICED.
+Groups of cells and of edges are kept; an edge becomes the side of the slice above it. To add a type of cell: add a line
+to SLICED.
 """
 
 from __future__ import annotations
@@ -40,11 +40,10 @@ NO_REGION = "E579"
 
 
 def read_slice(path: str, unit: float, coincident: str = "refuse") -> Mesh:
-    """Return the plane cells of `path`, all of one kind, as a slice around z = 0 about as thick as the cells are wide,
-    m.
+    """Return the plane cells of a file, all of one type, as a slice around z = 0, m. Raises UnreadableMesh.
 
-    Clockwise cells are reversed. The file's groups are included. Coincident nodes are refused, merged or kept. Raises
-    UnreadableMesh.
+    The slice is about as thick as the cells are wide. Clockwise cells are reversed. The named groups are included.
+    Coincident nodes are refused, merged or kept. `unit` is the file's unit of length in m.
     """
     data = _parse_file(Path(path))
     kind = _one_kind(data)
@@ -61,9 +60,9 @@ def read_slice(path: str, unit: float, coincident: str = "refuse") -> Mesh:
 
 
 def extrude_cells(points: Floats, cells: Ints, kind: str) -> Mesh:
-    """Return the slice of plane cells (m, a) of points (n, 3), m, in their order; `kind` is meshio's cell name.
+    """Return the slice of plane cells (m, a) over points (n, 3), m. Raises UnreadableMesh.
 
-    Clockwise cells are reversed. Raises UnreadableMesh.
+    The order of the cells is kept. `kind` is meshio's name of the cell type. Clockwise cells are reversed.
     """
     known, own, number = drop_unused_points(points, cells)
     _require_plane(known, number)
@@ -71,7 +70,7 @@ def extrude_cells(points: Floats, cells: Ints, kind: str) -> Mesh:
 
 
 def convert_slice(mesh: Mesh, kind: str) -> Mesh:
-    """Return a slice that was read, as a model's element, or as tetrahedra. Raises UnreadableMesh."""
+    """Return a slice from a file with its cells converted to the element `kind`. Raises UnreadableMesh."""
     if kind == Tetrahedron.linear:
         return _tetrahedra(mesh)
     if (own := mesh.element.family) != (other := element_of(kind).family):
@@ -97,7 +96,10 @@ def _parse_file(path: Path) -> Any:
 
 
 def _one_kind(data: Any) -> str:
-    """Return meshio's name of file's only kind of plane cell. Raises UnreadableMesh if there is none, or several."""
+    """Return meshio's name of the only type of plane cell in a file.
+
+    Raises UnreadableMesh if there is none, or several.
+    """
     there = {block.type for block in data.cells if len(block.data)}
     if solids := sorted(there & (KINDS.keys() | OTHERS)):
         raise UnreadableMesh(
@@ -120,7 +122,7 @@ def _one_kind(data: Any) -> str:
 
 
 def _require_plane(points: Floats, number: Ints) -> None:
-    """Refuse points (n, 3) off the plane z = 0. Raises UnreadableMesh."""
+    """Raise UnreadableMesh if points (n, 3) lie off the plane z = 0; `number` are their numbers in the file."""
     off = np.abs(points[:, 2]) > OFF * float(np.linalg.norm(np.ptp(points, axis=0)))
     if not off.any():
         return
@@ -133,15 +135,15 @@ def _require_plane(points: Floats, number: Ints) -> None:
 
 
 def _edges(data: Any) -> list[tuple[int, Ints]]:
-    """Return the edges (e, 2) of a file, by the number of their block."""
+    """Return the edges (e, 2) of each block of a file, with the number of the block."""
     return [(i, block.data[:, :2].astype(np.int64)) for i, block in enumerate(data.cells) if block.type in EDGES]
 
 
 def _check_points(points: Floats, cells: Ints, number: Ints, edges: list[Ints], coincident: str
            ) -> tuple[Floats, Ints, list[Ints]]:  # fmt: skip
-    """Return points, cells and edges with coincident nodes refused or merged; -1 for ends that belong to no cell.
+    """Return points, cells and edges, with coincident nodes refused or merged. Raises UnreadableMesh.
 
-    Edges refer to nodes by the `number` of points in the file. Raises UnreadableMesh.
+    Edges refer to points by their `number` in the file; ends of edges that belong to no cell become -1.
     """
     now = np.full(max([int(number.max()), *(int(e.max(initial=0)) for e in edges)]) + 1, -1)
     now[number] = np.arange(len(number))
@@ -156,7 +158,7 @@ def _check_points(points: Floats, cells: Ints, number: Ints, edges: list[Ints], 
 
 
 def _orient_cells(points: Floats, cells: Ints, corners: int) -> Ints:
-    """Return cells (m, a) ordered counter-clockwise by their corners."""
+    """Return cells (m, a) with their first `corners` nodes in counter-clockwise order."""
     own = points[cells[:, :corners], :2]
     # relative to a corner, to avoid cancellation far from the origin
     x, y = np.moveaxis(own - own[:, :1], 2, 0)
@@ -169,7 +171,7 @@ def _orient_cells(points: Floats, cells: Ints, corners: int) -> Ints:
 
 
 def _build_slice(points: Floats, cells: Ints, kind: str) -> Mesh:
-    """Return the checked slice of plane cells of a kind. Raises UnreadableMesh."""
+    """Return the checked slice of plane cells of a type. Raises UnreadableMesh."""
     c, n, element = _corners(kind), len(points), element_of(SLICED[kind])
     half = 0.5 * float(np.linalg.norm(np.ptp(points, axis=0))) / max(1.0, np.sqrt(len(cells)))
     layers = np.concatenate([points, points])
@@ -192,7 +194,10 @@ def _build_slice(points: Floats, cells: Ints, kind: str) -> Mesh:
 
 
 def _groups(data: Any, kind: str, mesh: Mesh, cells: Ints, edges: dict[int, Ints]) -> dict[str, Group]:
-    """Return groups of a file: cells, and sides of the slice above edges, as `NAME:edges` if there are cells too."""
+    """Return the named groups of a file: cells, and sides of the slice above edges.
+
+    If a name has both, the group of sides is called `NAME:edges`.
+    """
     c, element, found = mesh.element.corners // 2, mesh.element, {}
     first = [sum(len(b.data) for b in data.cells[:i] if b.type == kind) for i in range(len(data.cells))]
     for name, masks in named_groups.group_masks(data, (2, 1)):
@@ -220,7 +225,10 @@ def _sides_above_edges(mesh: Mesh, cells: Ints, edges: Ints, element: Any) -> Gr
 
 
 def _tetrahedra(mesh: Mesh) -> Mesh:
-    """Return matching tetrahedra of a slice, for probes of volumes; diagonals rise with node numbers."""
+    """Return tetrahedra with matching faces made from a slice, for probes of volumes.
+
+    Diagonals start at the node with the lower number.
+    """
     c = mesh.element.corners // 2
     low = mesh.cells[:, [(0, k, k + 1) for k in range(1, c - 1)]]  # (m, c - 2, 3)
     high = mesh.cells[:, [(c, c + k, c + k + 1) for k in range(1, c - 1)]]

@@ -1,4 +1,4 @@
-"""Proximity of triangles: self-intersections of a surface, and the closest points on it."""
+"""Proximity of triangles: self-intersections of a surface, and closest points on it."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ TOUCH = 1e-9  # relative to an edge: tolerance below which an edge only touches 
 
 
 def find_near_triangles(places: Floats, reach: Floats, corners: Floats) -> Iterator[tuple[Ints, Ints]]:
-    """Yield pairs of places (n, 3) and triangles (t, 3, 3) whose bounding balls meet; places have a radius `reach`
-    (n,).
+    """Yield pairs of a place and a triangle whose bounding balls overlap, as two arrays.
+
+    `places` (n, 3) are centres of balls with the radii `reach` (n,); triangles have `corners` (t, 3, 3).
     """
     from scipy.spatial import cKDTree
 
@@ -34,14 +35,15 @@ def find_near_triangles(places: Floats, reach: Floats, corners: Floats) -> Itera
 
 
 def edges_of_triangles(triangles: Ints) -> Ints:
-    """Return both points of each edge of triangles (t, 3), in the triangles' order: (3 t, 2)."""
+    """Return the two points of each edge of triangles (t, 3), in the order of the triangles, shape (3 t, 2)."""
     return triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
 
 
 def find_intersecting_triangles(points: Floats, triangles: Ints) -> NDArray[np.bool_]:
-    """Return the triangles (t,) that intersect another, as a mask.
+    """Return a mask (t,) of the triangles that intersect another triangle.
 
-    Triangles with a common point are ignored, since neighbours touch. Source of the test: Moeller and Trumbore 1997.
+    Triangles with a common point are not compared, because neighbours touch. Source of the test: Moeller and Trumbore
+    (1997).
     """
     ends, of = np.unique(np.sort(edges_of_triangles(triangles), axis=1), axis=0, return_inverse=True)
     of = of.reshape(-1, 3)
@@ -58,7 +60,7 @@ def find_intersecting_triangles(points: Floats, triangles: Ints) -> NDArray[np.b
 
 
 def _do_intersect(edge: Floats, X: Floats) -> NDArray[np.bool_]:
-    """Return whether edges (n, 2, 3) pass through the inside of triangles (n, 3, 3)."""
+    """Return whether each edge (n, 2, 3) passes through the interior of its triangle (n, 3, 3), a mask (n,)."""
     d, ab, ac, o = edge[:, 1] - edge[:, 0], X[:, 1] - X[:, 0], X[:, 2] - X[:, 0], edge[:, 0] - X[:, 0]
     h, q = np.cross(d, ac), np.cross(o, ab)
     det = np.einsum("ni,ni->n", ab, h)
@@ -73,7 +75,10 @@ def _do_intersect(edge: Floats, X: Floats) -> NDArray[np.bool_]:
 
 
 def closest_points(places: Floats, points: Floats, triangles: Ints, reach: float) -> tuple[Floats, Floats]:
-    """Return the closest points (n, 3) of a surface to places, and their distances (n,), m; inf beyond `reach` (m)."""
+    """Return the points (n, 3) of a surface closest to `places` (n, 3), and their distances (n,), m.
+
+    Distances above `reach` (m) are returned as inf.
+    """
     X = points[triangles]
     best, far = places.copy(), np.full(len(places), np.inf)
     for which, t in find_near_triangles(places, np.full(len(places), reach), X):
@@ -88,7 +93,7 @@ def closest_points(places: Floats, points: Floats, triangles: Ints, reach: float
 
 
 def _closest_in_triangle(p: Floats, X: Floats) -> Floats:
-    """Return the points of triangles (n, 3, 3) closest to p (n, 3): in the plane, or on the nearest edge."""
+    """Return the point of each triangle X (n, 3, 3) closest to p (n, 3): its projection, or on the nearest edge."""
     best: Floats
     a, ab, ac = X[:, 0], X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]
     gram = np.stack([np.einsum("ni,ni->n", q, r) for q, r in ((ab, ab), (ab, ac), (ac, ac))])

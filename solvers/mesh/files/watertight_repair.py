@@ -1,6 +1,6 @@
 """Repair of triangle surfaces that enclose a body: certain flaws are mended and reported.
 
-Nothing is dropped silently: each repair is reported with its numbers, and a surface that encloses no volume is refused.
+Nothing is dropped silently. Each repair is reported with its numbers, and a surface that encloses no volume is refused.
 """
 
 from __future__ import annotations
@@ -32,9 +32,10 @@ ONE_SKIN = "close the surface in the program that made it, or name a mesh with c
 
 @dataclass(frozen=True)
 class ClosedSurface:
-    """A closed surface: `points` (n, 3) in m and `triangles` (t, 3), outward; `repairs` as text.
+    """A closed surface: `points` (n, 3), m, and `triangles` (t, 3), facing outward.
 
-    `crossings` is the number of triangles that intersect others, `capped` the area of holes that were closed, m^2.
+    `repairs` describes the repairs as text, `crossings` is the number of triangles that intersect others, and `capped`
+    the area of holes that were closed, m^2.
     """
 
     points: Floats
@@ -65,13 +66,13 @@ class ClosedSurface:
 
 
 def signed_volume(points: Floats, triangles: Ints) -> float:
-    """Return the volume enclosed by triangles, m^3, positive if they face outward."""
+    """Return the volume enclosed by triangles (t, 3), m^3: positive if they face outward."""
     a, b, c = (points[triangles[:, i]] - points.mean(axis=0) for i in range(3))
     return float(np.einsum("ti,ti->", a, np.cross(b, c)) / 6.0)
 
 
 def normals(points: Floats, triangles: Ints) -> Floats:
-    """Return the normal of each triangle (t, 3), outward; zero for a triangle without area."""
+    """Return the unit normal of each triangle, facing outward, shape (t, 3); zero for a triangle without area."""
     a, b, c = (points[triangles[:, i]] for i in range(3))
     found: Floats = np.cross(b - a, c - a)
     length = np.linalg.norm(found, axis=1, keepdims=True)
@@ -86,7 +87,7 @@ def areas(points: Floats, triangles: Ints) -> Floats:
 
 
 def close_surface(points: Floats, triangles: Ints) -> ClosedSurface:
-    """Return the surface of one body from triangles (t, 3) as in a file. Raises UnreadableMesh."""
+    """Return the closed surface of one body from the triangles (t, 3) of a file. Raises UnreadableMesh."""
     points, triangles, _ = drop_unused_points(points, triangles)
     repairs: list[str] = []
     points, triangles = merge_points(points, triangles, repairs)
@@ -122,7 +123,10 @@ def _no_volume_error(why: str) -> UnreadableMesh:
 
 
 def merge_points(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Floats, Ints]:
-    """Merge coincident points (in STL files each triangle has its own) and drop triangles without extent."""
+    """Merge coincident points, and drop triangles that thereby have no extent.
+
+    In STL files each triangle has its own points.
+    """
     from scipy.spatial import cKDTree
 
     exact, number = np.unique(points, axis=0, return_inverse=True)
@@ -145,13 +149,16 @@ def merge_points(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[F
 
 
 def _is_degenerate(triangles: Ints) -> NDArray[np.bool_]:
-    """Return which triangles contain a point twice."""
+    """Return a mask (t,) of the triangles that contain a point twice."""
     found: NDArray[np.bool_] = (triangles == np.roll(triangles, 1, axis=1)).any(axis=1)
     return found
 
 
 def _drop_duplicates(triangles: Ints, repairs: list[str]) -> Ints:
-    """Return each triangle once; two of opposite orientation are a flap without thickness, and both are dropped."""
+    """Return each triangle once, without pairs of opposite orientation.
+
+    Two coinciding triangles of opposite orientation are a flap without thickness, and both are dropped.
+    """
     least = np.argmin(triangles, axis=1)
     rows = np.stack([triangles[np.arange(len(triangles)), (least + k) % 3] for k in range(3)], axis=1)
     sense = np.where(rows[:, 1] < rows[:, 2], 1, -1)
@@ -177,14 +184,14 @@ def _drop_duplicates(triangles: Ints, repairs: list[str]) -> Ints:
 
 
 def _edges(triangles: Ints) -> tuple[Ints, NDArray[np.bool_], Ints]:
-    """Return the edges of all triangles (3 t,): their numbers, whether they ascend, and how often each occurs."""
+    """Return for all triangle edges (3 t,): their number, whether point numbers ascend, and how often each occurs."""
     ends = edges_of_triangles(triangles)
     number, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)[1:]
     return number.ravel().astype(np.int64), ends[:, 0] < ends[:, 1], count
 
 
 def _neighbour_pairs(triangles: Ints) -> tuple[Ints, Ints, NDArray[np.bool_]]:
-    """Return pairs of triangles that share an edge with no third, and whether they are oriented alike there."""
+    """Return pairs of triangles that share an edge with no third one, and whether both have the same orientation."""
     number, up, count = _edges(triangles)
     order = np.argsort(number, kind="stable")
     pairs = order[count[number[order]] == 2].reshape(-1, 2)
@@ -192,7 +199,10 @@ def _neighbour_pairs(triangles: Ints) -> tuple[Ints, Ints, NDArray[np.bool_]]:
 
 
 def _orient_triangles(points: Floats, triangles: Ints, repairs: list[str]) -> Ints:
-    """Orient neighbours alike; in each patch the minority of triangles is reversed. Raises UnreadableMesh."""
+    """Give neighbouring triangles the same orientation. Raises UnreadableMesh.
+
+    In each connected patch the minority of triangles is reversed.
+    """
     a, b, alike = _neighbour_pairs(triangles)
     n = len(triangles)
     rows, columns = np.concatenate([a, a + n]), np.concatenate([np.where(alike, b, b + n), np.where(alike, b + n, b)])
@@ -216,7 +226,7 @@ def _orient_triangles(points: Floats, triangles: Ints, repairs: list[str]) -> In
 
 
 def _cap_holes(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Floats, Ints, float]:
-    """Close holes, each by a fan around its centre; return also the area that was missing, m^2."""
+    """Close each hole by a fan of triangles around its centre; return also the total area of the caps, m^2."""
     number, _, count = _edges(triangles)
     ends = edges_of_triangles(triangles)[count[number] == 1]
     if not len(ends):
@@ -239,8 +249,9 @@ def _cap_holes(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Flo
 
 
 def _loops(ends: Ints) -> list[list[int]]:
-    """Return directed edges (e, 2) as closed loops of points; chains that end at an edge of three triangles are closed
-    too.
+    """Return directed edges (e, 2) as closed loops of points.
+
+    Chains that end at an edge of three triangles are closed, too.
     """
     follow: dict[int, list[int]] = {}
     surplus: dict[int, int] = {}
@@ -268,7 +279,7 @@ def _loops(ends: Ints) -> list[list[int]]:
 
 
 def _orient_shells(points: Floats, triangles: Ints, repairs: list[str]) -> Ints:
-    """Orient the outer shell outward and hollows in it inward; drop tiny shells. Raises UnreadableMesh."""
+    """Orient the outer shell outward and hollows inside it inward; drop tiny shells. Raises UnreadableMesh."""
     part = _shell_of_triangles(triangles)
     shells = [triangles[part == k] for k in range(int(part.max()) + 1)]
     volumes = np.array([signed_volume(points, shell) for shell in shells])
@@ -286,7 +297,7 @@ def _orient_shells(points: Floats, triangles: Ints, repairs: list[str]) -> Ints:
     for k in rest:
         _refuse_separate_shell(points, shells[main], shells[k], volumes[main] * volumes[k] < 0.0)
     for i, k in enumerate(rest):
-        if any(_inside(points[shells[k][0, 0]], points[shells[j]]) for j in rest[:i]):
+        if any(_is_enclosed(points[shells[k][0, 0]], points[shells[j]]) for j in rest[:i]):
             raise UnreadableMesh("it has a separate shell inside a cavity", SHELLS, _one_shell_remedy())
     kept = np.concatenate([shells[main], *(shells[k] for k in rest)])
     if volumes[main] < 0.0:
@@ -296,7 +307,7 @@ def _orient_shells(points: Floats, triangles: Ints, repairs: list[str]) -> Ints:
 
 
 def _shell_of_triangles(triangles: Ints) -> Ints:
-    """Return the shell of each triangle (t,): shells share no edge."""
+    """Return the shell of each triangle (t,); a shell is a set of triangles connected by edges."""
     found: Ints = np.unique(components_of_rows(_edges(triangles)[0].reshape(-1, 3)), return_inverse=True)[1].astype(
         np.int64
     )
@@ -308,7 +319,7 @@ def _one_shell_remedy() -> str:
 
 
 def _refuse_separate_shell(points: Floats, outer: Ints, shell: Ints, opposite: bool) -> None:
-    """Refuse a shell that is neither a hollow of the outer one nor intersects it."""
+    """Refuse a shell that neither is a hollow of the outer shell nor intersects it."""
     place = format_position(points[shell[0, 0]])
     if find_intersecting_triangles(points, np.concatenate([outer, shell]))[len(outer) :].any():
         if opposite:
@@ -317,22 +328,22 @@ def _refuse_separate_shell(points: Floats, outer: Ints, shell: Ints, opposite: b
                 SHELLS, "reorient the smaller shell; then both are united",
             )  # fmt: skip
         return
-    if not _inside(points[shell[0, 0]], points[outer]):
+    if not _is_enclosed(points[shell[0, 0]], points[outer]):
         raise UnreadableMesh(
             f"it has two separate shells side by side, the smaller one at {place}", SHELLS, _one_shell_remedy()
         )
     if not opposite:
         raise UnreadableMesh(
             f"it has a shell at {place} inside another with the same orientation, which is neither a cavity "
-            "nor additional matter",
+            "nor additional material",
             SHELLS, "reorient its triangles for a cavity, or remove it for a solid body",
         )  # fmt: skip
 
 
-def _inside(point: Floats, corners: Floats) -> bool:
-    """Return whether triangles (t, 3, 3) enclose a point: their solid angle seen from it is 4 pi, else 0.
+def _is_enclosed(point: Floats, corners: Floats) -> bool:
+    """Return whether triangles (t, 3, 3) enclose a point: their solid angle seen from the point is 4 pi, else 0.
 
-    Source: Van Oosterom and Strackee 1983, IEEE Trans. Biomed. Eng. 30:125.
+    Source: Van Oosterom and Strackee (1983), IEEE Trans. Biomed. Eng. 30:125.
     """
     a, b, c = (corners[:, i] - point for i in range(3))
     x, y, z = (np.linalg.norm(v, axis=1) for v in (a, b, c))

@@ -1,18 +1,20 @@
-"""Adapters of external programs, one module each, and a table of what each program supports.
+"""Adapters of external programs, one module each, and a table of the features that each program supports.
 
-The table is here so that declarations import no adapter. An adapter is a module here with the program's name, or that
-of a plugin, with
-    install                    text on how to install what it needs
+The table is in this module so that declarations import no adapter. An adapter is a module in this folder with the name
+of its program, or a module of a plugin. It has
+    install                    text on how to install the program
     version()                  version of the program, None if it is not installed
-    places()                   adapters shipped here only: its files on disk, which may differ for one version number
-    refuses(problem)           features of a `Problem` that it does not support beyond its table entry, with the reason
-    write(problem, folder)     write its input; `problem.named` is set if its entry says `by_name`
-    command(folder)            command to run there (external_process.py); its output is in `log.txt`
-    read(folder)               return the `Answer`. Raises NoAnswer if there is none, ExternalNotConverged if it
-    reports so
-Python packages get all of these from `package_process.py`, and add a function `solved(problem)` for a separate process.
-Programs on the PATH share `executables.py`; a program with a format in `exporters` runs what that writes.
-To add a program: that module, an entry here, and an extra in pyproject.toml if it is a Python package.
+    places()                   files of the program on disk, which may differ for one version number (adapters here
+    only)
+    refuses(problem)           unsupported features of a `Problem` beyond those of the table, with reasons
+    write(problem, folder)     write the input; `problem.named` is set if the table entry says `by_name`
+    command(folder)            command to run in the folder (external_process.py); output goes to `log.txt`
+    read(folder)               return the `Answer`. Raises NoAnswer if there is none, ExternalNotConverged if the
+    program reports that it did not converge
+Adapters of Python packages get all of these from `package_process.py`, and add a function `solved(problem)` that runs
+in a separate process. Adapters of programs on the PATH share `executables.py`. If `exporters` has a format for the
+program, its adapter writes that format.
+To add a program: an adapter, an entry in the table, and an extra in pyproject.toml if it is a Python package.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Program:
-    """Name of a program, and which features it can compute exactly as the scene means them."""
+    """External program: its name, and the features of scenes that it can compute exactly."""
 
     title: str
     elements: tuple[str, ...]
@@ -128,10 +130,10 @@ PLUGGED: dict[str, tuple[Program, Any]] = {}  # programs of plugins by their wor
 
 
 def program(name: str) -> Program:
-    """Return the table entry of a program of `external_solver(...)`. Raises KeyError if it is unknown."""
+    """Return the table entry of a program by its name in `external_solver(...)`. Raises KeyError if it is unknown."""
     return PROGRAMS.get(name) or PLUGGED[name][0]
 
 
 def adapter(name: str) -> Any:
-    """Return the module of a program. Raises KeyError if it is unknown."""
+    """Return the adapter module of a program by its name. Raises KeyError if it is unknown."""
     return PLUGGED[name][1] if name in PLUGGED else import_module(f"{__name__}.{name}")

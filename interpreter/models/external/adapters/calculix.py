@@ -1,8 +1,9 @@
-"""CalculiX (`ccx`): input decks in the style of Abaqus, run as a program, and read from its printed output.
+"""CalculiX (`ccx`): writes input decks in the style of Abaqus, runs the program and reads its printed results.
 
-Units are mm, Pa and uN (g, mm and s), because it ignores forces below 1e-6. It reads 20 characters of a number, that is
-14 digits, and prints 7 digits of each displacement. The restart file has doubles, which are used if they agree with the
-printed digits. Source: Dhondt, "CalculiX CrunchiX User's Manual", version 2.20.
+Units are mm, Pa and uN (g, mm and s), because CalculiX ignores forces below 1e-6. It reads 20 characters of a number,
+that is 14 digits, and prints 7 digits of each displacement. The restart file has double precision; its values are used
+if they agree with the printed digits.
+Source: Dhondt, "CalculiX CrunchiX User's Manual", version 2.20.
 """
 
 from __future__ import annotations
@@ -54,13 +55,13 @@ _TIME = re.compile(r"Total CalculiX Time:\s*([0-9.eE+-]+)")
 
 
 def version() -> str | None:
-    """Return the version that it prints; None if it is not installed, or prints none."""
+    """Return the version that `ccx` prints; None if it is not installed or prints none."""
     said = executables.program_output(program, "-v").split()
     return said[-1] if said else None
 
 
 def places() -> tuple[Path, ...]:
-    """Return the executable; empty if it is not installed."""
+    """Return the path of the executable; empty if it is not installed."""
     return executables.places(program)
 
 
@@ -75,6 +76,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
 
 
 def _of_law(stuff: ExternalMaterial, strain: str) -> Iterator[tuple[str, str]]:
+    """Yield the features of a material that CalculiX does not support, with reasons."""
     known = laws.get(strain, ())
     if stuff.law not in known:
         why = others.get(stuff.law) or f"it does not have this law; in {strain} strain it has {', '.join(known)}"
@@ -92,13 +94,14 @@ def _of_law(stuff: ExternalMaterial, strain: str) -> Iterator[tuple[str, str]]:
 
 
 def write(problem: Problem, folder: Path) -> None:
-    """Write its input, JOB.inp, to a folder. Raises ValueError for unsupported features."""
+    """Write the input deck, JOB.inp, to a folder. Raises ValueError for unsupported features."""
     (folder / f"{JOB}.inp").write_text("\n".join([*deck(problem), ""]), encoding="ascii")
 
 
 def deck(problem: Problem, sets: Sequence[str] = ()) -> Iterator[str]:
-    """Yield the cards of its input, with those of additional sets. Raises ValueError for unsupported features
-    (`refuses`).
+    """Yield the lines of the input deck, including additional `sets`.
+
+    Raises ValueError for features that `refuses` returns.
     """
     if found := refuses(problem):
         raise ValueError("; ".join(f"{what}: {why}" for what, why in found))
@@ -117,18 +120,21 @@ def deck(problem: Problem, sets: Sequence[str] = ()) -> Iterator[str]:
 
 
 def number(value: float) -> str:
-    """Return a number with as many digits as it reads."""
+    """Return a number as text, with as many digits as CalculiX reads."""
     return f"{value:.13e}"
 
 
 def nodes(points: Floats, first: int, name: str) -> list[str]:
-    """Return the cards of nodes (n, 3), numbered from `first`."""
+    """Return the cards that define nodes at `points` (n, 3), m, numbered from `first`, as a set `name`."""
     rows = (",".join([str(first + i), *map(number, p)]) for i, p in enumerate(points.tolist()))
     return [f"*NODE, NSET={name}", *rows]
 
 
 def cells(kind: str, members: Ints, node: int, numbers: Ints | Sequence[int], name: str) -> list[str]:
-    """Return the cards of elements (m, a) with these numbers, whose nodes count from `node`; 16 numbers per line."""
+    """Return the cards that define elements of a type, 16 numbers per line.
+
+    `members` (m, a) are their nodes, to whose indices `node` is added. `numbers` (m,) are the element numbers.
+    """
     lines = [f"*ELEMENT, TYPE={kind}, ELSET={name}"]
     for own, cell in zip(np.asarray(numbers).tolist(), (np.asarray(members) + node).tolist(), strict=True):
         row = [str(own), *map(str, cell)]
@@ -136,13 +142,13 @@ def cells(kind: str, members: Ints, node: int, numbers: Ints | Sequence[int], na
     return lines
 
 
-def chosen(kind: str, name: str, numbers: Ints | Sequence[int]) -> list[str]:
-    """Return the cards of a set of nodes (NSET) or elements (ELSET)."""
+def set_cards(kind: str, name: str, numbers: Ints | Sequence[int]) -> list[str]:
+    """Return the cards of a set of nodes (kind NSET) or elements (kind ELSET)."""
     return [f"*{kind}, {kind}={name}", *map(str, np.asarray(numbers).tolist())]
 
 
 def law(stuff: ExternalMaterial) -> list[str]:
-    """Return the cards of a law; *ELASTIC is the St Venant-Kirchhoff law if a step has NLGEOM."""
+    """Return the cards of a material law. *ELASTIC is the St Venant-Kirchhoff law if the step has NLGEOM."""
     own = stuff.constants
     if stuff.law in ("linear_elastic", "st_venant_kirchhoff"):
         return ["*ELASTIC", f"{number(own['young'])},{number(own['poisson'])}"]
@@ -154,7 +160,10 @@ def law(stuff: ExternalMaterial) -> list[str]:
 
 
 def _density(stuff: ExternalMaterial) -> list[str]:
-    """Return the card of the density, which statics does not use: weight is included in the forces."""
+    """Return the card of the density.
+
+    Static analyses do not use it, because the weight is part of the nodal forces.
+    """
     return [] if stuff.density is None else ["*DENSITY", number(DENSE * stuff.density)]
 
 
@@ -167,21 +176,22 @@ _LAWS: Mapping[str, tuple[str, Callable[[Mapping[str, float]], list[float]]]] = 
 
 
 def _sets(problem: Problem) -> Iterator[str]:
-    """Yield sets of fixed nodes, one for each direction."""
+    """Yield the cards of sets of fixed nodes, one set for each direction."""
     for c in range(3):
         still = problem.held[(problem.held[:, 1] == c) & (problem.values == 0.0), 0]
         if len(still):
-            yield from chosen("NSET", f"HELD{c + 1}", still + 1)
+            yield from set_cards("NSET", f"HELD{c + 1}", still + 1)
             yield from ("*BOUNDARY", f"HELD{c + 1},{c + 1},{c + 1}")
 
 
 def _periods(problem: Problem) -> list[float]:
-    """Return the duration of each step: states with increasing times end at these times; else 1."""
+    """Return the duration of each step: differences of the times of the states if these increase, else 1."""
     rising = [b - a for a, b in pairwise((0.0, *problem.values_of_states))]
     return rising if len(rising) == len(problem.shares) and min(rising) > 0.0 else [1.0] * len(problem.shares)
 
 
 def _step(problem: Problem, share: float, period: float) -> Iterator[str]:
+    """Yield the cards of the step that applies the fraction `share` of the load, with a duration `period`."""
     finite = problem.strain == "finite"
     yield from ("*STEP, NLGEOM, INC=10000", "*STATIC") if finite else ("*STEP", "*STATIC")
     yield f"{0.1 * period:.12g},{period:.12g},{1e-6 * period:.12g}" if finite else f"{period:.12g},{period:.12g}"
@@ -203,10 +213,10 @@ def _step(problem: Problem, share: float, period: float) -> Iterator[str]:
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
-    """Write the same deck, with sets of nodes and elements named as in the scene."""
+    """Write the deck with sets of nodes and elements that are named as in the scene. Return the file names."""
     known = [("NSET", "S", named.supports), ("ELSET", "P", named.parts)]
     sets = [line for kind, letter, each in known for i, (name, own) in enumerate(each.items(), start=1)
-            for line in chosen(kind, f"{letter}{i}_{re.sub(r'[^A-Za-z0-9]', '_', name)[:60]}", own + 1)]  # fmt: skip
+            for line in set_cards(kind, f"{letter}{i}_{re.sub(r'[^A-Za-z0-9]', '_', name)[:60]}", own + 1)]  # fmt: skip
     (folder / f"{JOB}.inp").write_text("\n".join([*deck(problem, sets), ""]), encoding="ascii")
     return [f"{JOB}.inp"]
 
@@ -215,14 +225,14 @@ def export(problem: Problem, named: Named, folder: Path) -> list[str]:
 
 
 def command(folder: Path) -> list[str]:
-    """Return the command to run in the folder."""
+    """Return the command that runs CalculiX in the folder."""
     return [program, "-i", JOB]
 
 
 def read(folder: Path) -> Answer:
-    """Read its output and its log (LOG) from a folder. Raises NoAnswer, ExternalNotConverged."""
+    """Return the results read from the output and the log (LOG) in a folder. Raises NoAnswer, ExternalNotConverged."""
     log = executables.text(folder / LOG) if (folder / LOG).exists() else ""
-    said = _said(log)
+    said = _join_messages(log)
     told = executables.text(folder / f"{JOB}.inp")
     periods = [float(own) for own in _PERIOD.findall(told)]
     asked, count = len(periods), told.partition("*ELEMENT")[0].count("\n") - 2
@@ -247,8 +257,8 @@ def read(folder: Path) -> Answer:
     return Answer(u / MM, "Job finished" in log if log else None, iterations, clocks, said, rounding)
 
 
-def _said(log: str) -> str:
-    """Return its errors and then its warnings, the first SAID of them, on one line."""
+def _join_messages(log: str) -> str:
+    """Return the errors of a log, followed by its warnings, on one line; at most SAID messages."""
     found = sorted(dict.fromkeys((kind, " ".join(own.split())[:WIDE]) for own, kind in _TROUBLE.findall(log)),
                    key=lambda own: own[0])  # fmt: skip
     more = f"; and {len(found) - SAID} more" if len(found) > SAID else ""
@@ -256,7 +266,7 @@ def _said(log: str) -> str:
 
 
 def _progress(path: Path) -> tuple[int, float]:
-    """Return the total number of iterations, and the time reached. Raises NoAnswer."""
+    """Return the total number of iterations, and the time that the analysis reached. Raises NoAnswer."""
     rows = [line.split() for line in executables.text(path).splitlines()[2:]]
     try:
         kept = [row for row in rows if not row[2].endswith("U")]
@@ -266,7 +276,7 @@ def _progress(path: Path) -> tuple[int, float]:
 
 
 def _printed(path: Path) -> Iterator[Floats]:
-    """Yield printed displacements (n, 3), mm, of each state, with 7 digits. Raises NoAnswer."""
+    """Yield the printed displacements of each state (n, 3), mm, with 7 digits. Raises NoAnswer."""
     blocks = re.split(r"^ displacements[^\n]*\n", executables.text(path), flags=re.M)[1:]
     for block in blocks:
         rows = [line.split() for line in block.splitlines() if line.strip()]
@@ -280,7 +290,11 @@ def _printed(path: Path) -> Iterator[Floats]:
 
 
 def _doubles(path: Path, printed: Sequence[Floats]) -> list[Floats]:
-    """Return displacements with all digits from the restart file: a temperature and three displacements per node."""
+    """Return the displacements of each state (n, 3) in double precision, from the restart file.
+
+    The file has four values per node: a temperature and three displacements. `printed` are the displacements with 7
+    digits that they must agree with.
+    """
     found, records = list(printed), iter(_records(path, 32 * len(printed[0])))
     for i, own in enumerate(printed):
         most = float(np.abs(own).max(initial=0.0))
@@ -293,7 +307,7 @@ def _doubles(path: Path, printed: Sequence[Floats]) -> list[Floats]:
 
 
 def _records(path: Path, size: int) -> Iterator[bytes]:
-    """Yield records of a size, in bytes, of an unformatted Fortran file, up to the first invalid one."""
+    """Yield the records with a size of `size` bytes of an unformatted Fortran file, up to the first invalid record."""
     if not path.exists():
         return
     with path.open("rb") as file:

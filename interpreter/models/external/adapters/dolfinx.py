@@ -1,8 +1,9 @@
-"""DOLFINx: forms in UFL, compiled, and PETSc's Newton iteration (SNES), in any Python that has it.
+"""DOLFINx: UFL forms, compiled, with PETSc's Newton iteration (SNES), in any Python that has the package.
 
-It is not on the package index that pip uses. The Python named by SOFTMARK_DOLFINX_PYTHON is searched for it. If that is
-not set, first our own Python is, then each `python3` on the PATH and that of the system, in a process that imports
-nothing of it. `dolfinx_driver.py` is run by that Python, and imports nothing of softmark.
+DOLFINx is not on the package index that pip uses. If SOFTMARK_DOLFINX_PYTHON is set, only the Python that it names is
+searched for the package. Otherwise our own Python is searched first, then each `python3` on the PATH and that of the
+system, in a process that does not import the package. The found Python runs `dolfinx_driver.py`, which imports nothing
+of softmark.
 Source: Baratta, Dean, Dokken, Habera, Hale, Richardson, Rognes, Scroggs, Sime, Wells (2023), DOLFINx: the next
 generation FEniCS problem solving environment, doi:10.5281/zenodo.10447666.
 """
@@ -51,7 +52,7 @@ print(json.dumps(None if spec is None else [number, list(spec.submodule_search_l
 
 @dataclass(frozen=True)
 class Found:
-    """Python that has DOLFINx: its executable, the version, and the folders that it is imported from."""
+    """Python that has DOLFINx: its executable, the version of DOLFINx, and the folders that it is imported from."""
 
     python: str
     version: str
@@ -59,19 +60,19 @@ class Found:
 
 
 def version() -> str | None:
-    """Return the version of its distribution in the Python that has it; None if none has it."""
+    """Return the version of DOLFINx in the Python that has it; None if no Python has it."""
     found = _found()
     return None if found is None else found.version
 
 
 def places() -> tuple[Path, ...]:
-    """Return that Python, and the folders that it imports DOLFINx from; empty if it is not installed."""
+    """Return the path of the Python that has DOLFINx, and the folders of DOLFINx; empty if it is not installed."""
     found = _found()
     return () if found is None else tuple(map(Path, (found.python, *found.folders)))
 
 
 def write(problem: Problem, folder: Path) -> None:
-    """Write the problem, our nodes and quadrature points in a reference cell, and the script that solves it."""
+    """Write the problem, our nodes and quadrature points in the reference cell, and the script that solves it."""
     from softmark.solvers.elements import element_of
 
     PACKAGE.write(problem, folder)
@@ -84,7 +85,10 @@ def write(problem: Problem, folder: Path) -> None:
 
 
 def command(folder: Path) -> Sequence[str]:
-    """Return the Python that has it, with a copy of the script, because a module here has the name of DOLFINx."""
+    """Return the command: the Python that has DOLFINx, with a copy of the script in the folder.
+
+    The script is copied because a module in its own folder has the name of DOLFINx.
+    """
     found = _found()
     if found is None:
         raise NoAnswer(f"no Python has it: {install}")
@@ -92,11 +96,12 @@ def command(folder: Path) -> Sequence[str]:
 
 
 def _found() -> Found | None:
+    """Return the first Python that has DOLFINx; None if no Python has it."""
     return _first(tuple(candidates()))
 
 
 def candidates() -> Iterator[str]:
-    """Yield the Python executables to search, in order, each once."""
+    """Yield the Python executables in which DOLFINx is searched, in order, each once."""
     if named := os.environ.get(VARIABLE):
         yield shutil.which(named) or named
         return
@@ -106,12 +111,15 @@ def candidates() -> Iterator[str]:
 
 @cache
 def _first(pythons: tuple[str, ...]) -> Found | None:
-    """Return the first Python that has it."""
-    return next((found for python in pythons if (found := probed(python)) is not None), None)
+    """Return the first of these Python executables that has DOLFINx; None if none has it."""
+    return next((found for python in pythons if (found := find_dolfinx(python)) is not None), None)
 
 
-def probed(python: str) -> Found | None:
-    """Return the DOLFINx of a Python; None if it has none, or is not a Python. Our own is not started."""
+def find_dolfinx(python: str) -> Found | None:
+    """Return the DOLFINx of a Python; None if it has none or is not a Python.
+
+    Our own Python is inspected without starting a process.
+    """
     if python == sys.executable:
         number = PACKAGE.version()
         return None if number is None else Found(python, number, tuple(map(str, PACKAGE.places())))

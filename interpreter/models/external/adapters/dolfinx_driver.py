@@ -1,9 +1,10 @@
 """Script run by the Python that has DOLFINx: python dolfinx_driver.py FOLDER. It only reads and writes files.
 
-Nodes, cells, constraints and nodal forces are those of softmark. DOLFINx provides its Lagrange cells of the same nodes,
-with the same curvature, its quadrature, which is checked to have the same points, forms that are derivatives of the
-energies here, and PETSc's SNES with a direct solver (MUMPS, if PETSc has it) and no line search. The load is applied in
-steps that are halved if an iteration fails. Written for the versions 0.5 to 0.10, run with 0.5.2.
+Nodes, cells, constraints and nodal forces are those of softmark. DOLFINx provides Lagrange cells with the same
+nodes and curvature, quadrature rules, which are checked to have the same points as ours, forms derived from the
+energies in this script, and PETSc's SNES. SNES uses a direct solver (MUMPS, if PETSc has it) and no line
+search. The load is applied in steps, which are halved if an iteration fails. Written for the versions 0.5 to
+0.10, run with 0.5.2.
 """
 
 from __future__ import annotations
@@ -32,11 +33,13 @@ NEAR = 1e-9  # of the size of a body, and of a cell: how far points that are one
 
 
 class Refused(Exception):
-    """Failure without an answer, with a message for users; `unsettled` if the iteration reports that it did not
-    converge.
+    """Failure without a result, with a message for users.
+
+    `unsettled` is true if the iteration reports that it did not converge.
     """
 
     def __init__(self, why: str, unsettled: bool = False) -> None:
+        """Store the message `why` and whether the iteration did not converge."""
         super().__init__(why)
         self.unsettled = unsettled
 
@@ -45,7 +48,7 @@ class Refused(Exception):
 
 
 def linear_elastic(H: Any, c: Any) -> Any:
-    """lam/2 (tr eps)^2 + mu eps : eps."""
+    """Return the energy density lam/2 (tr eps)^2 + mu eps : eps."""
     import ufl
 
     e = 0.5 * (H + H.T)
@@ -53,7 +56,7 @@ def linear_elastic(H: Any, c: Any) -> Any:
 
 
 def st_venant_kirchhoff(H: Any, c: Any) -> Any:
-    """lam/2 (tr E)^2 + mu E : E, E that of Green."""
+    """Return the energy density lam/2 (tr E)^2 + mu E : E, where E is the Green strain."""
     import ufl
 
     E = 0.5 * (H + H.T + H.T * H)
@@ -61,78 +64,93 @@ def st_venant_kirchhoff(H: Any, c: Any) -> Any:
 
 
 def neo_hookean(H: Any, c: Any) -> Any:
-    """mu/2 (tr C - 3) - mu ln J + lam/2 (ln J)^2."""
+    """Return the energy density mu/2 (tr C - 3) - mu ln J + lam/2 (ln J)^2."""
     import ufl
 
-    F = deformed(H)
+    F = deformation_gradient(H)
     l = ufl.ln(ufl.det(F))
     return 0.5 * c["mu"] * (ufl.inner(F, F) - 3.0) - c["mu"] * l + 0.5 * c["lam"] * l**2
 
 
 def stable_neo_hookean(H: Any, c: Any) -> Any:
-    """m/2 (I1 - 3) + l/2 (J - 1)^2 - 3/4 m (J - 1) - m/2 ln(I1 + 1), m = 4/3 mu, l = lam + 5/6 mu."""
+    """Return the energy density m/2 (I1 - 3) + l/2 (J - 1)^2 - 3/4 m (J - 1) - m/2 ln(I1 + 1).
+
+    Its parameters are m = 4/3 mu and l = lam + 5/6 mu.
+    """
     import ufl
 
-    F = deformed(H)
+    F = deformation_gradient(H)
     m, l, I1, j = 4.0 / 3.0 * c["mu"], c["lam"] + 5.0 / 6.0 * c["mu"], ufl.inner(F, F), ufl.det(F) - 1.0
     return 0.5 * m * (I1 - 3.0) + 0.5 * l * j**2 - 0.75 * m * j - 0.5 * m * ufl.ln(I1 + 1.0)
 
 
 def neo_hookean_isochoric(H: Any, c: Any) -> Any:
-    """mu/2 i + K/2 (J - 1)^2."""
+    """Return the energy density mu/2 i + K/2 (J - 1)^2, with i of `isochoric_invariants`."""
     import ufl
 
-    return 0.5 * c["mu"] * bar(H)[0] + 0.5 * c["bulk"] * (ufl.det(deformed(H)) - 1.0) ** 2
+    return 0.5 * c["mu"] * isochoric_invariants(H)[0] + 0.5 * c["bulk"] * (ufl.det(deformation_gradient(H)) - 1.0) ** 2
 
 
 def mooney_rivlin(H: Any, c: Any) -> Any:
-    """c1 i + c2 k + K/2 g^2."""
-    i, k = bar(H)
-    return c["c1"] * i + c["c2"] * k + swelling(H, c)
+    """Return the energy density c1 i + c2 k + K/2 g^2.
+
+    `isochoric_invariants` returns i and k, `volumetric_energy` K/2 g^2.
+    """
+    i, k = isochoric_invariants(H)
+    return c["c1"] * i + c["c2"] * k + volumetric_energy(H, c)
 
 
 def yeoh(H: Any, c: Any) -> Any:
-    """c1 i + c2 i^2 + c3 i^3 + K/2 g^2."""
-    i, _ = bar(H)
-    return c["c1"] * i + c["c2"] * i**2 + c["c3"] * i**3 + swelling(H, c)
+    """Return the energy density c1 i + c2 i^2 + c3 i^3 + K/2 g^2.
+
+    `isochoric_invariants` returns i, `volumetric_energy` K/2 g^2.
+    """
+    i, _ = isochoric_invariants(H)
+    return c["c1"] * i + c["c2"] * i**2 + c["c3"] * i**3 + volumetric_energy(H, c)
 
 
 def gent(H: Any, c: Any) -> Any:
-    """-mu/2 limit ln(1 - i/limit) + K/2 g^2."""
+    """Return the energy density -mu/2 limit ln(1 - i/limit) + K/2 g^2.
+
+    `isochoric_invariants` returns i, `volumetric_energy` K/2 g^2.
+    """
     import ufl
 
-    return -0.5 * c["mu"] * c["limit"] * ufl.ln(1.0 - bar(H)[0] / c["limit"]) + swelling(H, c)
+    return -0.5 * c["mu"] * c["limit"] * ufl.ln(1.0 - isochoric_invariants(H)[0] / c["limit"]) + volumetric_energy(H, c)
 
 
 def fung(H: Any, c: Any) -> Any:
-    """mu/(2 b) (exp(b i) - 1) + K/2 g^2."""
+    """Return the energy density mu/(2 b) (exp(b i) - 1) + K/2 g^2.
+
+    `isochoric_invariants` returns i, `volumetric_energy` K/2 g^2.
+    """
     import ufl
 
-    return 0.5 * c["mu"] / c["b"] * (ufl.exp(c["b"] * bar(H)[0]) - 1.0) + swelling(H, c)
+    return 0.5 * c["mu"] / c["b"] * (ufl.exp(c["b"] * isochoric_invariants(H)[0]) - 1.0) + volumetric_energy(H, c)
 
 
-def deformed(H: Any) -> Any:
-    """Return the deformation gradient F."""
+def deformation_gradient(H: Any) -> Any:
+    """Return the deformation gradient F of a displacement gradient H."""
     import ufl
 
     return ufl.Identity(3) + H
 
 
-def bar(H: Any) -> tuple[Any, Any]:
+def isochoric_invariants(H: Any) -> tuple[Any, Any]:
     """Return the isochoric invariants i = J^(-2/3) I1 - 3 and k = J^(-4/3) I2 - 3."""
     import ufl
 
-    F = deformed(H)
+    F = deformation_gradient(H)
     C, J = F.T * F, ufl.det(F)
     I1 = ufl.tr(C)
     return J ** (-2.0 / 3.0) * I1 - 3.0, J ** (-4.0 / 3.0) * 0.5 * (I1**2 - ufl.inner(C, C)) - 3.0
 
 
-def swelling(H: Any, c: Any) -> Any:
-    """Return the volumetric energy K/2 g(J)^2."""
+def volumetric_energy(H: Any, c: Any) -> Any:
+    """Return the volumetric energy density K/2 g(J)^2."""
     import ufl
 
-    J = ufl.det(deformed(H))
+    J = ufl.det(deformation_gradient(H))
     g = {"squared": J - 1.0, "logarithmic": ufl.ln(J), "reciprocal": 0.5 * (J - 1.0 / J)}[c["volumetric"]]
     return 0.5 * c["bulk"] * g**2
 
@@ -150,9 +168,10 @@ FINITE = {
 
 
 class Body:
-    """Mesh and function space; `dofs` (n, 3) are the unknowns of our nodes."""
+    """Mesh and function space of the body in DOLFINx; `dofs` (n, 3) are the unknowns at softmark's nodes."""
 
     def __init__(self, words: Any, arrays: Any, cell: Any) -> None:
+        """Create the mesh, the function space and the quadrature from the files of the problem."""
         import basix
         from dolfinx import fem
 
@@ -160,7 +179,7 @@ class Body:
         self.metadata = {"quadrature_degree": exact}
         kind = getattr(basix.CellType, self.shape)
         xi, w = basix.make_quadrature(kind, exact)
-        if not same(np.column_stack([xi, w]), np.column_stack([cell["xi"], cell["w"]])):
+        if not have_equal_rows(np.column_stack([xi, w]), np.column_stack([cell["xi"], cell["w"]])):
             raise Refused(f"its quadrature of degree {exact} has other points than softmark's")
         variant = basix.LagrangeVariant.equispaced
         theirs = basix.create_element(basix.ElementFamily.P, kind, self.degree, variant).points
@@ -173,7 +192,7 @@ class Body:
         self.dofs = self._dofs(arrays["points"])
 
     def _mesh(self, points: Any, cells: Any) -> Any:
-        """Return the mesh of nodes and cells, in its own order."""
+        """Return the DOLFINx mesh of nodes and cells; DOLFINx numbers them in its own order."""
         import ufl
         from dolfinx.mesh import create_mesh
         from mpi4py import MPI
@@ -193,7 +212,7 @@ class Body:
         return create_mesh(MPI.COMM_SELF, cells, points, ufl.Mesh(element))
 
     def _dofs(self, points: Any) -> Any:
-        """Return the unknowns of our nodes, by the nodes of cells, after checking that positions agree."""
+        """Return the unknowns (n, 3) at softmark's nodes, found cell by cell. Raises Refused if positions disagree."""
         geometry, space = self.mesh.geometry, self.space.dofmap
         nodes, blocks = rows(geometry.dofmap), rows(space.list)
         ours = np.asarray(geometry.input_global_indices)[nodes]
@@ -207,7 +226,7 @@ class Body:
         return 3 * found[:, None] + np.arange(3)
 
     def energy(self, words: Any, arrays: Any) -> Any:
-        """Return the form of its energy: an integral for each material."""
+        """Return the form of the strain energy of the body: the sum of one integral for each material."""
         import ufl
         from dolfinx import fem
 
@@ -220,6 +239,7 @@ class Body:
         return total
 
     def _measure(self, arrays: Any, count: int) -> Any:
+        """Return the integration measure, with a tag for each of `count` materials if there are several."""
         import ufl
         from dolfinx.mesh import meshtags
 
@@ -234,7 +254,7 @@ class Body:
 
 
 def constants(told: Any) -> Any:
-    """Return the constants of a law, with the initial moduli."""
+    """Return the constants of a law, extended by its initial moduli."""
     E, nu = told["young"], told["poisson"]
     mu = 0.5 * E / (1.0 + nu)
     lam = E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
@@ -242,7 +262,7 @@ def constants(told: Any) -> Any:
 
 
 def order(ours: Any, theirs: Any) -> list[int]:
-    """Return the index among our nodes of each of its nodes in a cell (a, 3)."""
+    """Return, for each node of a DOLFINx cell (a, 3), the index of softmark's node at the same position."""
     apart = np.abs(np.asarray(theirs)[:, None] - ours).max(axis=2)
     found = apart.argmin(axis=1)
     if sorted(found) != list(range(len(ours))) or apart.min(axis=1).max() > NEAR:
@@ -250,15 +270,15 @@ def order(ours: Any, theirs: Any) -> list[int]:
     return [int(n) for n in found]
 
 
-def same(some: Any, others: Any) -> bool:
-    """Return whether rows (n, d) are equal in any order."""
+def have_equal_rows(some: Any, others: Any) -> bool:
+    """Return whether two tables have the same rows (n, d), in any order."""
     if some.shape != others.shape:
         return False
     return bool(np.abs(some[:, None] - others).max(axis=2).min(axis=1).max() <= NEAR)
 
 
 def rows(table: Any) -> Any:
-    """Return a table of cells as an array (m, a); before version 0.6 it is an adjacency list."""
+    """Return a DOLFINx table of cells as an array (m, a); before version 0.6 it is an adjacency list."""
     flat = getattr(table, "array", None)
     return np.asarray(table) if flat is None else np.asarray(flat).reshape(table.num_nodes, -1)
 
@@ -267,9 +287,10 @@ def rows(table: Any) -> Any:
 
 
 class Newton:
-    """PETSc's SNES over a body, at a fraction of the load."""
+    """Newton iteration (PETSc's SNES) for a body at a fraction of the load."""
 
     def __init__(self, words: Any, arrays: Any, body: Body) -> None:
+        """Create the forms, the matrices and the solver."""
         import ufl
         from dolfinx import fem
         from dolfinx.fem import petsc
@@ -293,6 +314,7 @@ class Newton:
         self.snes = self._snes()
 
     def _snes(self) -> Any:
+        """Return a SNES with full Newton steps, a direct solver and softmark's convergence criterion."""
         from petsc4py import PETSc
 
         snes = PETSc.SNES().create(self.K.getComm())
@@ -311,7 +333,7 @@ class Newton:
         return snes
 
     def _residual(self, snes: Any, x: Any, r: Any) -> None:
-        """Compute the residual forces, and the deviation of constrained unknowns from their values."""
+        """Compute the residual forces r and, for constrained unknowns, their deviation from imposed values."""
         from dolfinx.fem import petsc
 
         self.body.u.x.array[:] = x.array_r
@@ -323,6 +345,7 @@ class Newton:
         r.array[:] = left
 
     def _tangent(self, snes: Any, x: Any, K: Any, P: Any) -> None:
+        """Assemble the tangent stiffness matrix K at the state x, with unit rows for constrained unknowns."""
         from dolfinx.fem import petsc
 
         P.zeroEntries()
@@ -331,7 +354,7 @@ class Newton:
         P.zeroRows(self.fixed, 1.0)
 
     def _balanced(self, snes: Any, iteration: int, norms: Any) -> Any:
-        """Compare residual forces with the larger of loads and reactions, as softmark does."""
+        """Return whether residual forces are small relative to the larger of loads and reactions, as in softmark."""
         from petsc4py import PETSc
 
         why, left = PETSc.SNES.ConvergedReason, self.snes.getFunction()[0].array_r.copy()
@@ -347,7 +370,7 @@ class Newton:
         return why.ITERATING if iteration < MOST else why.DIVERGED_MAX_IT
 
     def raised(self, at: float, to: float) -> None:
-        """Raise the load fraction in one step, or in more if that fails. Raises Refused."""
+        """Raise the load fraction from `at` to `to` in one step, or in several if that fails. Raises Refused."""
         step = to - at
         while at < to:
             before = self.x.array_r.copy()
@@ -361,7 +384,7 @@ class Newton:
                 raise Refused(f"its Newton iteration stops at {100.0 * at:.4g} % of the load", unsettled=True)
 
     def _solved(self, share: float) -> bool:
-        """Return whether the iteration converges at a load fraction."""
+        """Solve at a load fraction and return whether the iteration has converged."""
         self.share = share
         self.snes.solve(None, self.x)
         self.iterations += self.snes.getIterationNumber()
@@ -369,14 +392,14 @@ class Newton:
 
     @property
     def nodal(self) -> Any:
-        """Return displacements (n, 3), m, of our nodes, exact where they are constrained."""
+        """Return the displacements (n, 3), m, of softmark's nodes, with exactly the imposed values at constraints."""
         x = self.x.array_r.copy()
         x[self.fixed] = self.share * self.values
         return x[self.body.dofs]
 
 
 def solved(words: Any, arrays: Any, cell: Any) -> tuple[Any, Any]:
-    """Return the facts of the answer, and its displacements (s, n, 3), m. Raises Refused."""
+    """Return facts about the solution, and the displacements (s, n, 3), m, at each load fraction. Raises Refused."""
     begin = time.perf_counter()
     newton = Newton(words, arrays, Body(words, arrays, cell))
     ready = time.perf_counter()
@@ -393,7 +416,7 @@ def solved(words: Any, arrays: Any, cell: Any) -> tuple[Any, Any]:
 
 
 def main(folder: Path) -> None:
-    """Read, solve, write."""
+    """Read the problem in a folder, solve it, and write the results."""
     begin = time.perf_counter()
     words = json.loads((folder / "problem.json").read_text())
     arrays, cell = dict(np.load(folder / "problem.npz")), dict(np.load(folder / "cell.npz"))

@@ -1,4 +1,4 @@
-"""Programs found on the PATH: their location, their output, and the text files that they leave."""
+"""Helper functions for programs on the PATH: find the executable, run it for its output, and read its text files."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ WIDE = 300  # characters of its output that are shown
 
 
 def places(program: str) -> tuple[Path, ...]:
-    """Return the executable; empty if it is not installed."""
+    """Return the path of the executable of a program; empty if it is not installed."""
     found = shutil.which(program)
     return () if found is None else (Path(found).resolve(),)
 
 
 def program_output(program: str, *options: str) -> str:
-    """Return the output of a program; empty if it cannot be started, or hangs."""
+    """Return the output of a program run with `options`; empty if it cannot be started, or hangs."""
     try:
         return subprocess.run(
             [program, *options], stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", timeout=20,
@@ -40,7 +40,7 @@ def program_output(program: str, *options: str) -> str:
 
 
 def text(path: Path) -> str:
-    """Return the text of a file that a program has written. Raises NoAnswer if there is none."""
+    """Return the text of a file that a program has written. Raises NoAnswer if the file is missing."""
     try:
         return path.read_text(encoding="ascii", errors="replace")
     except OSError as error:
@@ -48,12 +48,12 @@ def text(path: Path) -> str:
 
 
 def write_nodes(problem: Problem, folder: Path) -> None:
-    """Write our nodes next to a deck."""
+    """Write the nodes of our mesh to the folder of an input deck."""
     np.save(folder / NODES, problem.points)
 
 
 def read_nodes(folder: Path) -> Floats:
-    """Return our nodes (n, 3), m. Raises NoAnswer if the program has overwritten them."""
+    """Return the nodes (n, 3), m, that `write_nodes` wrote. Raises NoAnswer if the program has overwritten them."""
     try:
         found: Floats = np.load(folder / NODES, allow_pickle=False)
     except (OSError, ValueError, EOFError) as error:
@@ -62,7 +62,7 @@ def read_nodes(folder: Path) -> Floats:
 
 
 def results(path: Path, field: str) -> tuple[ResultFile, Floats]:
-    """Return the content of a result file, and its vectors `field` (p, 3). Raises NoAnswer."""
+    """Return a result file, and its vector field with the name `field` (p, 3). Raises NoAnswer."""
     from softmark.interpreter.models.imported_results import readers
     from softmark.references.measured_data import Unreadable
 

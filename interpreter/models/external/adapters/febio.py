@@ -1,7 +1,8 @@
-"""FEBio 4 (`febio4`): runs the deck that `dsl export --to febio` writes, and reads the displacements it requests.
+"""FEBio 4 (`febio4`): runs the input deck that `dsl export --to febio` writes, and reads its displacements.
 
-The table of displacements has 12 digits, and a block for each time step, of which those at whole times are states. The
-log shows whether it finished, and its time. It was never run here: the format is taken from its sources.
+The table of displacements has 12 digits, in one block for each time step. The blocks at whole-numbered times are the
+requested states. The log shows whether FEBio finished, and its solution time. It was never run here: the format is
+taken from the source code.
 Source: FEBio User Manual 4, "Running FEBio from a command line" and "Logfile"; FECore/DataRecord.cpp,
 FEBioLib/FEBioModel.cpp and FEBio/FEBioApp.cpp.
 """
@@ -39,7 +40,7 @@ CLOCKS = {"Input": "io_s", "Initialization": "setup_s", "Solve": "solve_s"}
 
 
 def version() -> str | None:
-    """Return the version that it prints; None if it is not installed."""
+    """Return the version that `febio4` prints; None if it is not installed."""
     if not places():
         return None
     found = re.search(r"FEBio version\s*=\s*(\S+)", executables.program_output(program, "-info", "-norun"))
@@ -47,24 +48,24 @@ def version() -> str | None:
 
 
 def places() -> tuple[Path, ...]:
-    """Return the executable; empty if it is not installed."""
+    """Return the path of the executable; empty if it is not installed."""
     return executables.places(program)
 
 
 def write(problem: Problem, folder: Path) -> None:
-    """Write its deck."""
+    """Write the input deck to a folder."""
     deck.export(problem, executables.NAMELESS, folder)
 
 
 def command(folder: Path) -> list[str]:
-    """Return the command to run in the folder; OMP_NUM_THREADS sets its threads."""
+    """Return the command that runs FEBio in the folder; OMP_NUM_THREADS sets its number of threads."""
     return [program, "-i", deck.FILE, "-nosplash"]
 
 
 def read(folder: Path) -> Answer:
-    """Read its output from a folder. Raises NoAnswer, ExternalNotConverged."""
+    """Return the results read from the output in a folder. Raises NoAnswer, ExternalNotConverged."""
     told, log = executables.text(folder / deck.FILE), executables.text(folder / LOG)
-    said = _said(log)
+    said = _join_messages(log)
     reached = [*map(float, _REACHED.findall(log))]
     if BAD in log:
         why = f"error termination, after time {max(reached, default=0.0):g} of {told.count('<pt>') - 1}"
@@ -78,14 +79,14 @@ def read(folder: Path) -> Answer:
     return Answer(np.array(u) / deck.MM, True, int(iterations[1]) if iterations else None, clocks, said, ROUNDING)
 
 
-def _said(log: str) -> str:
-    """Return its errors and warnings on one line."""
+def _join_messages(log: str) -> str:
+    """Return the errors and warnings of a log on one line."""
     boxes = (" ".join(line.strip(" *") for line in box.splitlines()).split() for box in _BOX.findall(log))
     return make_visible("; ".join(dict.fromkeys(" ".join(words) for words in boxes)))[: executables.WIDE]
 
 
 def _blocks(table: str) -> list[tuple[float, str]]:
-    """Return the text written at each time. Raises NoAnswer."""
+    """Return the blocks of a table of displacements: the time and the text of each. Raises NoAnswer."""
     try:
         parts = re.split(r"^\*Step[^\n]*\n\*Time\s*=\s*(\S+)\n\*Data[^\n]*\n", table, flags=re.M)[1:]
         return [(float(time), rows) for time, rows in zip(parts[::2], parts[1::2], strict=True)]
@@ -94,7 +95,7 @@ def _blocks(table: str) -> list[tuple[float, str]]:
 
 
 def _state(blocks: dict[float, str], time: int, count: int) -> Floats:
-    """Return displacements (n, 3), mm, at a time. Raises NoAnswer."""
+    """Return the displacements (n, 3), mm, of `count` nodes at a time, from the blocks of a table. Raises NoAnswer."""
     rows = next((own for at, own in blocks.items() if abs(at - time) <= SAME), None)
     if rows is None:
         raise NoAnswer(f"{TABLE} has no displacements at time {time}")

@@ -1,11 +1,13 @@
-"""FElupe: its regions, laws and Newton iteration (SciPy's SuperLU); load steps are reduced where that fails.
+"""FElupe: its regions, laws and Newton iteration (SciPy's SuperLU); load steps are reduced if the iteration fails.
 
-Nodes, cells, constraints, nodal forces and the stopping criterion are ours, because its own criterion treats forces
-below 1e-3 of its unit as zero, which in SI is a millinewton. Its laws that agree with ours exactly:
+Nodes, cells, constraints and nodal forces are ours. The stopping criterion is also ours, because that of FElupe treats
+forces below 1e-3 of its unit as zero, which in SI is a millinewton. The following laws of FElupe agree exactly with
+ours:
     linear_elastic          LinearElastic        small strain
     neo_hookean             NeoHookeCompressible psi = mu/2 tr C - mu ln J + lam/2 (ln J)^2
     neo_hookean_isochoric   NeoHooke             psi = mu/2 (J^(-2/3) tr C - 3) + K/2 (J - 1)^2
-It has the St Venant-Kirchhoff law only by automatic differentiation, which needs another package: left out.
+The St Venant-Kirchhoff law is not supported: FElupe has it only by automatic differentiation, which needs another
+package.
 Source: Dutzler, FElupe (2025), doi:10.5281/zenodo.4817406.
 """
 
@@ -37,7 +39,7 @@ MOST = 16  # iterations of a step
 
 
 def solved(problem: Problem) -> Answer:
-    """Return displacements at each load fraction. Raises NoAnswer."""
+    """Return the displacements at each requested load fraction. Raises NoAnswer."""
     begin = time.perf_counter()
     newton = Newton(problem)
     ready = time.perf_counter()
@@ -58,7 +60,7 @@ def solved(problem: Problem) -> Answer:
 
 
 def law(problem: Problem) -> Any:
-    """Return its law for the problem."""
+    """Return the FElupe law of the material of a problem."""
     import felupe
 
     (stuff,) = problem.stuff
@@ -72,9 +74,10 @@ def law(problem: Problem) -> Any:
 
 
 class Newton:
-    """Newton iteration over a body, at a fraction of the load."""
+    """Newton iteration for a body at a fraction of the load."""
 
     def __init__(self, problem: Problem) -> None:
+        """Create the field, the solid body and the boundary conditions of a problem in FElupe."""
         import felupe
 
         from softmark.solvers.elements import element_of
@@ -93,11 +96,11 @@ class Newton:
 
     @property
     def u(self) -> Any:
-        """Displacements (n, 3), m."""
+        """Present nodal displacements (n, 3), m."""
         return self.field[0].values
 
     def raised(self, at: float, to: float) -> None:
-        """Raise the load fraction in one step, or in more if that fails. Raises NoAnswer."""
+        """Raise the load fraction from `at` to `to` in one step, or in several if that fails. Raises NoAnswer."""
         step = to - at
         while at < to:
             before = self.u.copy()
@@ -111,7 +114,7 @@ class Newton:
                 raise NoAnswer(f"its Newton iteration stops at {100.0 * at:.4g} % of the load")
 
     def _solved(self, share: float) -> bool:
-        """Return whether the iteration converges at a load fraction."""
+        """Solve at a load fraction and return whether the iteration has converged."""
         import felupe
 
         self.load.update(share * self.problem.forces)
@@ -127,7 +130,10 @@ class Newton:
         return bool(np.all(np.isfinite(self.u)))
 
     def _balanced(self, dx: Any, x: Any, f: Any, ftol: float, **others: Any) -> tuple[float, float, bool]:
-        """Compare residual forces with the larger of loads and reactions."""
+        """Return the norm of the correction, the residual forces relative to the loads, and whether both are small.
+
+        Residual forces are compared with the larger of loads and reactions.
+        """
         self.iterations += 1
         forces = np.asarray(f).ravel()
         largest = max(float(np.linalg.norm(self.load.values)), float(np.linalg.norm(forces[self.dof0])))

@@ -1,12 +1,13 @@
-"""MuJoCo's rod: a flex of edges in motion, a discrete elastic rod, which replaced its cable in version 4.
+"""MuJoCo's rod: a flex of edges in motion, a discrete elastic rod, which replaced the cable in version 4.
 
 Nodes, nodal masses, bending and torsional stiffness, inertia about the axis and nodal forces are ours. Edges keep their
-length, by constraints as stiff as possible, and sections are normal to them: stiffness against stretch and shear, and
-inertia about e2 and e3, are ignored. The energy at a node is EI |kb|^2 / (l0 + l1) of the curvature binormal kb and the
-edges at it; a clamped edge next to the held node is SHORT of the next, so that the clamp is at the node. A box and two
-moduli give EI2, EI3 and GJ, as in its compiler. All is in the axes of the section, so that the rod is along x. Steps
-are `discrete`. Source: its documentation, Modeling: Rods; Bergou, Wardetzky, Robinson, Audoly and Grinspun (2008),
-Discrete elastic rods, ACM Trans. Graph. 27(3):63.
+length, by constraints as stiff as possible, and sections stay normal to them: stiffness against stretch and shear, and
+inertia about e2 and e3, are ignored. The bending energy at a node is EI |kb|^2 / (l0 + l1), with the curvature binormal
+kb and the lengths of both edges. A clamped edge next to the held node has the length SHORT times that of the next edge,
+so that the clamp is at the node. EI2, EI3 and GJ are given by a box section and two moduli, with the formulas of
+MuJoCo's compiler. All vectors are in the axes of the section, so that the rod is along x. Steps are `discrete`.
+Source: MuJoCo documentation, Modeling: Rods; Bergou, Wardetzky, Robinson, Audoly and Grinspun (2008), Discrete elastic
+rods, ACM Trans. Graph. 27(3):63.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from softmark.interpreter.models.external.adapters.mujoco_steps import stepped
-from softmark.interpreter.models.external.adapters.rod_adapters import must_be_worked_for, nodal_axes
+from softmark.interpreter.models.external.adapters.mujoco_steps import take_steps
+from softmark.interpreter.models.external.adapters.rod_adapters import must_not_gain_energy, nodal_axes
 from softmark.interpreter.models.external.exporters.mujoco_exporter import (
     SMALL,
     forces,
@@ -34,7 +35,7 @@ STIFF = 'solimp="0.9999 0.9999 0.001 0.5 2"'  # of the constraints on edges: the
 
 
 def solved(problem: Problem) -> Answer:
-    """Return displacements and section axes after the requested steps. Raises NoAnswer."""
+    """Return displacements and section axes after the requested numbers of steps. Raises NoAnswer."""
     import mujoco
 
     begin = time.perf_counter()
@@ -50,6 +51,7 @@ def solved(problem: Problem) -> Answer:
     twists = [model.joint(name).qposadr[0] for name in _twists(count - 1, ends)]
 
     def look(i: int) -> None:
+        """Store the displacements and section axes of state i."""
         mujoco.mj_forward(model, data)
         x = data.flexvert_xpos[first : first + count]
         u[i] = x @ section.axes.T + problem.points[0] - problem.points
@@ -59,9 +61,9 @@ def solved(problem: Problem) -> Answer:
         energies[i] = data.energy[1]  # of motion alone: what is stored besides is no less than nothing
 
     ready = time.perf_counter()
-    steps, unsolved = stepped(model, data, motion, look)
+    steps, unsolved = take_steps(model, data, motion, look)
     done = time.perf_counter()
-    must_be_worked_for(energies, np.einsum("tni,ni->t", u, problem.forces), motion.step)
+    must_not_gain_energy(energies, np.einsum("tni,ni->t", u, problem.forces), motion.step)
     said = f"{unsolved} of {motion.count} steps reached the iteration limit" if unsolved else ""
     clocks = {"setup_s": ready - begin, "solve_s": done - ready}
     return Answer(u, not unsolved, None, clocks, said, steps_s=steps, turned=turned, unsolved=unsolved)
@@ -73,7 +75,10 @@ def held_ends(problem: Problem) -> tuple[bool, bool]:
 
 
 def deck(problem: Problem, motion: Motion, section: Section) -> str:
-    """Return the model in MJCF, along x: a body with slides for every node, and one that twists for every edge."""
+    """Return the MJCF model of a rod along x.
+
+    It has a body with slide joints for each node, and a body with a twisting joint for each edge.
+    """
     X = (problem.points - problem.points[0]) @ section.axes
     ends, lengths = held_ends(problem), np.linalg.norm(np.diff(X, axis=0), axis=1)
     free = np.ones(X.shape, dtype=np.bool_)
@@ -101,13 +106,13 @@ def deck(problem: Problem, motion: Motion, section: Section) -> str:
 
 
 def torsion(high: float, wide: float) -> float:
-    """Return the torsion constant of a box of these half sizes, m^4, by the formula of its compiler."""
+    """Return the torsion constant, m^4, of a box with these half widths, m, by the formula of MuJoCo's compiler."""
     b, a = sorted((high, wide))
     return a * b**3 * (16.0 / 3.0 - 3.36 * b / a * (1.0 - b**4 / a**4 / 12.0))
 
 
 def _vertices(X: Floats, lengths: Floats, ends: tuple[bool, bool]) -> tuple[str, str, str]:
-    """Return bodies, places and edges of the flex: our nodes, and a fixed one beyond each clamped end."""
+    """Return the bodies, positions and edges of the flex as text; it has a fixed node beyond each clamped end."""
     names, places = [f"n{i}" for i in range(len(X))], [np.zeros(3)] * len(X)
     if ends[0]:
         names, places = ["world", "world", *names[1:]], [X[0] - [SHORT * lengths[0], 0.0, 0.0], X[0], *places[1:]]
@@ -119,20 +124,24 @@ def _vertices(X: Floats, lengths: Floats, ends: tuple[bool, bool]) -> tuple[str,
 
 
 def _twists(count: int, ends: tuple[bool, bool]) -> list[str]:
-    """Return its names of the joints that twist the edges."""
+    """Return MuJoCo's names of the joints that twist the edges."""
     names = [f"rod_twist_{i + ends[0]}" for i in range(count)]
     return names if ends[1] else [*names[:-1], "rod_twist"]
 
 
 def _turning(inertia: Floats, ends: tuple[bool, bool]) -> Iterator[str]:
-    """Yield a body for each edge, with inertia (m,), kg m^2, about its axis; its joint is the angle of the section."""
+    """Yield a body for each edge, with inertia (m,), kg m^2, about the axis and a joint for the section's twist."""
     for name, own in zip(_twists(len(inertia), ends), inertia.tolist(), strict=True):
         about = f'<inertial pos="0 0 0" mass="{SMALL}" diaginertia="{own!r} {own!r} {own!r}"/>'
         yield f'<body name="{name}">{about}<joint name="{name}" axis="1 0 0"/></body>'
 
 
 def _axes(x: Floats, frames: Floats, angles: Floats) -> Floats:
-    """Return axes of edges as columns (m, 3, 3), with nodes x (n, 3), from t and u of the step before (m, 2, 3)."""
+    """Return the axes of the edges as columns (m, 3, 3), for nodes x (n, 3), m, and twist `angles`, rad.
+
+    `frames` (m, 2, 3) are the tangent and a transverse direction of each edge in the previous step, which are
+    transported in parallel.
+    """
     t = np.diff(x, axis=0)
     t /= np.linalg.norm(t, axis=1)[:, None]
     before, u = frames[:, 0], frames[:, 1]

@@ -1,4 +1,4 @@
-"""Time stepping of any MuJoCo model."""
+"""Time stepping of a MuJoCo model."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 from softmark.interpreter.models.external.external_problem import ExternalNotConverged, Floats, Motion
 
 
-def stepped(model: Any, data: Any, motion: Motion, look: Callable[[int], None]) -> tuple[Floats, int]:
-    """Return the seconds of each step, and how many reached the iteration limit; `look(i)` is called at state i of
-    `after`.
+def take_steps(model: Any, data: Any, motion: Motion, look: Callable[[int], None]) -> tuple[Floats, int]:
+    """Return the seconds that each step took, and the number of steps that reached the iteration limit.
 
-    Raises ExternalNotConverged for values that MuJoCo reports as bad, or that are not finite.
+    `look(i)` is called when state i of the requested states is reached. Raises ExternalNotConverged if MuJoCo
+    reports bad values, or if values are not finite.
     """
     import mujoco
 

@@ -1,10 +1,11 @@
 """Newton: linear tetrahedra in motion by vertex block descent, on the CPU, through Warp.
 
-Nodes, cells, lumped nodal masses, nodal forces and fully held nodes are ours; the last have no mass. Its law is stable
-neo-Hookean without the term of the origin, mu/2 tr C + (lam + mu)/2 (J - 1 - mu/(lam + mu))^2, with our initial moduli.
-Steps are implicit Euler, as far as its iterations solve them, in single precision; it does not report their residual.
-Mass-proportional damping is a nodal force, by the velocity before a step.
-Source: Chen, Liu, Yang and Yuksel (2024), Vertex Block Descent, ACM Trans. Graph. 43(4):116; its source code.
+Nodes, cells, lumped nodal masses, nodal forces and fully held nodes are ours; held nodes have no mass. The law is
+stable neo-Hookean without its logarithmic (origin) term, mu/2 tr C + (lam + mu)/2 (J - 1 - mu/(lam + mu))^2, with our
+initial moduli.
+Steps are implicit Euler in single precision, solved by a fixed number of iterations; Newton does not report their
+residual. Mass-proportional damping is a nodal force that follows the velocity before a step.
+Source: Chen, Liu, Yang and Yuksel (2024), Vertex Block Descent, ACM Trans. Graph. 43(4):116; Newton's source code.
 """
 
 from __future__ import annotations
@@ -48,20 +49,23 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
 
 
 def solved(problem: Problem) -> Answer:
-    """Return displacements after the requested steps. Raises NoAnswer."""
+    """Return the displacements after the requested numbers of steps. Raises NoAnswer."""
     from newton.solvers import SolverVBD
 
     count = USUAL if problem.motion is None else problem.motion.iterations or USUAL
-    return moved(problem, count, lambda model: SolverVBD(model, iterations=count), colours=True)
+    return simulate(problem, count, lambda model: SolverVBD(model, iterations=count), colours=True)
 
 
-def moved(problem: Problem, iterations: int, solver_of: Any, colours: bool) -> Answer:
-    """Return a motion by one of its solvers, after one uncounted step that compiles. Raises NoAnswer."""
+def simulate(problem: Problem, iterations: int, solver_of: Any, colours: bool) -> Answer:
+    """Return the motion by a solver of Newton, after one untimed step that compiles its kernels. Raises NoAnswer.
+
+    `solver_of` creates the solver for a model and a number of `iterations`.
+    """
     begin = time.perf_counter()
     motion = problem.motion
     if motion is None:
         raise NoAnswer("it solves no static equilibrium")
-    model = built(problem, motion, colours)
+    model = build_model(problem, motion, colours)
     solver_of(model).step(model.state(), model.state(), model.control(), None, motion.step)
     solver, now, then, control = solver_of(model), model.state(), model.state(), model.control()
     wanted = {int(n): i for i, n in enumerate(motion.after)}
@@ -85,8 +89,11 @@ def moved(problem: Problem, iterations: int, solver_of: Any, colours: bool) -> A
     return Answer(u, False, iterations * motion.count, clocks, said, steps_s=steps, unsolved=motion.count)
 
 
-def built(problem: Problem, motion: Motion, colours: bool) -> Any:
-    """Return its model: a particle for each node, without gravity, because weight is a force."""
+def build_model(problem: Problem, motion: Motion, colours: bool) -> Any:
+    """Return the Newton model of a problem: one particle for each node.
+
+    Gravity is zero, because the weight is part of the nodal forces. `colours` requests a vertex colouring.
+    """
     import newton
     import warp
 

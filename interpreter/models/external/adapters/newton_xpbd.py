@@ -1,9 +1,9 @@
 """Newton: linear tetrahedra in motion by extended position based dynamics, on the CPU, through Warp.
 
-It differs from `newton_vbd.py` only in law and solver. Its two constraints of a cell are tr C - 3 with the compliance
-1/mu and J - 1 with 1/lam: energies mu/2 (tr C - 3)^2 and lam/2 (J - 1)^2. The first has no initial shear stiffness,
-because tr C - 3 is quadratic in shear.
-Source: Macklin, Mueller and Chentanez (2016), XPBD, Motion in Games; its source code, solvers/xpbd/kernels.py.
+Only the law and the solver differ from `newton_vbd.py`. A cell has two constraints: tr C - 3 with the compliance 1/mu,
+and J - 1 with 1/lam. Their energies are mu/2 (tr C - 3)^2 and lam/2 (J - 1)^2. The first has no initial shear
+stiffness, because tr C - 3 is quadratic in shear.
+Source: Macklin, Mueller and Chentanez (2016), XPBD, Motion in Games; Newton's source code, solvers/xpbd/kernels.py.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ USUAL = 2  # iterations: its own default
 
 
 def solved(problem: Problem) -> Answer:
-    """Return displacements after the requested steps. Raises NoAnswer."""
+    """Return the displacements after the requested numbers of steps. Raises NoAnswer."""
     from newton.solvers import SolverXPBD
 
     count = USUAL if problem.motion is None else problem.motion.iterations or USUAL
-    return newton_vbd.moved(problem, count, lambda model: SolverXPBD(model, iterations=count), colours=False)
+    return newton_vbd.simulate(problem, count, lambda model: SolverXPBD(model, iterations=count), colours=False)
 
 
 if __name__ == "__main__":

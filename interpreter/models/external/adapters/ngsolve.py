@@ -1,9 +1,10 @@
-"""NGSolve: linear elasticity in its own spaces, by its own sparse Cholesky factorisation.
+"""NGSolve: linear elasticity in NGSolve's finite element spaces, with its sparse Cholesky factorization.
 
-Nodes, cells, constraints, nodal forces and quadrature points are ours. Its quadratic shape functions are hierarchical:
-those of corners are linear, and an edge has a bubble, so that at the midpoint of an edge
-    u = (u_a + u_b) / 2 + c x_ab        c: its bubble there
-The spaces are equal, and so is the solution. Curved cells are represented by a deformation of its mesh.
+Nodes, cells, constraints, nodal forces and quadrature points are ours. Quadratic shape functions of NGSolve are
+hierarchical: those of corners are linear, and each edge has a bubble function. The displacement at the midpoint of an
+edge is therefore
+    u = (u_a + u_b) / 2 + c x_ab        c: value of the bubble there
+The spaces are equal, and so is the solution. Curved cells are represented by a deformation of the mesh.
 Source: Schöberl (2014), C++11 Implementation of Finite Elements in NGSolve, ASC Report 30/2014, TU Wien.
 """
 
@@ -26,7 +27,10 @@ write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
-    """Return an error for supports that hold only the node inside an edge, where no shape function vanishes."""
+    """Return an error for supports that hold a mid-edge node but not both corners of its edge.
+
+    No hierarchical shape function represents such a support.
+    """
     if problem.element != "tet10":
         return []
     held = problem.is_held
@@ -37,7 +41,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
 
 
 def ends(problem: Problem) -> tuple[Any, Any]:
-    """Return the corners (e, 2) of the edges of quadratic cells, and the nodes between them (e,)."""
+    """Return the edges of quadratic cells: their corners (e, 2) and their mid-edge nodes (e,)."""
     from softmark.solvers.elements.tet10 import EDGES
 
     pairs = problem.cells[:, np.array(EDGES)].reshape(-1, 2)
@@ -46,7 +50,7 @@ def ends(problem: Problem) -> tuple[Any, Any]:
 
 
 def solved(problem: Problem) -> Answer:
-    """Return displacements at each load fraction."""
+    """Return the displacements at each requested load fraction."""
     import ngsolve as ng
 
     begin = time.perf_counter()
@@ -56,6 +60,7 @@ def solved(problem: Problem) -> Answer:
     lam, mu = (body.cellwise(c) for c in package_process.moduli(problem))
 
     def eps(w: Any) -> Any:
+        """Return the small strain of a displacement function."""
         return 0.5 * (ng.Grad(w) + ng.Grad(w).trans)
 
     K = ng.BilinearForm(body.space, symmetric=True)
@@ -73,10 +78,13 @@ def solved(problem: Problem) -> Answer:
 
 
 class Body:
-    """Mesh and function space. Unknowns x (3, v + e) are, for each component, those of vertices and then of edges."""
+    """Mesh and function space of the body in NGSolve.
+
+    Unknowns x (3, v + e) are, for each component, the values of v vertices followed by those of e edges.
+    """
 
     def __init__(self, problem: Problem) -> None:
-        """Create the mesh from our corners, and curve it by the nodes between them."""
+        """Create the mesh from the corners of our cells, and curve it by our mid-edge nodes."""
         import netgen.meshing
         import ngsolve as ng
 
@@ -95,7 +103,7 @@ class Body:
         self._bent()
 
     def _edges(self) -> Any:
-        """Return its edge for each of our nodes between corners (e,)."""
+        """Return the index of the NGSolve edge of each of our mid-edge nodes (e,)."""
         number = np.zeros(len(self.problem.points), dtype=np.int64)
         number[self.corners] = np.arange(len(self.corners))
         theirs = np.sort([[v.nr for v in edge.vertices] for edge in self.mesh.edges], axis=1)
@@ -105,7 +113,7 @@ class Body:
         return order[np.searchsorted(keys[order], wanted)]
 
     def _bubble(self) -> float:
-        """Return the value of an edge's shape function at its midpoint."""
+        """Return the value of the bubble function of an edge at its midpoint."""
         import ngsolve as ng
 
         element = ng.H1(self.mesh, order=2).GetFE(ng.ElementId(ng.VOL, 0))
@@ -113,7 +121,7 @@ class Body:
         return float(values[np.abs(values).argmax()])
 
     def _bent(self) -> None:
-        """Deform the mesh by the offsets of our nodes between corners from straight edges."""
+        """Deform the mesh by the offsets of our mid-edge nodes from straight edges."""
         import ngsolve as ng
 
         points = self.problem.points
@@ -126,7 +134,7 @@ class Body:
 
     @property
     def dx(self) -> Any:
-        """Integration measure with our quadrature points."""
+        """Integration measure with the quadrature points of our elements."""
         import ngsolve as ng
 
         from softmark.solvers.elements import element_of
@@ -136,7 +144,7 @@ class Body:
         return ng.dx(intrules={ng.ET.TET: rule})
 
     def cellwise(self, values: Any) -> Any:
-        """Return a function with one value per cell (m,)."""
+        """Return a coefficient function with one of the `values` (m,) in each cell."""
         import ngsolve as ng
 
         found = ng.GridFunction(ng.L2(self.mesh, order=0))
@@ -144,17 +152,18 @@ class Body:
         return found
 
     def _of(self, function: Any) -> Any:
+        """Return a view of the unknowns of a grid function (3, v + e)."""
         return function.vec.FV().NumPy().reshape(3, -1)
 
     def unknown(self, u: Any) -> Any:
-        """Return the unknowns (3, v + e) of displacements u (n, 3), m."""
+        """Return the unknowns (3, v + e) that represent nodal displacements u (n, 3), m."""
         x = np.zeros((3, self.space.ndof // 3))
         x[:, : len(self.corners)] = u[self.corners].T
         x[:, self.mesh.nv + self.edges] = (u[self.middles] - u[self.pairs].mean(axis=1)).T / self.bubble
         return x
 
     def nodal(self, x: Any) -> Any:
-        """Return the displacements (n, 3), m, of unknowns."""
+        """Return the nodal displacements (n, 3), m, that unknowns x (3, v + e) represent."""
         x = x.reshape(3, -1)
         u = np.zeros_like(self.problem.points)
         u[self.corners] = x[:, : len(self.corners)].T
@@ -162,7 +171,7 @@ class Body:
         return u
 
     def forces(self) -> Any:
-        """Return forces on its unknowns (3 (v + e),), which do the same work as our nodal forces."""
+        """Return the forces on the unknowns (3 (v + e),) that do the same work as our nodal forces."""
         f = self.problem.forces.copy()
         between = f[self.middles]
         for i in (0, 1):
@@ -173,7 +182,7 @@ class Body:
         return x.ravel()
 
     def held(self) -> tuple[Any, Any]:
-        """Return a state with the imposed displacements and zeros, and the free unknowns."""
+        """Return a state with the imposed displacements and zeros elsewhere, and a mask of the free unknowns."""
         import ngsolve as ng
 
         node, component = self.problem.held.T

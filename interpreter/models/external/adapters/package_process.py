@@ -1,7 +1,7 @@
-"""Python packages as external programs: each solves in a separate process, from a folder with the problem.
+"""Adapter base for Python packages: each package solves in a separate process, from a folder with the problem.
 
     python -P -m softmark.interpreter.models.external.adapters.NAME FOLDER
-No package is imported here. Arrays are stored as .npz without pickles, the rest as JSON.
+No package is imported in this process. Arrays are stored as .npz without pickles, everything else as JSON.
 """
 
 from __future__ import annotations
@@ -38,7 +38,10 @@ SECTION = ("area", "stiffness", "inertia", "axes")  # of a rod
 
 @dataclass(frozen=True)
 class Package:
-    """Python package: the module of its adapter, its import and distribution names, and our extra that installs it."""
+    """Python package that solves problems in a separate process.
+
+    It has the module name of its adapter, its import and distribution names, and our extra that installs it.
+    """
 
     module: str
     imported: str
@@ -47,11 +50,11 @@ class Package:
 
     @property
     def install(self) -> str:
-        """Text on how to install it."""
+        """Text on how to install the package."""
         return f"pip install 'softmark[{self.extra}]'"
 
     def version(self) -> str | None:
-        """Return the version of its distribution; None if it is not installed. Nothing of it is imported."""
+        """Return the version of the package, without importing it; None if it is not installed."""
         if find_spec(self.imported) is None:
             return None
         try:
@@ -60,17 +63,17 @@ class Package:
             return "of a folder"
 
     def places(self) -> tuple[Path, ...]:
-        """Return the folders, or the file, that it is imported from; empty if it is not installed."""
+        """Return the folders, or the file, that the package is imported from; empty if it is not installed."""
         if (spec := find_spec(self.imported)) is None:
             return ()
         return tuple(map(Path, spec.submodule_search_locations or [spec.origin or ""]))
 
     def refuses(self, problem: Problem) -> list[tuple[str, str]]:
-        """Return nothing beyond what the table excludes."""
+        """Return no unsupported features: the table of programs already has all of them."""
         return []
 
     def write(self, problem: Problem, folder: Path) -> None:
-        """Write the problem for the separate process."""
+        """Write the problem to a folder for the separate process."""
         arrays = {name: getattr(problem, name) for name in ARRAYS}
         arrays |= {f"stuff{i}": stuff.cells for i, stuff in enumerate(problem.stuff)}
         if (motion := problem.motion) is not None:
@@ -87,11 +90,11 @@ class Package:
         (folder / f"{ASKED}.json").write_text(json.dumps(words))
 
     def command(self, folder: Path) -> Sequence[str]:
-        """Return the command: this Python with that module."""
+        """Return the command that runs the adapter's module in this Python."""
         return [sys.executable, "-P", "-m", self.module, str(folder)]
 
     def read(self, folder: Path) -> Answer:
-        """Read the answer of the process. Raises NoAnswer."""
+        """Return the results that the separate process has written. Raises NoAnswer."""
         try:
             said = json.loads((folder / f"{TOLD}.json").read_text())
             if (why := said.get("why")) is not None:
@@ -109,8 +112,8 @@ class Package:
             raise NoAnswer(f"its result cannot be read ({type(broken).__name__})") from broken
 
 
-def problem_in(folder: Path) -> Problem:
-    """Return the problem that `Package.write` has written."""
+def read_problem(folder: Path) -> Problem:
+    """Return the problem that `Package.write` has written to a folder."""
     words = json.loads((folder / f"{ASKED}.json").read_text())
     with np.load(folder / f"{ASKED}.npz", allow_pickle=False) as arrays:
         stuff = tuple(ExternalMaterial(cells=arrays[f"stuff{i}"], **own) for i, own in enumerate(words["stuff"]))
@@ -123,7 +126,7 @@ def problem_in(folder: Path) -> Problem:
 
 
 def moduli(problem: Problem) -> tuple[Any, Any]:
-    """Return Lame's constants of the cells (m,) each, Pa."""
+    """Return Lame's constants lam and mu of each cell, (m,) each, Pa."""
     lam, mu = np.empty(len(problem.cells)), np.empty(len(problem.cells))
     for stuff in problem.stuff:
         lam[stuff.cells], mu[stuff.cells] = stuff.lame
@@ -131,10 +134,13 @@ def moduli(problem: Problem) -> tuple[Any, Any]:
 
 
 def main(solved: Callable[[Problem], Answer]) -> int:
-    """Read, solve and write, in the separate process; `io_s` is the time of both files."""
+    """Read the problem, solve it and write the results, in the separate process. Return the exit status.
+
+    `io_s` in the results is the time of reading and writing files, s.
+    """
     folder = Path(sys.argv[1])
     begin = time.perf_counter()
-    problem = problem_in(folder)
+    problem = read_problem(folder)
     read = time.perf_counter() - begin
     try:
         answer = solved(problem)

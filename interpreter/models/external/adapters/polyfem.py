@@ -1,9 +1,10 @@
 """PolyFEM (`PolyFEM_bin`): runs the deck that `dsl export --to polyfem` writes, and reads its VTU and statistics.
 
-Its VTU has separate nodes for each cell, as doubles, in its own order: they are matched by position. It stops at a
-gradient of 1e-8 of its own, and the option for another tolerance differs between its versions: loads below about 1 mN
-may remain unsolved, which is reported. It reports no version. It was never run here: the format is taken from its
-sources. Source: its src/main.cpp, io/OutData.cpp, io/VTUWriter.cpp; polysolve's nonlinear/Solver.cpp.
+The VTU has separate nodes for each cell, in double precision and in PolyFEM's order: they are matched by position.
+PolyFEM stops at a gradient of 1e-8 of its own units, and the option for another tolerance differs between versions:
+loads below about 1 mN may remain unsolved, which is reported. PolyFEM reports no version. It was never run here: the
+format is taken from its source code.
+Source: PolyFEM's src/main.cpp, io/OutData.cpp, io/VTUWriter.cpp; polysolve's nonlinear/Solver.cpp.
 """
 
 from __future__ import annotations
@@ -41,41 +42,43 @@ CLOCKS = {
 
 
 def version() -> str | None:
-    """Return None if it is not installed; it reports no version."""
+    """Return a placeholder for the version, which PolyFEM does not report; None if it is not installed."""
     return executables.UNKNOWN if places() else None
 
 
 def places() -> tuple[Path, ...]:
-    """Return the executable; empty if it is not installed."""
+    """Return the path of the executable; empty if it is not installed."""
     return executables.places(program)
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
-    """Return features of a problem that its deck cannot express, including loads."""
+    """Return features of a problem, including loads, that a PolyFEM deck cannot express."""
     return deck.refuses(problem) or deck.unsupported_loads(problem, _named(problem))
 
 
 def write(problem: Problem, folder: Path) -> None:
-    """Write its deck and its mesh."""
+    """Write the deck and the mesh to a folder."""
     deck.export(problem, _named(problem), folder)
     executables.write_nodes(problem, folder)
 
 
 def _named(problem: Problem) -> Named:
+    """Return the named parts of a problem, which PolyFEM's deck needs."""
     assert problem.named is not None  # as its line in PROGRAMS asks for
     return problem.named
 
 
 def command(folder: Path) -> list[str]:
-    """Return the command to run in the folder; a shell sets the number of threads, which its environment does not
-    limit.
+    """Return the command that runs PolyFEM in the folder.
+
+    A shell sets the number of threads, because no environment variable limits it.
     """
     return ["sh", "-c", f'exec {program} --json {deck.FILE} --output_dir . --log_level info'
             ' --max_threads "${OMP_NUM_THREADS:-1}"']  # fmt: skip
 
 
 def read(folder: Path) -> Answer:
-    """Read its output from a folder. Raises NoAnswer, ExternalNotConverged."""
+    """Return the results read from the output in a folder. Raises NoAnswer, ExternalNotConverged."""
     log = executables.text(folder / LOG)
     errors, solved = _ERROR.findall(log), _SOLVED.findall(log)
     said = make_visible("; ".join(dict.fromkeys(own.strip() for own in errors)))[: executables.WIDE]
@@ -90,7 +93,10 @@ def read(folder: Path) -> Answer:
 
 
 def _matched(points: Floats, found: Floats, nodes: Floats) -> Floats:
-    """Return displacements (n, 3), m, of our nodes, matched by position. Raises NoAnswer."""
+    """Return the displacements (n, 3), m, of our `nodes` from those `found` at `points`, matched by position.
+
+    Raises NoAnswer if a node has no match.
+    """
     from scipy.spatial import cKDTree
 
     distance, node = cKDTree(nodes).query(points)
@@ -105,7 +111,7 @@ def _matched(points: Floats, found: Floats, nodes: Floats) -> Floats:
 
 
 def _clocks(path: Path) -> dict[str, float]:
-    """Return the times in its statistics, s; empty if there are none."""
+    """Return the times in a file of PolyFEM's statistics, s; empty if there are none."""
     try:
         told = json.loads(executables.text(path))
         return {name: sum(float(told[f"time_{own}"]) for own in parts) for name, parts in CLOCKS.items()}

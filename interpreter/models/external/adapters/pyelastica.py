@@ -1,9 +1,9 @@
 """PyElastica: a Cosserat rod with explicit time steps.
 
-Nodes, lengths, the six stiffnesses of the section, its rotary inertia, nodal masses and forces are ours. Rotations,
-which belong to segments rather than nodes, the law of sections that keep their volume when stretched, damping of
-velocities in closed form, and steps by position Verlet are its own. A clamp holds the node at an end and the rotation
-of the segment there. Compilation of its kernels counts as set-up.
+Nodes, lengths, the six stiffnesses of the section, its rotary inertia, nodal masses and forces are ours. PyElastica
+determines the rest: rotations, which belong to segments rather than nodes; the law, in which sections keep their volume
+when stretched; damping of velocities in closed form; and steps by position Verlet. A clamp holds the node at an end and
+the rotation of the segment there. Compilation of the kernels counts as set-up.
 Source: Gazzola, Dudte, McCormick and Mahadevan (2018), Forward and inverse problems in the mechanics of soft filaments.
 """
 
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from softmark.interpreter.models.external.adapters import package_process
-from softmark.interpreter.models.external.adapters.rod_adapters import must_be_worked_for, nodal_axes
+from softmark.interpreter.models.external.adapters.rod_adapters import must_not_gain_energy, nodal_axes
 from softmark.interpreter.models.external.external_problem import (
     Answer,
     ExternalNotConverged,
@@ -33,7 +33,7 @@ write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
 
 
 def solved(problem: Problem) -> Answer:
-    """Return displacements and section axes after the requested steps. Raises NoAnswer."""
+    """Return displacements and section axes after the requested numbers of steps. Raises NoAnswer."""
     begin = time.perf_counter()
     elastica = imported()
     motion = problem.motion
@@ -61,16 +61,17 @@ def solved(problem: Problem) -> Answer:
             u[wanted[n + 1]] = rod.position_collection.T - problem.points
             turned[wanted[n + 1]] = sections(rod.director_collection)
             energies[wanted[n + 1]] = energy(rod)
-    must_be_worked_for(energies, np.einsum("tni,ni->t", u, problem.forces), motion.step)
+    must_not_gain_energy(energies, np.einsum("tni,ni->t", u, problem.forces), motion.step)
     clocks = {"setup_s": ready - begin, "solve_s": time.perf_counter() - ready}
     return Answer(u, None, None, clocks, steps_s=steps, turned=turned)
 
 
 def energy(rod: Any) -> float:
-    """Return the kinetic and strain energy, J; the strain energy is a lower bound for its law.
+    """Return the kinetic plus strain energy of a rod, J; the strain energy is a lower bound.
 
-    Its own strain energy, S e^2 / 2, ignores that its sections grow thin, which divides its forces by the stretch and
-    its couples by the third power of the stretch. In tension it does less work than that; in compression no less.
+    PyElastica's own strain energy, S e^2 / 2, ignores that sections become thinner when stretched, which divides
+    forces by the stretch and couples by its third power. In tension the forces do less work than that energy; in
+    compression they do no less.
     """
     motion = rod.compute_translational_energy() + rod.compute_rotational_energy()
     strain, bending = rod.sigma - rod.rest_sigma, rod.kappa - rod.rest_kappa
@@ -81,14 +82,14 @@ def energy(rod: Any) -> float:
 
 
 def imported() -> Any:
-    """Return the package, which has no type annotations."""
+    """Return the imported package `elastica`, which has no type annotations."""
     import elastica
 
     return elastica
 
 
 def build_simulator(problem: Problem) -> tuple[Any, Any]:
-    """Return the simulator, and the rod in it."""
+    """Return the simulator of a problem, and the rod in it."""
     elastica = imported()
 
     parts = (elastica.BaseSystemCollection, elastica.Constraints, elastica.Forcing, elastica.Damping)
@@ -110,20 +111,22 @@ def build_simulator(problem: Problem) -> tuple[Any, Any]:
 
 
 def dead_force_class(elastica: Any) -> Any:
-    """Return the class of constant nodal forces (3, n), N."""
+    """Return a PyElastica class of constant nodal forces (3, n), N."""
 
     def init(self: Any, forces: Floats) -> None:
+        """Store the nodal forces (3, n), N."""
         elastica.NoForces.__init__(self)
         self.forces = forces
 
     def apply_forces(self: Any, system: Any, time: float = 0.0) -> None:
+        """Add the forces to the external forces of the rod."""
         system.external_forces += self.forces
 
     return type("Dead", (elastica.NoForces,), {"__init__": init, "apply_forces": apply_forces})
 
 
 def rod_of(problem: Problem) -> Any:
-    """Return a rod with our stiffnesses and inertia in place of those of a circle of the same area."""
+    """Return a PyElastica rod with our stiffnesses and inertia in place of those of a circular section."""
     elastica = imported()
     section, (stuff,) = problem.section, problem.stuff
     assert section is not None
@@ -145,8 +148,9 @@ def rod_of(problem: Problem) -> Any:
 
 
 def sections(directors: Floats) -> Floats:
-    """Return section axes e1, e2, e3 at nodes (n, 3, 3) from `directors` (3, 3, n - 1), whose rows d1, d2, d3 are e2,
-    e3, e1.
+    """Return the section axes e1, e2, e3 at nodes as columns (n, 3, 3).
+
+    `directors` (3, 3, n - 1) are those of PyElastica's segments, whose rows d1, d2, d3 are e2, e3, e1.
     """
     return nodal_axes(np.transpose(directors, (2, 1, 0))[:, :, [2, 0, 1]])
 

@@ -1,4 +1,4 @@
-"""Functions shared by adapters of rods: nodal axes from those of segments, and a check of energy against work."""
+"""Functions shared by adapters of rods: nodal axes from axes of segments, and a check of energy against work."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from softmark.interpreter.models.external.external_problem import ExternalNotCon
 MADE = 0.05  # of the largest work of the loads: energy beyond that work
 
 
-def must_be_worked_for(energies: Floats, work: Floats, step: float) -> None:
-    """Check that the energy (t,) of a rod from rest is at most the `work` (t,) of dead loads, J; else the step is too
-    long.
+def must_not_gain_energy(energies: Floats, work: Floats, step: float) -> None:
+    """Raise ExternalNotConverged if the energy of a rod exceeds the work of its loads, because steps are too long.
 
-    Steps that are too long create energy long before numbers overflow; steps that are short enough create up to MADE of
+    `energies` (t,), J, and the `work` (t,), J, of dead loads are those since the start at rest. Steps that are too
+    long create energy long before numbers overflow. Steps that are short enough create at most the fraction MADE of
     it.
     """
     most = float(np.abs(work).max())
@@ -28,9 +28,9 @@ def must_be_worked_for(energies: Floats, work: Floats, step: float) -> None:
 
 
 def nodal_axes(own: Floats) -> Floats:
-    """Return axes e1, e2, e3 as columns (n, 3, 3) at nodes from those of segments (n - 1, 3, 3).
+    """Return axes e1, e2, e3 at nodes as columns (n, 3, 3), from those of segments `own` (n - 1, 3, 3).
 
-    They are halfway between two segments, and at an end those of its segment.
+    They are halfway between the axes of both segments at a node; at an end they are those of its segment.
     """
     both = np.concatenate([own[:1], 0.5 * (own[:-1] + own[1:]), own[-1:]])
     u, _, v = np.linalg.svd(both)  # the rotation nearest to a mean of two

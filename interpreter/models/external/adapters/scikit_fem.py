@@ -1,7 +1,7 @@
-"""scikit-fem: linear elasticity in its own basis, by its own forms and its default solver (SuperLU).
+"""scikit-fem: linear elasticity with its bases and forms, and its default solver (SuperLU).
 
-Nodes, cells, constraints and nodal forces are ours. Curved cells are curved there too (its isoparametric meshes of
-tet10 and hex27). `ElementHexS2`, its cell of 20 nodes, has straight edges, and is left out.
+Nodes, cells, constraints and nodal forces are ours. Curved cells are also curved in scikit-fem (isoparametric meshes of
+tet10 and hex27). Its cell of 20 nodes, `ElementHexS2`, has straight edges and is not supported.
 Source: Gustafsson and McBain (2020), J. Open Source Software 5(52), 2369.
 """
 
@@ -32,7 +32,7 @@ ELEMENTS = {
 
 
 def solved(problem: Problem) -> Answer:
-    """Return displacements at each load fraction."""
+    """Return the displacements at each requested load fraction."""
     import skfem
 
     begin = time.perf_counter()
@@ -64,7 +64,7 @@ def stiffness(u: Any, v: Any, w: Any) -> Any:
 
 
 def order(name: str, element: Any) -> list[int]:
-    """Return the index among our nodes of each of its nodes in a cell, by position."""
+    """Return, for each node of a scikit-fem cell, the index of our node at the same position."""
     from softmark.solvers.elements import element_of
 
     ours = element_of(name).places()

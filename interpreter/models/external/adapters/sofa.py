@@ -1,10 +1,11 @@
-"""SOFA 24 (`runSofa`): runs the scene that `dsl export --to sofa` writes once in batch mode, and reads its VTU.
+"""SOFA 24 (`runSofa`): runs once, in batch mode, the scene that `dsl export --to sofa` writes, and reads the VTU.
 
-Its VTU has six digits of each displacement, in the order of our nodes; the residual that this causes is reported. The
-log of its static solver states convergence. Its own clock begins after the first step, which is the only one here, so
-that its time is that of its whole process. It reports no version. It was never run here: the format is taken from its
-sources. Source: Component/IO/Mesh/VTKExporter.cpp, ODESolver/Backward/StaticSolver.cpp,
-Engine/Transform/DifferenceEngine.inl and GUI/BatchGUI.cpp.
+The VTU has six digits of each displacement, in the order of our nodes; the residual that this rounding causes is
+reported. The log of SOFA's static solver states whether it converged. SOFA's own clock begins after the first step,
+which is the only one here, so that the reported time is that of the whole process. SOFA reports no version. It was
+never run here: the format is taken from its source code.
+Source: Component/IO/Mesh/VTKExporter.cpp, ODESolver/Backward/StaticSolver.cpp, Engine/Transform/DifferenceEngine.inl
+and GUI/BatchGUI.cpp.
 """
 
 from __future__ import annotations
@@ -32,28 +33,28 @@ SETTLED, LOST, ITERATION = "[CONVERGED]", "[DIVERGED]", "Newton iteration #"
 
 
 def version() -> str | None:
-    """Return None if it is not installed; it reports no version."""
+    """Return a placeholder for the version, which SOFA does not report; None if it is not installed."""
     return executables.UNKNOWN if places() else None
 
 
 def places() -> tuple[Path, ...]:
-    """Return the executable; empty if it is not installed."""
+    """Return the path of the executable; empty if it is not installed."""
     return executables.places(program)
 
 
 def write(problem: Problem, folder: Path) -> None:
-    """Write its scene."""
+    """Write the SOFA scene to a folder."""
     deck.export(problem, executables.NAMELESS, folder)
     executables.write_nodes(problem, folder)
 
 
 def command(folder: Path) -> list[str]:
-    """Return the command to run in the folder."""
+    """Return the command that runs SOFA in the folder."""
     return [program, "-g", "batch", "-n", "1", deck.FILE]
 
 
 def read(folder: Path) -> Answer:
-    """Read its output from a folder. Raises NoAnswer, ExternalNotConverged."""
+    """Return the results read from the output in a folder. Raises NoAnswer, ExternalNotConverged."""
     log, files = executables.text(folder / LOG), sorted(folder.glob(f"{deck.ANSWER}*.vtu"))
     if LOST in log:
         why = log.partition(LOST)[2].partition("\n")[0].strip()[: executables.WIDE]

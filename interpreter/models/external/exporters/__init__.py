@@ -1,8 +1,9 @@
-"""Export formats of a model, one module each: `refuses(problem)` and `export(problem, named, folder)`.
+"""Export formats of a model, one module each, with `refuses(problem)` and `export(problem, named, folder)`.
 
-`refuses` returns features of a problem that the format cannot express, with reasons; `export` writes files and returns
-their names. A format with separate entries for surface loads also has `unsupported_loads(problem, named)`, which does
-the same for loads. To add a format: a module, and a line here. Adapters of programs write the same files.
+`refuses` returns features of a problem that the format cannot express, with reasons; `export` writes files and
+returns their names. A format with separate entries for surface loads also has `unsupported_loads(problem,
+named)`, which returns the loads that it cannot express. To add a format: a module, and a line in this one.
+Adapters of programs write the same files.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ class Format:
     units: str = "m, kg, s, N and Pa"
 
     def unit_of(self, si: str) -> str:
-        """Return the unit in its files of a quantity with SI unit `si`."""
+        """Return the unit, in files of this format, of a quantity whose SI unit is `si`."""
         return OF_MM.get(si, si) if self.units == MM else si
 
 
@@ -64,5 +65,5 @@ FORMATS: dict[str, Format] = {
 
 
 def form(name: str) -> Any:
-    """Return the module of a format. Raises KeyError if it is unknown."""
+    """Return the module of a format by its name. Raises KeyError if it is unknown."""
     return import_module(f"softmark.interpreter.models.external.{FORMATS[name].module}")

@@ -1,8 +1,8 @@
 """Export of an input deck for FEBio 4 (.feb, specification 4.0); the deck was never run in FEBio here.
 
-Units are mm, Pa and uN (g, mm, s), because it treats a residual below 1e-20 as zero. State k of a problem is at time k.
-Its lists have commas between numbers; a table of nodes is ordered by the place of a node in its set. Displacements are
-written to `u.csv`, in mm, a block for each time step.
+Units are mm, Pa and uN (g, mm, s), because FEBio treats a residual below 1e-20 as zero. State k of a problem is at time
+k. Lists have commas between numbers; a table of nodal values has the order of the nodes in their set. Displacements are
+written to `u.csv`, in mm, in one block for each time step.
 Source: FEBio User Manual 4, "Free format input"; laws as in FEBioMech/FENeoHookean.cpp and FEIsotropicElastic.cpp.
 """
 
@@ -49,7 +49,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
-    """Write the deck, with node sets named as the supports."""
+    """Write the deck with a node set for each support. Return the file names."""
     (folder / FILE).write_text("\n".join([*deck(problem, named), ""]), encoding="ascii")
     return [FILE]
 
@@ -75,12 +75,13 @@ def deck(problem: Problem, named: Named) -> Iterator[str]:
 
 
 def _block(name: str, lines: Iterator[str] | Sequence[str]) -> Iterator[str]:
-    """Yield lines within an XML element; nothing if there are no lines."""
+    """Yield lines enclosed in an XML element; nothing if there are no lines."""
     if inner := list(lines):
         yield from (f"<{name}>", *inner, f"</{name}>")
 
 
 def _control(problem: Problem) -> Iterator[str]:
+    """Yield the `Control` element: analysis type, time steps and solver parameters."""
     yield from ("<Control>", "<analysis>STATIC</analysis>", f"<time_steps>{STEPS * len(problem.shares)}</time_steps>")
     yield from (f"<step_size>{1 / STEPS:g}</step_size>", '<solver type="solid">')
     yield from ("<dtol>1e-9</dtol>", "<etol>0</etol>", "<rtol>0</rtol>")  # of the last step; nothing of the others
@@ -89,12 +90,14 @@ def _control(problem: Problem) -> Iterator[str]:
 
 
 def _material(number: int, stuff: ExternalMaterial) -> str:
+    """Return the element of a material."""
     constants = f"<E>{stuff.constants['young']!r}</E><v>{stuff.constants['poisson']!r}</v>"
     density = f"<density>{1e-6 * (stuff.density or 0.0)!r}</density>"  # g/mm^3
     return f'<material id="{number}" name="M{number}" type="{LAWS[stuff.law]}">{density}{constants}</material>'
 
 
 def _mesh(problem: Problem, named: Named) -> Iterator[str]:
+    """Yield the `Mesh` element: nodes, elements and node sets."""
     yield '<Nodes name="all">'
     for i, p in enumerate((MM * problem.points).tolist(), start=1):
         yield f'<node id="{i}">{_row(p)}</node>'
@@ -112,11 +115,12 @@ def _mesh(problem: Problem, named: Named) -> Iterator[str]:
 
 
 def _row(values: Sequence[float]) -> str:
+    """Return numbers separated by commas, with all digits."""
     return ",".join(map(repr, values))
 
 
 def _sets(problem: Problem) -> dict[str, Ints]:
-    """Return nodes that are held in each direction, moved, and loaded, without empty sets."""
+    """Return the non-empty sets of nodes, by name: held in each direction, moved, and loaded."""
     found = {}
     for c in range(3):
         own = problem.held[:, 1] == c
@@ -127,7 +131,7 @@ def _sets(problem: Problem) -> dict[str, Ints]:
 
 
 def _tables(problem: Problem) -> Iterator[str]:
-    """Yield forces, and imposed displacements, by the place of nodes in their sets."""
+    """Yield the tables of nodal forces and imposed displacements, in the order of nodes in their sets."""
     for name, nodes in _sets(problem).items():
         if name == "loaded":
             yield from _table("forces", name, "vec3", UN * problem.forces[nodes])
@@ -137,12 +141,14 @@ def _tables(problem: Problem) -> Iterator[str]:
 
 
 def _table(name: str, nodes: str, kind: str, rows: Floats) -> Iterator[str]:
+    """Yield one table of nodal values (k,) or (k, 3) for a node set."""
     yield f'<NodeData name="{name}" node_set="{nodes}" data_type="{kind}">'
     yield from (f'<node lid="{i}">{_row(own)}</node>' for i, own in enumerate(rows.tolist(), start=1))
     yield "</NodeData>"
 
 
 def _boundary(problem: Problem) -> Iterator[str]:
+    """Yield the boundary conditions: fixed and moved nodes."""
     for name in _sets(problem):
         kind, _, axis = name.partition("_")
         if kind == "held":
@@ -156,7 +162,7 @@ def _boundary(problem: Problem) -> Iterator[str]:
 
 
 def _course(shares: Sequence[float]) -> Iterator[str]:
-    """Yield the load curve: the load fraction at time k is that of state k."""
+    """Yield the load curve, which has the load fraction of state k at time k."""
     yield from ('<load_controller id="1" name="course" type="loadcurve">', "<interpolate>LINEAR</interpolate>")
     yield from ("<points>", *(f"<pt>{k},{s!r}</pt>" for k, s in enumerate((0.0, *shares))), "</points>")
     yield "</load_controller>"

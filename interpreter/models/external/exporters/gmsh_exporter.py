@@ -1,7 +1,7 @@
 """Export of a mesh as Gmsh 4.1 (ASCII, in m): materials as physical volumes, supports and loads as physical groups.
 
-Facets that several supports and loads share are a separate entity, which is in all their groups. What a support holds
-without holding a whole facet, such as an edge or a point, is a group of points.
+Facets that several supports and loads share form a separate entity, which belongs to all their groups. A support that
+holds no whole facet, but for example an edge or a point, is a group of points.
 Source: Geuzaine and Remacle, "Gmsh Reference Manual", MSH file format, version 4.1.
 """
 
@@ -41,7 +41,7 @@ KINDS: dict[tuple[int, int], tuple[int, Sequence[int]]] = {
 
 @dataclass(frozen=True)
 class Entity:
-    """Cells (k, a) of one dimension that belong to the same groups, given by their tags."""
+    """Cells (k, a) of one dimension that belong to the same physical groups, whose tags it lists."""
 
     dimension: int
     cells: Ints
@@ -49,17 +49,18 @@ class Entity:
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
-    """Return cells without a Gmsh element type here."""
+    """Return an error for cells whose Gmsh element type this exporter does not have."""
     if (3, problem.cells.shape[1]) in KINDS:
         return []
     return [(problem.element, "the mesh is a slice of a plane body and has no solid cells")]
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
-    """Write the mesh with its groups."""
+    """Write the mesh with its physical groups. Return the file names."""
     groups: dict[tuple[int, str], int] = {}
 
     def group(dimension: int, name: str) -> int:
+        """Return the tag of a physical group, which is created on first use."""
         return groups.setdefault((dimension, name), len(groups) + 1)
 
     entities = [Entity(3, problem.cells[cells], (group(3, name),)) for name, cells in named.parts.items()]
@@ -72,7 +73,7 @@ def export(problem: Problem, named: Named, folder: Path) -> list[str]:
 
 
 def _split_by_groups(dimension: int, groups: dict[int, Ints]) -> list[Entity]:
-    """Return cells grouped by the set of groups they belong to, each cell once."""
+    """Return entities of cells that belong to the same set of groups; each cell is in one entity."""
     owners: dict[tuple[int, ...], tuple[Ints, list[int]]] = {}
     for number, cells in groups.items():
         for cell in cells:
@@ -84,6 +85,7 @@ def _split_by_groups(dimension: int, groups: dict[int, Ints]) -> list[Entity]:
 
 
 def _file(points: Floats, entities: list[Entity], groups: dict[tuple[int, str], int]) -> Iterator[str]:
+    """Yield the lines of the mesh file."""
     yield from ("$MeshFormat", "4.1 0 8", "$EndMeshFormat", "$PhysicalNames", str(len(groups)))
     yield from (f'{dimension} {number} "{name}"' for (dimension, name), number in groups.items())
     yield from ("$EndPhysicalNames", "$Entities")
@@ -107,7 +109,7 @@ def _file(points: Floats, entities: list[Entity], groups: dict[tuple[int, str], 
 
 
 def _entity(points: Floats, own: Entity, tag: int) -> str:
-    """Return the line of an entity: its bounds and its groups, without boundaries."""
+    """Return the line of an entity: its bounding box and its groups, without bounding entities."""
     X = points[np.unique(own.cells)]
     box = X[0].tolist() if own.dimension == 0 else [*X.min(axis=0).tolist(), *X.max(axis=0).tolist()]
     words = [tag, *map(repr, box), len(own.groups), *own.groups]

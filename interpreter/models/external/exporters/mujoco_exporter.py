@@ -1,10 +1,10 @@
-"""Export for MuJoCo (.xml, MJCF of version 4): a flex of linear tetrahedra in motion, in SI; the adapter steps this
-model.
+"""Export for MuJoCo (.xml, MJCF of version 4): a flex of linear tetrahedra in motion, in SI units.
 
-Each node is a body with slides for its free components. Weight is `gravity`; the remaining nodal forces and
-mass-proportional damping are actuators with bias F - a m v. MJCF cannot give the duration of a motion: a comment states
-the number of steps. It also has no exact counterpart of the integrator: `discrete` solves one system per step, `Euler`
-none. Source: its documentation, XML reference: flex/elasticity, actuator/general; Computation: Integrators.
+The adapter integrates this model. Each node is a body with slide joints for its free components. Weight is `gravity`;
+the remaining nodal forces and mass-proportional damping are actuators with bias F - a m v. MJCF cannot state the
+duration of a motion: a comment states the number of steps. MJCF also has no exact counterpart of the time integrator:
+`discrete` solves one system per step, `Euler` none.
+Source: MuJoCo documentation, XML reference: flex/elasticity, actuator/general; Computation: Integrators.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
-    """Write the model."""
+    """Write the model. Return the file names."""
     assert problem.motion is not None
     (folder / FILE).write_text(deck(problem, problem.motion) + "\n", encoding="ascii")
     return [FILE]
 
 
 def deck(problem: Problem, motion: Motion) -> str:
-    """Return the model in MJCF."""
+    """Return the text of the MJCF model."""
     (stuff,) = problem.stuff
     count, free = len(problem.points), ~problem.is_held
     g, rest = split_gravity(problem.forces, motion.masses)
@@ -69,7 +69,7 @@ damping="{motion.damping_stiffness!r}"/></flex></deformable>
 
 
 def split_gravity(forces: Floats, masses: Floats) -> tuple[Floats, Floats]:
-    """Return the gravity (3,), m/s^2, of most nodes, and the remaining nodal forces (n, 3), N: F = m g + the rest."""
+    """Return the gravity (3,), m/s^2, of most nodes, and the nodal forces (n, 3), N, in addition to their weight."""
     g = np.median(forces / masses[:, None], axis=0)
     rest = forces - masses[:, None] * g
     rest[np.abs(rest) <= ROUNDING * np.abs(forces).max(initial=0.0)] = 0.0
@@ -82,7 +82,7 @@ def row(values: Floats) -> str:
 
 
 def nodes(points: Floats, masses: Floats, free: Bools) -> Iterator[str]:
-    """Yield a body for every node, with a slide for each free component (n, 3)."""
+    """Yield a body for every node, with a slide joint for each free component, marked by `free` (n, 3)."""
     for i, (X, mass) in enumerate(zip(points, masses.tolist(), strict=True)):
         slides = "".join(
             f'<joint name="n{i}{"xyz"[k]}" type="slide" axis="{axis}"/>' for k, axis in enumerate(AXES) if free[i, k]
@@ -92,11 +92,11 @@ def nodes(points: Floats, masses: Floats, free: Bools) -> Iterator[str]:
 
 
 def forces(rest: Floats, drag: Floats, free: Bools) -> Iterator[str]:
-    """Yield actuators for nodal forces other than weight (n, 3), N, and for damping (n,), N s/m."""
+    """Yield actuators for nodal forces other than weight `rest` (n, 3), N, and for damping `drag` (n,), N s/m."""
     for i, k in np.argwhere(free & ((rest != 0.0) | (drag != 0.0)[:, None])).tolist():
         yield joint_actuator(f"n{i}{'xyz'[k]}", float(rest[i, k]), float(drag[i]))
 
 
 def joint_actuator(joint: str, force: float, drag: float) -> str:
-    """Return an actuator of a joint without control input."""
+    """Return an actuator that applies a constant force, N, and damping, N s/m, to a joint."""
     return f'<general joint="{joint}" gainprm="0" biastype="affine" biasprm="{force!r} 0 {-drag!r}"/>'

@@ -1,4 +1,4 @@
-"""Named parts of a scene for export: materials, supports and loads, as cells, nodes, facets and forces."""
+"""Named parts of a scene for export: cells of materials, nodes of supports, and facets and forces of loads."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Named:
-    """Cells (k,) of materials, nodes (k,) of supports and forces (n, 3), N, of loads, by name.
+    """Named parts of a scene: cells (k,) of materials, nodes (k,) of supports and forces (n, 3), N, of loads.
 
-    `facets` (k, a) are those of the boundary with all nodes held by a support, or on which a load acts.
+    `facets` (k, a) are, by name, the boundary facets with all nodes held by a support, or on which a load acts.
     """
 
     parts: Mapping[str, Ints]
@@ -44,7 +44,7 @@ def named_of(prepared: PreparedSolid, case: Case) -> Named:
 
 
 def _enclosed_facets(mesh: Mesh, nodes: Ints) -> Ints:
-    """Return the boundary facets whose nodes are all among some nodes."""
+    """Return the boundary facets all of whose nodes are among `nodes`."""
     inside = np.zeros(len(mesh.points), dtype=np.bool_)
     inside[nodes] = True
     found: Ints = mesh.facets[inside[mesh.facets].all(axis=1)]

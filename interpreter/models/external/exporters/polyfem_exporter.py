@@ -1,13 +1,13 @@
 """Export of a deck for PolyFEM (.json, json-specs/input-spec.json of 2024 and later), never run in PolyFEM here.
 
-Units are SI. Cells are linear tetrahedra, or straight quadratic ones: the mesh file has corners only, as in
-`exporters/gmsh_exporter.py`, with materials as volumes, and `discr_order` creates the other nodes. Surfaces are
-selected by spheres around the centres of facets, with a number for each set of conditions. Displacements are those of
-whole facets. Loads are a body force of all materials, `rhs`, which is subtracted, so that gravity g is written -g, and
-tractions on whole facets. A pressure at small strain, which keeps its direction, is written as the traction of each
-facet, because `pressure_boundary` follows the body. Loads are identified from their nodal forces, and refused if these
-are of neither kind.
-Source: its JSON specification, and docs/tutorials/getting_started.md; laws as in LinearElasticity.cpp,
+Units are SI. Cells are linear tetrahedra or straight quadratic ones. The mesh file has only corners, as in
+`exporters/gmsh_exporter.py`, with materials as volumes, and `discr_order` creates the mid-edge nodes. Surfaces are
+selected by spheres around the centres of facets, with one number for each set of conditions. Imposed displacements
+apply to whole facets. Loads are a body force on all materials and tractions on whole facets. The body force is written
+to `rhs`, which PolyFEM subtracts, so that gravity g is written as -g. A pressure at small strain, which keeps its
+direction, is written as the traction of each facet, because `pressure_boundary` follows the body. Loads are identified
+from their nodal forces, and refused if these are of neither kind.
+Source: PolyFEM's JSON specification, and docs/tutorials/getting_started.md; laws as in LinearElasticity.cpp,
 SaintVenantElasticity.cpp and NeoHookeanElasticity.cpp.
 """
 
@@ -68,7 +68,7 @@ def unsupported_loads(problem: Problem, named: Named) -> list[tuple[str, str]]:
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
-    """Write the mesh and the deck."""
+    """Write the mesh and the deck. Return the file names."""
     corners, names = _corners(problem, named)
     mesh = gmsh_exporter.export(corners, names, folder)
     text = json.dumps(deck(problem, named), indent=1)
@@ -77,7 +77,7 @@ def export(problem: Problem, named: Named, folder: Path) -> list[str]:
 
 
 def deck(problem: Problem, named: Named) -> dict[str, Any]:
-    """Return the deck of a problem without unsupported features or loads."""
+    """Return the deck of a problem whose features and loads are all supported."""
     facets = _facets(problem)
     held = _whole_facet_displacements(problem, facets)
     assert held is not None
@@ -104,7 +104,11 @@ def deck(problem: Problem, named: Named) -> dict[str, Any]:
 
 
 def _conditions(body: Floats, acted: Mapping[int, list[float]]) -> dict[str, Any]:
-    """Return boundary conditions of facet sets: displacements (3 values, inf where free), and tractions."""
+    """Return the boundary conditions of numbered facet sets: imposed displacements and tractions.
+
+    `acted` has, by number of the set, three displacements, m (inf where free), and three tractions, Pa. `body` is
+    the acceleration of the body force.
+    """
     dirichlet, neumann = [], []
     for number, own in acted.items():
         dimension = [bool(np.isfinite(value)) for value in own[:3]]
@@ -122,7 +126,7 @@ def _conditions(body: Floats, acted: Mapping[int, list[float]]) -> dict[str, Any
 
 
 def _geometry(problem: Problem, facets: Ints, numbers: Ints, acted: Mapping[int, Any]) -> dict[str, Any]:
-    """Return the mesh with its volumes, and a sphere around the centre of each selected facet."""
+    """Return the mesh with its volumes, and a sphere around the centre of each selected facet to number it."""
     X = problem.points[facets[:, :3]]
     middles, short = X.mean(axis=1), np.linalg.norm(X - np.roll(X, 1, axis=1), axis=2).min(axis=1)
     spheres = [{"id": number, "center": middle, "radius": 1e-3 * edge}
@@ -132,6 +136,7 @@ def _geometry(problem: Problem, facets: Ints, numbers: Ints, acted: Mapping[int,
 
 
 def _material(index: int, problem: Problem) -> dict[str, Any]:
+    """Return the entry of the material with this index."""
     stuff = problem.stuff[index]
     return {"id": index + 1, "type": LAWS[stuff.law], "E": stuff.constants["young"], "nu": stuff.constants["poisson"],
             "rho": stuff.density or 0.0}  # fmt: skip
@@ -142,14 +147,14 @@ def _material(index: int, problem: Problem) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Acting:
-    """Load as an acceleration of the body (3,), m/s^2, and tractions on facets (f, 3), Pa."""
+    """Load as an acceleration `body` (3,), m/s^2, of the whole body and `tractions` on facets (f, 3), Pa."""
 
     body: Floats
     tractions: Floats
 
 
 def _convert_load(problem: Problem, named: Named, name: str, facets: Ints) -> Acting | None:
-    """Return the load with these nodal forces; None if it is of neither kind."""
+    """Return the load `name` as a body force or facet tractions; None if its nodal forces are of neither kind."""
     F, none = named.loads[name], Acting(np.zeros(3), np.zeros((len(facets), 3)))
     if not F.any():
         return none
@@ -170,13 +175,15 @@ def _convert_load(problem: Problem, named: Named, name: str, facets: Ints) -> Ac
 
 
 def _same(one: Floats, other: Floats) -> bool:
+    """Return whether two arrays are equal up to rounding."""
     return bool(np.abs(one - other).max(initial=0.0) <= SAME * np.abs(other).max(initial=0.0))
 
 
 def _weights(problem: Problem) -> Floats:
-    """Return the nodal masses of a body force (n,), kg.
+    """Return the mass (n,), kg, by which each node takes part in a body force.
 
-    A linear shape function has 1/4 of a cell, a quadratic one -1/20 at a corner and 1/5 between two.
+    A linear shape function has 1/4 of the mass of a cell; a quadratic one has -1/20 at a corner and 1/5 at a
+    mid-edge node.
     """
     found, corners = np.zeros(len(problem.points)), Mesh(problem.points, problem.cells[:, :4])
     shares = np.full(4, 0.25) if problem.element == "tet4" else np.array([-0.05] * 4 + [0.2] * 6)
@@ -187,26 +194,32 @@ def _weights(problem: Problem) -> Floats:
 
 
 def _uniform_facet_forces(problem: Problem, facets: Ints, forces: Floats) -> Floats:
-    """Return nodal forces (n, 3) of uniform facet forces (f, 3): a third at each corner, or at each mid-edge node."""
+    """Return the nodal forces (n, 3), N, of uniformly distributed forces on facets (f, 3), N.
+
+    A third of the force acts at each corner of a linear facet, or at each mid-edge node of a quadratic one.
+    """
     found, own = np.zeros_like(problem.points), facets[:, -3:]
     np.add.at(found, own, forces[:, None, :] / 3.0)
     return found
 
 
 def _areas(problem: Problem, facets: Ints) -> Floats:
-    """Return outward area vectors of facets (f, 3), m^2."""
+    """Return the outward area vectors (f, 3), m^2, of facets."""
     X = problem.points[facets[:, :3]]
     found: Floats = 0.5 * np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0])
     return found
 
 
 def _facets(problem: Problem) -> Ints:
-    """Return the boundary facets (f, 3 or 6), oriented outwards."""
+    """Return the nodes of the boundary facets (f, 3) or (f, 6), oriented outwards."""
     return Mesh(problem.points, problem.cells, problem.element).facets
 
 
 def _whole_facet_displacements(problem: Problem, facets: Ints) -> Floats | None:
-    """Return imposed displacements of whole facets (f, 3), m, NaN where free; None if supports hold other parts."""
+    """Return the imposed displacements of whole facets (f, 3), m, NaN where free.
+
+    The result is None if a support holds nodes that are not whole facets, or displaces a facet unevenly.
+    """
     values = np.full(problem.points.shape, np.nan)
     values[tuple(problem.held.T)] = problem.values
     on = values[facets]
@@ -218,12 +231,13 @@ def _whole_facet_displacements(problem: Problem, facets: Ints) -> Floats | None:
 
 
 def _straight(problem: Problem) -> bool:
+    """Return whether all edges are straight, with mid-edge nodes in the middle."""
     X = problem.points[problem.cells]
     return _same(X[:, np.array(EDGES)].mean(axis=2), X[:, 4:])
 
 
 def _corners(problem: Problem, named: Named) -> tuple[Problem, Named]:
-    """Return the problem with corner nodes only, renumbered."""
+    """Return the problem and its named parts with only corner nodes, renumbered."""
     used, cells = np.unique(problem.cells[:, :4], return_inverse=True)
     number = np.full(len(problem.points), -1, dtype=np.int64)
     number[used] = np.arange(len(used))

@@ -1,9 +1,9 @@
 """Export of a scene for SOFA (.scn, components as of version 24); the scene was never run in SOFA here.
 
-Linear tetrahedra of one material, in SI, with the full load in one solution by Newton's method; its log shows whether a
-large load was reached. `runSofa -g batch -n 1 model.scn` writes the undeformed mesh with nodal displacements `u` as
-`answer*.vtu`: the six digits of positions would be too few.
-Source: SOFA's components StaticSolver and TetrahedronHyperelasticityFEMForceField; laws as in its NeoHookean.h and
+The scene has linear tetrahedra of one material, in SI units. The full load is solved in one step by Newton's method;
+the log shows whether a large load was reached. `runSofa -g batch -n 1 model.scn` writes the undeformed mesh with nodal
+displacements `u` to `answer*.vtu`, because the six digits of deformed positions would be too few.
+Source: SOFA's components StaticSolver and TetrahedronHyperelasticityFEMForceField; laws as in NeoHookean.h and
 STVenantKirchhoff.h, whose parameters are mu and lambda.
 """
 
@@ -54,7 +54,7 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
-    """Write the scene."""
+    """Write the scene. Return the file names."""
     (folder / FILE).write_text("\n".join([*deck(problem), ""]), encoding="utf-8")
     return [FILE]
 
@@ -86,6 +86,7 @@ def deck(problem: Problem) -> Iterator[str]:
 
 
 def _law(stuff: ExternalMaterial, strain: str) -> str:
+    """Return the component of a material law."""
     E, nu = stuff.constants["young"], stuff.constants["poisson"]
     if strain == "small":
         return _tag("TetrahedronFEMForceField", name="law", method="small", youngModulus=E, poissonRatio=nu)
@@ -95,9 +96,10 @@ def _law(stuff: ExternalMaterial, strain: str) -> str:
 
 
 def _tag(component: str, **fields: Any) -> str:
-    """Return a component; arrays are numbers separated by spaces."""
+    """Return a component as an XML tag; arrays are written as numbers separated by spaces."""
     return f"<{component}{''.join(f' {name}={quoteattr(_text(own))}' for name, own in fields.items())}/>"
 
 
 def _text(value: Any) -> str:
+    """Return the value of a field as text."""
     return " ".join(map(repr, value.ravel().tolist())) if isinstance(value, np.ndarray) else str(value)

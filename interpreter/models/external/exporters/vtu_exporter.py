@@ -20,12 +20,16 @@ meshio._mesh.topological_dimension.setdefault("wedge15", 3)
 
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
-    """Return nothing, because the format does not contain laws."""
+    """Return no unsupported features, because the format does not contain material laws."""
     return []
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
-    """Write nodal `forces`, N, also of each load, `held`, 1 or 0 in each direction, and imposed `values`, m."""
+    """Write the mesh with nodal fields. Return the file names.
+
+    The fields are `forces`, N, in total and for each load; `held`, 1 or 0 in each direction; and imposed `values`,
+    m.
+    """
     held, values = np.zeros_like(problem.points), np.zeros_like(problem.points)
     held[tuple(problem.held.T)] = 1.0
     values[tuple(problem.held.T)] = problem.values

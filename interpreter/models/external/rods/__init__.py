@@ -1,1 +1,1 @@
-"""Models of rods that other programs solve: declaration and builder."""
+"""Models of rods that external programs solve: declaration and builder."""

@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PreparedRod(PreparedExternalDynamics):
-    """Dynamic analysis of a rod by a program; `solid` is our static rod with its nodes, sections and loads."""
+    """Dynamic analysis of a rod by a program; `solid` is our static rod, which has the nodes, sections and loads."""
 
     @property
     def rod(self) -> PreparedBeam:
-        """Our static rod."""
+        """Our static rod, which defines the problem."""
         return cast("PreparedBeam", self.solid)
 
     def asked(self) -> Problem:
-        """Return the problem for the program."""
+        """Return the problem that the program solves."""
         rod, case = self.rod, self.case
         fixed = np.asarray(rod.problem.fixed, dtype=np.int64)
         material = case.material
@@ -59,7 +59,7 @@ class PreparedRod(PreparedExternalDynamics):
         )
 
     def looked_at(self, answer: Answer, problem: Problem) -> Floats:
-        """Return nodal displacements (t, n, 3), m, after the requested steps. Raises NoAnswer."""
+        """Return nodal displacements (t, n, 3), m, after the requested steps. Raises NoAnswer if invalid."""
         u = super().looked_at(answer, problem)
         turned = answer.turned
         if turned is None or turned.shape != (*u.shape[:2], 3, 3) or not np.all(np.isfinite(turned)):
@@ -67,24 +67,25 @@ class PreparedRod(PreparedExternalDynamics):
         return u
 
     def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:
-        """Return displacements over time and at the end; sections rotate about the axis as the program computed."""
+        """Return the solution fields `course` and `displacement`, with sections rotated as the program computed."""
         assert answer.turned is not None
         rest, points = self.rod.rest, self.rod.points
         frames = np.concatenate([points + u, quaternion(answer.turned)], axis=2).reshape(len(u), -1)
 
         def course(X: Floats) -> Floats:
+            """Return the displacements (t, n, 3), m, of material points X (n, 3), m, at all times."""
             return np.array([displacement_at(x, rest, X) for x in frames])
 
         return {"course": course, "displacement": lambda X: displacement_at(frames[-1], rest, X)}
 
 
 def load(model: ExternalRod) -> None:
-    """Import what building needs."""
+    """Import the modules that building needs."""
     beam.load(model.ours)
 
 
 def prepare(model: ExternalRod, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
-    """Build our static rod for transfer, or none if the program does not support it. Raises Fault."""
+    """Build our static rod for transfer, or a placeholder if the program does not support it. Raises Fault."""
     if reasons := model.reasons(case):
         return UnavailableModel(model.words_of(reasons), "unsupported")
     rod = beam.build_static(model.ours, replace(declared, thing=model.ours), case)

@@ -1,4 +1,4 @@
-"""Declaration of rod models that other programs solve."""
+"""Declaration of rod models that external programs solve."""
 
 from __future__ import annotations
 
@@ -80,20 +80,21 @@ class ExternalRod(ExternalModel):
 
     @property
     def told(self) -> Program:
-        """Table entry of the program."""
+        """Entry of the program in the table of supported features."""
         return RODS[self.program]
 
     @property
     def ours(self) -> Beam6Dof:
-        """Our rod model that defines its problem."""
+        """Our rod model, which defines the problem."""
         return Beam6Dof(self.segments, body=self.body)
 
     def reasons(self, case: Case) -> list[Reason]:
-        """Return the features that the program cannot compute exactly as the scene means them, with reasons."""
+        """Return the features of the scene that the program cannot compute exactly, with reasons."""
         return [*unsupported_motion(case), *self._of_body(case), *self._of_loads(case), *self._of_clamps(case),
                 *self.of_steps(case)]  # fmt: skip
 
     def _of_body(self, case: Case) -> Iterator[Reason]:
+        """Yield features of the body and its material that the program cannot represent, with reasons."""
         if not isinstance(case.prism, Prism) or case.prism.tapered:
             yield "the body", "a rod needs one section along a straight axis"
         yield from unsupported_body(case)
@@ -108,6 +109,7 @@ class ExternalRod(ExternalModel):
             yield "damping_mass", why
 
     def _of_loads(self, case: Case) -> Iterator[Reason]:
+        """Yield loads that the program cannot represent, with reasons."""
         from softmark.interpreter.models.beam.beam_declaration import axis_station
         from softmark.interpreter.vocabulary.loads.body_force import BodyForce
         from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
@@ -119,6 +121,7 @@ class ExternalRod(ExternalModel):
                 yield f"load `{load.name}`", _NODAL
 
     def _of_clamps(self, case: Case) -> Iterator[Reason]:
+        """Yield supports that the program cannot represent, with reasons."""
         nodes, held = tuple(self.stations(case)), set[int]()
         for support in case.supports:
             if len(support.thing.components) < 3:
@@ -140,10 +143,13 @@ class ExternalRod(ExternalModel):
         return f"{self.told.title}: {self.segments} segments of a rod; {self.told.moves}"
 
     def kind(self, case: Case) -> ModelKind:
-        """Return the family of the model, that is all but its segments."""
+        """Return the family of the model: all its properties except the number of segments."""
         rod = self.ours.kind(case)
         return replace(rod, words=f"{rod.words}, {self.told.title}")
 
     def orders(self) -> dict[str, int]:
-        """Return the convergence order; it is one for a program whose clamp holds half a segment."""
+        """Return the convergence order in the segment length, as stated in the table of programs.
+
+        It is 1 for a program whose clamp holds half a segment.
+        """
         return {"segments": self.told.order}

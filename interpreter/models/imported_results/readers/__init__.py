@@ -1,7 +1,8 @@
-"""Readers of result files, without units and without matching to a body.
+"""Readers of result files, which know neither units nor the body.
 
-Each format is one module with `read(file) -> Told`, and one line in READERS; it is imported on first use. Files may be
-malicious: every error ends as Unreadable, within a memory limit that depends on the file's size.
+Each format is one module with `read(file) -> ResultFile`, and one line in READERS; it is imported on first use.
+Files may be malicious: every error is raised as Unreadable, within a memory limit that depends on the file's
+size.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ def read(file: Path) -> ResultFile:
 
 
 def _by_content(file: Path, reader: str) -> str:
-    """Return the reader of a VTK file by its content, because either ending may have either format."""
+    """Return the reader of a VTK file by its content, because both formats occur with both file endings."""
     if reader not in ("vtk", "vtu"):
         return reader
     from softmark.solvers.mesh.files.vtk import legacy_vtk, vtu_conversion

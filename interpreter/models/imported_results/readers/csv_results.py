@@ -1,8 +1,9 @@
-"""Reader of CSV tables: a row for each point, and for each time if a column is called `time` or `t`.
+"""Reader of CSV tables: one row for each point and, if a column is called `time` or `t`, for each time.
 
-Three columns that differ in their endings are a vector: `ux,uy,uz`, `u_x,u_y,u_z`, `U1,U2,U3`, or `u:0,u:1,u:2` as
-written by ParaView. Positions are `X,Y,Z`, or `x0,y0,z0`, or ParaView's `Points`, or else `x,y,z`. If there are other
-positions, `x,y,z` are deformed positions, as `x1,y1,z1` are.
+Three columns whose names differ only at the end are a vector: `ux,uy,uz`, `u_x,u_y,u_z`, `U1,U2,U3`, or
+`u:0,u:1,u:2` as written by ParaView. Positions are `X,Y,Z`, or `x0,y0,z0`, or ParaView's `Points`, or else
+`x,y,z`. If a table has positions in addition to `x,y,z`, then `x,y,z` are deformed positions, as `x1,y1,z1`
+are.
 """
 
 from __future__ import annotations
@@ -65,6 +66,7 @@ def read(file: Path) -> ResultFile:
 
 
 def _first(triples: Sequence[Triple], words: Sequence[str]) -> Triple | None:
+    """Return the first of these triples of columns whose name is one of the `words`, else None."""
     return next((triple for triple in triples if set(triple) <= set(words)), None)
 
 
@@ -120,7 +122,7 @@ def _group_by_time(
 
 
 def _groups(times: Floats) -> list[Ints]:
-    """Return the rows of each time, in the order of times, and within a time in that of the file."""
+    """Return the rows of each time, in the order of times; rows of one time are in the order of the file."""
     order = np.argsort(times, kind="stable")
     return [rows.astype(np.int64) for rows in np.split(order, np.flatnonzero(np.diff(times[order])) + 1)]
 

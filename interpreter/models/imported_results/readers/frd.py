@@ -1,6 +1,8 @@
 """Reader of CalculiX results, .frd as text: nodes, cells, and nodal vectors of all increments, at their total times.
 
-Columns are of fixed width. Source: G. Kaminski and K. Wittig, CalculiX GraphiX user's manual, "Result format".
+Columns are of fixed width.
+
+Source: G. Kaminski and K. Wittig, CalculiX GraphiX user's manual, "Result format".
 """
 
 from __future__ import annotations
@@ -48,7 +50,7 @@ class Lines:
     at: list[int] = field(default_factory=lambda: [0])
 
     def heads(self) -> Iterator[tuple[str, bytes, int]]:
-        """Yield the first lines of blocks with their keys 2C, 3C or 100C, and their line numbers. Raises Unreadable."""
+        """Yield the first line of each block with its key (2C, 3C or 100C) and its line number. Raises Unreadable."""
         while self.at[0] < len(self.rows):
             row, here = self.rows[self.at[0]], self.at[0] + 1
             self.at[0] += 1
@@ -108,12 +110,13 @@ def read(file: Path) -> ResultFile:
 
 def _moments(name: str, X: Floats, blocks: tuple[Block, ...], steps: dict[float, dict[str, Floats]],
              left: tuple[str, ...]) -> list[Moment]:  # fmt: skip
+    """Return the states of the increments `steps`, by time. Raises Unreadable."""
     mesh = checked_state(name, X, blocks, {})
     return [state_on_mesh(name, mesh, found, time, left) for time, found in steps.items()]
 
 
 def _width(name: str, row: bytes, here: int) -> int:
-    """Return the width of node numbers, from the format at the end of a line. Raises Unreadable."""
+    """Return the number of characters of node numbers, from the format code at the end of a line. Raises Unreadable."""
     form = row.split()[-1] if row.split() else b""
     if form in (b"2", b"3"):
         raise Unreadable(name, f"line {here} is binary", TEXT)
@@ -123,7 +126,7 @@ def _width(name: str, row: bytes, here: int) -> int:
 
 
 def _table(name: str, rows: list[bytes], line: int, width: int, many: int) -> tuple[Ints, Floats]:
-    """Return nodes (k,) and numbers (k, many) of lines ` -1`. Raises Unreadable."""
+    """Return node numbers (k,) and values (k, many) of lines that begin with ` -1`. Raises Unreadable."""
     ends = np.cumsum([3, width, *[NUMBER] * many])
     rows = [row.rstrip() for row in rows]
     for i, row in enumerate(rows):
@@ -155,7 +158,7 @@ def _nodes(lines: Lines, row: bytes, here: int) -> tuple[Ints, Floats]:
 
 
 def _cells(lines: Lines, row: bytes, here: int, ids: Ints) -> list[Block]:
-    """Return cells from lines ` -1` with their type and ` -2` with their nodes. Raises Unreadable."""
+    """Return cells from lines ` -1` with the cell type and lines ` -2` with the nodes. Raises Unreadable."""
     width = _width(lines.name, row, here)
     line, rows = lines.block()
     found: dict[str, list[list[int]]] = {}
@@ -183,7 +186,7 @@ def _cells(lines: Lines, row: bytes, here: int, ids: Ints) -> list[Block]:
 
 
 def _node_indices(name: str, numbers: Ints, ids: Ints) -> Ints:
-    """Return the indices of nodes from their numbers. Raises Unreadable."""
+    """Return the indices of nodes with these numbers in `ids`. Raises Unreadable if a number is missing."""
     order = np.argsort(ids)
     at = np.searchsorted(ids[order], numbers).clip(max=len(ids) - 1)
     places: Ints = order[at]
@@ -194,7 +197,10 @@ def _node_indices(name: str, numbers: Ints, ids: Ints) -> Ints:
 
 
 def _result(lines: Lines, row: bytes, here: int, ids: Ints) -> tuple[float, str, Floats | None]:
-    """Return time, name and values (n, 3) of a result; None for values that are no nodal vector. Raises Unreadable."""
+    """Return time, name and values (n, 3) of a result block. Raises Unreadable.
+
+    Values are None if they are not a nodal vector.
+    """
     width, (line, rows) = _width(lines.name, row, here), lines.block()
     try:
         time, kind = float(row[12:24]), int(row[56:58])

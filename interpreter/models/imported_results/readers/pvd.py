@@ -1,4 +1,4 @@
-"""Reader of PVD, ParaView's series of VTU or single-part PVTU files with times, in its own folder or below."""
+"""Reader of PVD, ParaView's time series of VTU or single-part PVTU files in the folder of the series or below."""
 
 from __future__ import annotations
 
@@ -44,7 +44,10 @@ def read(file: Path) -> ResultFile:
 
 
 def _distinct_files(file: Path, paths: list[str]) -> list[Path]:
-    """Return the files of a series. Raises Unreadable at the first that is named again: each takes time to resolve."""
+    """Return the files of a series. Raises Unreadable if a file is named twice.
+
+    This limits the time that resolving names takes.
+    """
     found: dict[Path, None] = {}
     for path in paths:
         one = resolve_within_folder(file.name, file.parent, path)
@@ -55,7 +58,7 @@ def _distinct_files(file: Path, paths: list[str]) -> list[Path]:
 
 
 def _moments(name: str, files: list[Path], times: list[str]) -> Iterator[Moment]:
-    """Yield the states, at the times of the series. Raises Unreadable."""
+    """Yield the states of the files of a series, at these times. Raises Unreadable."""
     for file, time in zip(files, times, strict=True):
         if time and not NUMBER.fullmatch(time.strip()):
             raise Unreadable(name, f"`{time[:40]}` is not a time", AGAIN)

@@ -1,4 +1,4 @@
-"""Reader of PVTU, which names the VTU files of the parts of a mesh; only a single part is supported."""
+"""Reader of PVTU, which names the VTU files of the parts of a mesh. Only a single part is supported."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def read_moment(file: Path) -> Moment:
 
 
 def part(file: Path) -> Path:
-    """Return the file of the single part, in the same folder or below. Raises Unreadable."""
+    """Return the VTU file of the single part, in the folder of the PVTU file or below. Raises Unreadable."""
     with limited_resources(file):
         top = parse_xml(file.name, read_regular(file), "VTKFile")
     pieces = top.findall("PUnstructuredGrid/Piece")

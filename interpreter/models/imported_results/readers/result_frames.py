@@ -1,4 +1,4 @@
-"""States read from a file at one time, with checks, and their combination to a series."""
+"""Checks of states read from a result file, one for each time, and their combination to a series."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Block = tuple[str, Ints]  # meshio's word of an element, or other words for it, 
 
 @dataclass(frozen=True)
 class Moment:
-    """State of a file at one time: points (n, 3), blocks of cells of any kind, and arrays with a row for each point."""
+    """State of a result file at one time: points (n, 3), blocks of cells, and arrays with a row per point."""
 
     points: Floats
     blocks: tuple[Block, ...]
@@ -40,7 +40,7 @@ class Moment:
 
     @property
     def others(self) -> tuple[str, ...]:
-        """Descriptions of the other arrays."""
+        """Descriptions of arrays that are not 3-vectors."""
         rest = {name: v[0].size for name, v in self.arrays.items() if v.shape[1:] != (3,)}
         return tuple(
             f"scalars `{name}`" if k == 1 else f"`{name}`, with {k} numbers per point" for name, k in rest.items()
@@ -55,7 +55,10 @@ def checked_state(
     time: float | None = None,
     left: tuple[str, ...] = (),
 ) -> Moment:
-    """Return the checked state of the file `name`. Raises Unreadable."""
+    """Return the state of the file `name` after checking it. Raises Unreadable.
+
+    `left` describes content of the file that is not used.
+    """
     P = np.asarray(points, dtype=np.float64)
     if P.ndim != 2 or P.shape[1] != 3 or not len(P):
         shape = " x ".join(map(str, P.shape))
@@ -67,7 +70,7 @@ def checked_state(
 
 def state_on_mesh(name: str, mesh: Moment, arrays: Mapping[str, NDArray[np.generic]], time: float | None = None,
           left: tuple[str, ...] = ()) -> Moment:  # fmt: skip
-    """Return another state with the mesh of a checked one. Raises Unreadable."""
+    """Return a state with other `arrays` on the mesh of a checked state. Raises Unreadable."""
     n, known = len(mesh.points), {}
     for word, values in arrays.items():
         if len(values) != n:
@@ -82,7 +85,7 @@ def state_on_mesh(name: str, mesh: Moment, arrays: Mapping[str, NDArray[np.gener
 
 
 def _finite(name: str, what: str, values: Floats) -> None:
-    """Raise Unreadable with the first point (n, 3) whose values are not finite."""
+    """Raise Unreadable if a value (n, 3) is not finite, naming the first such point."""
     with np.errstate(invalid="ignore"):
         wrong = np.flatnonzero(~np.all(np.abs(values) <= LARGEST, axis=1))
     if len(wrong):
@@ -114,7 +117,10 @@ def _checked_block(name: str, block: Block, count: int) -> Block:
 
 
 def combine_states(name: str, moments: Iterable[Moment], ids: Ints | None = None) -> ResultFile:
-    """Return states of one mesh as a series, in the order of their times. Raises Unreadable."""
+    """Return states of one mesh as a series, in the order of their times. Raises Unreadable.
+
+    `ids` are the numbers of the points, if the file has them.
+    """
     every: list[Moment] = []
     for each in moments:
         if every:
@@ -154,7 +160,7 @@ def _check_same_mesh(name: str, first: Moment, each: Moment, i: int) -> None:
 
 
 def _sort_by_time(name: str, every: list[Moment]) -> list[Moment]:
-    """Return states in the order of times, or else of the file. Raises Unreadable for equal times."""
+    """Return states in the order of their times or, without times, of the file. Raises Unreadable for equal times."""
     times = [each.time for each in every if each.time is not None]
     if len(times) < len(every):
         if times:
@@ -168,7 +174,7 @@ def _sort_by_time(name: str, every: list[Moment]) -> list[Moment]:
 
 
 def _most_frequent_element(blocks: Iterable[Block]) -> tuple[str | None, Ints | None, tuple[str, ...]]:
-    """Return the most frequent element, its cells (m, a), and a description of the other cells."""
+    """Return the most frequent element type, its cells (m, a), and descriptions of the other cells."""
     counts: dict[str, int] = {}
     for word, cells in blocks:
         counts[word] = counts.get(word, 0) + len(cells)
@@ -181,7 +187,7 @@ def _most_frequent_element(blocks: Iterable[Block]) -> tuple[str | None, Ints | 
 
 
 def _plane_cells(blocks: Iterable[Block]) -> tuple[str, Ints] | None:
-    """Return the most frequent kind of plane cells, and its cells (m, a); None if there are no known ones."""
+    """Return the most frequent type of plane cells, and these cells (m, a); None if there are no known ones."""
     each: dict[str, list[Ints]] = {}
     for word, cells in blocks:
         if word in FLAT and len(cells):
@@ -193,7 +199,7 @@ def _plane_cells(blocks: Iterable[Block]) -> tuple[str, Ints] | None:
 
 
 def describe_count(n: int, word: str) -> str:
-    """Describe a number of cells of a kind named as in meshio."""
+    """Return a number of cells as text, with the name that meshio gives to their type."""
     if word in PLURALS:
         return f"{n} {word if n == 1 else PLURALS[word]}"
     return f"{n} cell{'' if n == 1 else 's'} `{KINDS.get(word, word)}`"

@@ -1,4 +1,4 @@
-"""Reader of VTK's legacy files, text and binary."""
+"""Reader of VTK's legacy files (.vtk), text and binary."""
 
 from __future__ import annotations
 

@@ -1,7 +1,9 @@
 """Reader of VTU, VTK's unstructured grids in XML: text, base64 or raw data, compressed by zlib or LZMA, in one file.
 
-meshio is not used: it searches raw arrays by offsets that it has changed, and stops at words that ParaView writes
-between the numbers. Source: VTK File Formats, section "XML file formats" (vtk.org).
+meshio is not used, because it searches raw arrays at offsets that it has changed, and fails at words that
+ParaView writes between numbers.
+
+Source: VTK File Formats, section "XML file formats" (vtk.org).
 """
 
 from __future__ import annotations
@@ -69,7 +71,10 @@ def read_moment(file: Path) -> Moment:
 
 
 def _parts(data: bytes) -> tuple[bytes, tuple[bytes, bytes] | None]:
-    """Return the XML, and the tag of appended data with the data; one scan, however often the tag begins."""
+    """Return the XML of a file, and the tag of its appended data with these data; None if there are none.
+
+    The file is scanned once, however often the tag begins.
+    """
     start = data.find(b"<AppendedData")
     end = data.find(b">", start) + 1 if start >= 0 else 0
     if not end:
@@ -78,7 +83,7 @@ def _parts(data: bytes) -> tuple[bytes, tuple[bytes, bytes] | None]:
 
 
 def _join_pieces(source: Source, grid: ElementT, pieces: list[ElementT]) -> Moment:
-    """Return the pieces as one state, with the time that ParaView writes."""
+    """Return the pieces of a grid as one state, with the time that ParaView writes."""
     points, blocks, arrays, before = [], list[Block](), list[dict[str, Array]](), 0
     for piece in pieces:
         n = source.count(piece, "NumberOfPoints")
@@ -106,7 +111,7 @@ def _join_pieces(source: Source, grid: ElementT, pieces: list[ElementT]) -> Mome
 
 
 def _cells(source: Source, piece: ElementT) -> list[Block]:
-    """Return cells by kind. Raises Unreadable."""
+    """Return the cells of a piece, in blocks of one type. Raises Unreadable."""
     m = source.count(piece, "NumberOfCells")
     items = {a.get("Name"): a for a in piece.findall("Cells/DataArray")}
     if not m:
@@ -135,6 +140,7 @@ def _cells(source: Source, piece: ElementT) -> list[Block]:
 
 
 def _whole(source: Source, item: ElementT) -> Ints:
+    """Return an array of integers. Raises Unreadable."""
     found = source.array(item)
     if found.dtype.kind not in "iu" or (found.size and int(found.max()) >= 2**62):
         raise Unreadable(source.name, f"`{item.get('Name')}` of its cells are not point numbers", AGAIN)
@@ -143,7 +149,7 @@ def _whole(source: Source, item: ElementT) -> Ints:
 
 @dataclass(frozen=True)
 class Source:
-    """Data arrays of a file, and their encoding."""
+    """Data arrays of a VTU file, and their encoding."""
 
     name: str
     order: Literal["<", ">"]  # of bytes
@@ -155,14 +161,14 @@ class Source:
     room: list[int]  # bytes that its blocks may still unpack to, whatever names them how often
 
     def count(self, piece: ElementT, word: str) -> int:
-        """Return a declared number of the file. Raises Unreadable."""
+        """Return the number that the attribute `word` of a piece declares. Raises Unreadable."""
         told = piece.get(word, "")
         if not re.fullmatch(r"\d{1,10}", told):
             raise Unreadable(self.name, f"{word} is `{told[:40]}`", AGAIN)
         return int(told)
 
     def rows(self, item: ElementT, n: int, k: int | None = None) -> Array:
-        """Return the values (n, k) of an array at all points. Raises Unreadable."""
+        """Return the values of an array at all n points, as (n, k). Raises Unreadable."""
         found, word = self.array(item), item.get("Name") or "Points"
         width = item.get("NumberOfComponents") or str(k or 1)
         if not re.fullmatch(r"\d{1,4}", width) or found.size != n * int(width) or (k or int(width)) != int(width):
@@ -185,6 +191,7 @@ class Source:
             raise Unreadable(self.name, f"`{word}` cannot be decoded ({str(error)[:100]})", AGAIN) from None
 
     def _appended(self, item: ElementT) -> bytes:
+        """Return the bytes of an array in the appended data."""
         start = int(item.get("offset", ""))
         if not 0 <= start < len(self.appended):
             raise ValueError(f"it starts at byte {start} of {len(self.appended)}")
@@ -192,7 +199,11 @@ class Source:
         return data if self.raw else _decode_base64(data)
 
     def _unpacked(self, data: bytes) -> bytes:
-        """Return decoded bytes: a size and bytes, or sizes of blocks before and after compression, and the blocks."""
+        """Return the decoded bytes of an array.
+
+        The data are a size followed by bytes or, if compressed, sizes of blocks before and after compression and the
+        blocks.
+        """
         wide = np.dtype(self.header).itemsize
 
         def sizes(start: int, count: int) -> list[int]:
@@ -221,7 +232,7 @@ class Source:
 
 
 def _source(name: str, top: ElementT, appended: tuple[bytes, bytes] | None, room: int) -> Source:
-    """Return the encoding of the arrays of a file, which may unpack to `room` bytes in all. Raises Unreadable."""
+    """Return the encoding of a file's arrays, which may unpack to `room` bytes in total. Raises Unreadable."""
     packer, header = top.get("compressor"), top.get("header_type", "UInt32")
     if packer is not None and packer not in COMPRESSED:
         remedy = f"write it without compression, or compressed by {' or '.join(COMPRESSED.values())}"
@@ -240,19 +251,20 @@ def _source(name: str, top: ElementT, appended: tuple[bytes, bytes] | None, room
 
 
 def _decode_base64(data: bytes) -> bytes:
-    """Return decoded base64, in which a header may be padded separately."""
+    """Return bytes decoded from base64, in which the header may be padded separately."""
     parts = re.findall(rb"[^=]+={0,2}", b"".join(data.split()))
     return b"".join(base64.b64decode(part, validate=True) for part in parts)
 
 
 def _unpack_block(packed: str, data: bytes, promised: int) -> bytes:
-    """Return an unpacked block, limited to its declared size and one byte, because small data may expand greatly."""
+    """Return an unpacked block, limited to its declared size plus one byte, because small data may expand greatly."""
     if packed == "zlib":
         return zlib.decompressobj().decompress(data, promised + 1)
     return lzma.LZMADecompressor().decompress(data, promised + 1)
 
 
 def _full(found: bytes, promised: Any) -> bytes:
+    """Return bytes whose number is as declared. Raises Unreadable if it differs."""
     if len(found) != promised:
         raise ValueError(f"{promised} bytes are announced, but there are {len(found)} or more")
     return found

@@ -1,6 +1,8 @@
-"""Reader of XDMF: single grids or series of them, with numbers in the file itself or in HDF5 next to it.
+"""Reader of XDMF: single grids or series of grids, with numbers in the XML itself or in HDF5 files next to it.
 
-meshio is not used: it opens any path that a file names. Source: XDMF Model and Format (xdmf.org), versions 2 and 3.
+meshio is not used, because it opens any path that a file names.
+
+Source: XDMF Model and Format (xdmf.org), versions 2 and 3.
 """
 
 from __future__ import annotations
@@ -47,7 +49,7 @@ INCLUDES = ("{http://www.w3.org/2001/XInclude}include", "{http://www.w3.org/2003
 
 @dataclass(frozen=True)
 class Source:
-    """XDMF file, and the files next to it that hold its numbers, by their names in the file."""
+    """XDMF file, and the HDF5 files next to it with its numbers, by the names that it gives them."""
 
     name: str
     files: dict[str, Path]
@@ -55,11 +57,11 @@ class Source:
     known: dict[Any, Any] = field(default_factory=dict)  # what was opened
 
     def refused(self, reason: str, remedy: str = AGAIN) -> Unreadable:
-        """Return the exception to raise."""
+        """Return the exception Unreadable with a reason and a remedy."""
         return Unreadable(self.name, reason, remedy)
 
     def numbers(self, of: ElementT) -> Array:
-        """Return the single data item of an element, in its shape. Raises Unreadable."""
+        """Return the numbers of the single data item of an element, in the declared shape. Raises Unreadable."""
         items = of.findall("DataItem")
         if len(items) != 1 or list(items[0]):
             raise self.refused(
@@ -90,7 +92,7 @@ class Source:
             raise self.refused(f"an item is not a text of numbers ({str(error)[:80]})") from None
 
     def _stored(self, told: str) -> Array:
-        """Return numbers from HDF5 files in the same folder only. Raises Unreadable."""
+        """Return numbers from an HDF5 file, which must be in the folder of the XDMF file. Raises Unreadable."""
         import h5py
 
         word, _, inner = told.partition(":")
@@ -124,7 +126,7 @@ def read(file: Path) -> ResultFile:
 
 
 def _moments(source: Source, top: ElementT) -> list[Moment]:
-    """Return grids by their times; grids of one time are combined. Raises Unreadable."""
+    """Return the states of the grids; grids with equal times are combined. Raises Unreadable."""
     grids = top.findall("Domain/Grid")
     series = [grid for grid in grids if grid.get("GridType") == "Collection"]
     if wrong := next((g for g in series if g.get("CollectionType", "Spatial") != "Temporal"), None):
@@ -161,7 +163,7 @@ def _time(source: Source, grid: ElementT) -> float | None:
 
 
 def _moment(source: Source, base: ElementT, time: float | None, attributes: list[ElementT]) -> Moment:
-    """Return points and cells of a grid, and values at the points. Raises Unreadable."""
+    """Return the state of a grid: points, cells, and values at the points. Raises Unreadable."""
     if base not in source.known:  # which series share
         source.known[base] = _mesh(source, base)
     plane, mesh = source.known[base]
@@ -180,7 +182,7 @@ def _moment(source: Source, base: ElementT, time: float | None, attributes: list
 
 
 def _mesh(source: Source, base: ElementT) -> tuple[bool, Moment]:
-    """Return whether a grid is plane, and its points and cells. Raises Unreadable."""
+    """Return whether a grid is plane, and a state with its points and cells. Raises Unreadable."""
     geometry, topology = (base.findall(word)[0] for word in ("Geometry", "Topology"))
     kind = geometry.get("GeometryType") or geometry.get("Type") or "XYZ"
     if kind not in ("XYZ", "XY"):
@@ -191,7 +193,7 @@ def _mesh(source: Source, base: ElementT) -> tuple[bool, Moment]:
 
 
 def _in_space(values: Array) -> Array:
-    """Return 2D vectors with a third component of zero."""
+    """Return 2D vectors (n, 2) as (n, 3), with a third component of zero."""
     return np.pad(values, ((0, 0), (0, 1))) if values.ndim == 2 and values.shape[1] == 2 else values
 
 
@@ -214,7 +216,7 @@ def _cells(source: Source, topology: ElementT) -> list[Block]:
 
 
 def _whole(source: Source, data: Array) -> Array:
-    """Return integers from numbers stored as floats, which is the default type of a file."""
+    """Return integers from numbers that may be stored as floats, the default type of XDMF. Raises Unreadable."""
     found = np.asarray(data, dtype=np.float64)
     if not (np.isfinite(found).all() and (found == np.round(found)).all() and (np.abs(found) < 2**53).all()):
         raise source.refused("the point numbers of its cells are not integers")

@@ -1,4 +1,4 @@
-"""Safe XML of result files: trees without entities, and paths that stay within a folder."""
+"""Safe reading of XML result files: trees without entities, and paths that stay within a folder."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ElementT = ElementTree.Element
 
 
 def parse_xml(name: str, data: bytes, root: str) -> ElementT:
-    """Return the tree of a file with the root element `root`. Raises Unreadable.
+    """Return the XML tree of a file, whose root element must be `root`. Raises Unreadable.
 
     Only UTF-8 without a document type is accepted, because a document type can expand text or name other files.
     """
@@ -41,7 +41,7 @@ def parse_xml(name: str, data: bytes, root: str) -> ElementT:
 
 
 class _Shallow(ElementTree.TreeBuilder):
-    """Tree builder with a limited depth."""
+    """Builder of XML trees with a limited nesting depth."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -62,7 +62,10 @@ class _Shallow(ElementTree.TreeBuilder):
 
 
 def numbers(text: str, kind: str) -> NDArray[np.generic]:
-    """Return numbers separated by blanks, floats always in double precision. Raises ValueError, OverflowError."""
+    """Return numbers separated by blanks, as the type `kind`; floats are always in double precision.
+
+    Raises ValueError and OverflowError.
+    """
     if not text.strip():
         return np.empty(0, kind)
     with warnings.catch_warnings():
@@ -79,7 +82,7 @@ def numbers(text: str, kind: str) -> NDArray[np.generic]:
 
 
 def resolve_within_folder(name: str, folder: Path, told: str) -> Path:
-    """Return the file of a path, which must lie in the folder or below. Raises Unreadable."""
+    """Return the file that a path names, which must lie in the folder or below. Raises Unreadable."""
     shown = told if len(told) < 80 else f"{told[:80]}..."
     remedy = "put all files into one folder, and write paths within it"
     try:

@@ -1,8 +1,10 @@
-"""Reader of FEBio plot files, .xplt of FEBio 3 and 4 (versions 3.0 to 3.5): points, cells, nodal vectors of all states.
+"""Reader of FEBio plot files, .xplt of FEBio 3 and 4 (versions 3.0 to 3.5), with nodal vectors of all states.
 
-A file is a tree of chunks: a number for the kind, the size in bytes, and the content; states may be compressed by
-zlib, each separately. States that FEBio marks as not converged are skipped. Source: FEBio's own readers, XPLTLib of
-FEBio Studio, and FEBio User's Manual, "Plot file format". No file written by FEBio was available for tests.
+A file is a tree of chunks. Each chunk has a number for its type, its size in bytes, and its content; states may
+be compressed by zlib, each separately. States that FEBio marks as not converged are skipped. No file written by
+FEBio was available for tests.
+
+Source: FEBio's own readers, XPLTLib of FEBio Studio, and FEBio User's Manual, "Plot file format".
 """
 
 from __future__ import annotations
@@ -54,14 +56,14 @@ TYPES = {0: ("hexahedron", 8), 1: ("wedge", 6), 2: ("tetra", 4), 3: ("quad", 4),
 
 @dataclass(frozen=True)
 class Chunk:
-    """Content of a part of a file."""
+    """Chunk of a file: its content."""
 
     name: str  # of the file
     order: str  # of bytes: < or >
     data: memoryview
 
     def parts(self) -> Iterator[tuple[int, Chunk]]:
-        """Yield the chunks within it, with their kinds. Raises Unreadable."""
+        """Yield the chunks within this chunk, with their types. Raises Unreadable."""
         at, size = 0, len(self.data)
         while at < size:
             if at + 8 > size:
@@ -74,27 +76,27 @@ class Chunk:
             at += long
 
     def all(self, *path: int) -> list[Chunk]:
-        """Return the chunks at the end of a path."""
+        """Return the chunks at the end of a path of chunk types."""
         found = [self]
         for step in path:
             found = [part for each in found for what, part in each.parts() if what == step]
         return found
 
     def one(self, *path: int) -> Chunk:
-        """Return the single chunk at the end of a path. Raises Unreadable."""
+        """Return the single chunk at the end of a path of chunk types. Raises Unreadable."""
         found = self.all(*path)
         if len(found) != 1:
             raise Unreadable(self.name, f"it has {len(found)} chunks {path[-1]:#010x}, but one is expected", AGAIN)
         return found[0]
 
     def numbers(self, kind: str) -> NDArray[np.generic]:
-        """Return its content as numbers. Raises Unreadable."""
+        """Return the content as numbers of the type `kind`. Raises Unreadable."""
         if len(self.data) % 4:
             raise Unreadable(self.name, f"a chunk of numbers has {len(self.data)} bytes", AGAIN)
         return np.frombuffer(self.data, f"{self.order}{kind}4")
 
     def number(self, *path: int) -> int:
-        """Return the single integer at the end of a path. Raises Unreadable."""
+        """Return the single integer at the end of a path of chunk types. Raises Unreadable."""
         found = self.one(*path).numbers("i")
         if found.size != 1:
             raise Unreadable(self.name, f"chunk {path[-1]:#010x} contains {found.size} numbers, not one", AGAIN)
@@ -121,7 +123,7 @@ def read(file: Path) -> ResultFile:
 
 
 def _split(whole: Chunk) -> tuple[Chunk, Chunk, memoryview]:
-    """Return the root, the mesh, and the rest of the file. Raises Unreadable."""
+    """Return the root chunk, the mesh chunk, and the remaining bytes of the file. Raises Unreadable."""
     at, found = 0, []
     for expected in (ROOT, MESH):
         what, size = (*np.frombuffer(whole.data[at : at + 8], f"{whole.order}u4").tolist(), 0, 0)[:2]
@@ -134,7 +136,7 @@ def _split(whole: Chunk) -> tuple[Chunk, Chunk, memoryview]:
 
 
 def _nodes(mesh: Chunk) -> tuple[Ints | None, Floats]:
-    """Return node numbers (n,), from version 3.3 on, and positions (n, 3). Raises Unreadable."""
+    """Return node numbers (n,), which files have from version 3.3 on, and positions (n, 3). Raises Unreadable."""
     section = mesh.one(NODES)
     n, dim = section.number(NODE_HEADER, NODE_SIZE), section.number(NODE_HEADER, NODE_DIM)
     coordinates = section.one(COORDS)
@@ -149,7 +151,7 @@ def _nodes(mesh: Chunk) -> tuple[Ints | None, Floats]:
 
 
 def _cells(domain: Chunk) -> Block:
-    """Return the cells of a domain, without their numbers. Raises Unreadable."""
+    """Return the cells of a domain as node indices, without the cell numbers. Raises Unreadable."""
     kind, m = domain.number(DOMAIN_HEADER, CELL_TYPE), domain.number(DOMAIN_HEADER, CELL_COUNT)
     if kind not in TYPES:
         raise Unreadable(domain.name, f"its cells have an unknown type {kind}", VTK)
@@ -164,14 +166,14 @@ def _cells(domain: Chunk) -> Block:
 
 
 def _item(item: Chunk) -> tuple[str, int]:
-    """Return the name of a variable, and its type. Raises Unreadable."""
+    """Return the name and the type of a variable. Raises Unreadable."""
     word = bytes(item.one(ITEM_NAME).data).partition(b"\0")[0].decode("utf-8", "replace")
     return word.partition("=")[2] or word, item.number(ITEM_TYPE)
 
 
 def _moments(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str, int]],
              X: Floats, blocks: list[Block]) -> list[Moment]:  # fmt: skip
-    """Return the states that converged. Raises Unreadable."""
+    """Return the states that FEBio marks as converged. Raises Unreadable."""
     mesh, found, left = checked_state(whole.name, X, blocks, {}), list[Moment](), list[str]()
     for what, state in _unpack_streams(whole, rest) if packed else Chunk(whole.name, whole.order, rest).parts():
         if what == MESH:
@@ -191,10 +193,10 @@ def _moments(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str
 
 
 def _unpack_streams(whole: Chunk, rest: memoryview) -> Iterator[tuple[int, Chunk]]:
-    """Yield chunks that are each a zlib stream. Raises Unreadable.
+    """Yield the chunks of a file in which each chunk is a zlib stream. Raises Unreadable.
 
-    A stream is read in growing windows, so that many short ones cost no more than their bytes. The unpacked total is
-    limited to the memory of a reader.
+    Streams are read in growing windows, so that many short streams cost no more than their bytes. The unpacked
+    total is limited to the memory of a reader.
     """
     at, room = 0, FLOOR + FACTOR * len(rest)
     while at < len(rest):
@@ -216,7 +218,7 @@ def _unpack_streams(whole: Chunk, rest: memoryview) -> Iterator[tuple[int, Chunk
 
 
 def _variables(state: Chunk, names: list[tuple[str, int]], n: int) -> Iterator[tuple[str, Floats]]:
-    """Yield nodal vectors (n, 3) and scalars (n,), by name. Raises Unreadable."""
+    """Yield the nodal vectors (n, 3) and scalars (n,) of a state, by name. Raises Unreadable."""
     for variable in state.all(STATE_DATA, NODE_DATA, VARIABLE):
         at = variable.number(VARIABLE_ID)
         if not 1 <= at <= len(names):

@@ -1,4 +1,7 @@
-"""Figure 3 of Marchal et al. (2008) for every line probe: centre lines in the plane in which they bend."""
+"""Centre lines of bodies for every line probe, drawn in the plane in which they bend.
+
+Source: Marchal et al. (2008), figure 3.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +41,7 @@ EMPTY = "No probe has a result."
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return the figures, and the tables of point probes."""
+    """Return the HTML section with a figure for each line probe, and tables of point probes."""
     figures = [Lines(findings, number, probe).plate() for number, probe in enumerate(lines_of(findings))]
     tables = [point_table(probe, seen) for probe, seen in points_of(findings).items()]
     if not figures and not tables:
@@ -49,7 +52,7 @@ def section_of(findings: ReportSummary) -> str:
 
 @dataclass(frozen=True)
 class Lines:
-    """Figure of one line probe."""
+    """Figure of the centre lines at one line probe."""
 
     findings: ReportSummary
     number: int
@@ -57,24 +60,27 @@ class Lines:
 
     @cached_property
     def undeformed(self) -> Floats:
-        """Undeformed line (n, 3), m."""
+        """Points of the undeformed line, shape (n, 3), m."""
         return max((p.points for p in self.findings.probes[self.probe].values()), key=len)
 
     @cached_property
     def lines(self) -> dict[str, Floats]:
-        """Lines (n, 3), m, by name: the undeformed one, then references, then models on top."""
+        """Lines, shape (n, 3), m, by name, from back to front: the undeformed one, references, models."""
         seen, report = self.findings.probes[self.probe], self.findings.report
         names = [n for n in (*report.references, *report.models) if n in seen]
         return {REST_NAME: self.undeformed} | {n: seen[n].position for n in names}
 
     @cached_property
     def all_points(self) -> Floats:
-        """All points within the figure (m, 3), m."""
+        """Points of all lines that the figure shows, shape (m, 3), m."""
         return np.concatenate([X for n, X in self.lines.items() if n not in self.far])
 
     @cached_property
     def plane(self) -> tuple[int, int]:
-        """Two coordinates with the largest spread, gravity along the second; z before y if equal."""
+        """Indices of the two coordinates with the largest spread, which are the plane of the figure.
+
+        The second one is that of gravity, if gravity is one of them. If spreads are equal, z is preferred to y.
+        """
         spread = np.ptp(self.all_points, axis=0)
         first, second = sorted((0, 2, 1), key=lambda i: -float(spread[i]))[:2]
         up = int(np.abs(upward(self.findings)).argmax())
@@ -84,7 +90,7 @@ class Lines:
 
     @cached_property
     def far(self) -> list[str]:
-        """Models that would dwarf the others; they are left out of the figure."""
+        """Models left out of the figure, because their displacements would make other lines too small."""
         models, start = self.findings.report.models, self.undeformed[0]
         reach = {n: float(np.abs(X - start).max()) for n, X in self.lines.items()}
         usual = max((r for n, r in reach.items() if n not in models), default=0.0)
@@ -92,16 +98,16 @@ class Lines:
 
     @property
     def axes(self) -> tuple[str, str]:
-        """Names of the plane's axes."""
+        """Names of the two coordinates of the plane."""
         return AXES[self.plane[0]], AXES[self.plane[1]]
 
     @property
     def size(self) -> float:
-        """The largest extent, m."""
+        """Largest extent of all lines, m."""
         return float(np.ptp(self.all_points, axis=0).max()) or 1.0
 
     def plate(self) -> str:
-        """Return chart, legend, caption, table and CSV."""
+        """Return the HTML of the figure: chart, legend, caption, table and CSV."""
         open_ = initially_shown(self.findings)
         return figure_block(self._chart(open_), prose(self._caption(open_)), self._columns(), self._save(), open_=open_)
 
@@ -120,7 +126,7 @@ class Lines:
             yield Curve(name, known.get(name, REST), points, 1 + 2 * i, 2, named=named)
 
     def _desc(self) -> str:
-        """Return the conclusion, and the end of each line."""
+        """Return a description of the figure in words: the conclusion, and the end of each line."""
         ends = "; ".join(f"{name} at {self._place(X[-1])}" for name, X in self.lines.items())
         return f"{strip_backticks(self._conclusion())} The lines end as follows: {ends}."
 
@@ -153,7 +159,7 @@ class Lines:
         return f" Normal to this plane the lines extend over {within}." if depth > 1e-6 * self.size else ""
 
     def _columns(self) -> list[PlateColumn]:
-        """Return the arc position, and every line in the plane of the figure."""
+        """Return the columns of the data table: arc length, and both coordinates of every line in the plane."""
         scale = choose_scale((self.size,), "m")
         decimals = choose_decimals((self.size,), scale, 6)
         heading = scale.heading("s")
@@ -165,7 +171,7 @@ class Lines:
         return found
 
     def _save(self) -> str:
-        """Return a link to all three coordinates, in m."""
+        """Return the link to a CSV file with all three coordinates, m."""
         header = ["s [m]", *(f"{name} {axis} [m]" for name in self.lines for axis in AXES)]
         rows = [[format_short(float(s)), *self._record(i)] for i, s in enumerate(arc(self.undeformed))]
         return csv_link(f"{self.probe}-positions", header, rows)
@@ -176,7 +182,10 @@ class Lines:
 
 
 def _frame(X: Floats) -> tuple[Point, Point, float, float]:
-    """Return ranges of both axes, m, and plot size, pixels, at equal scale, with space for names on the right."""
+    """Return the ranges of both axes, m, and the plot size, pixels.
+
+    Both axes have the same scale, and there is space for names on the right.
+    """
     low, high = X.min(axis=0), X.max(axis=0)
     margin = 0.05 * float((high - low).max()) or 0.5
     low, high = low - margin, high + margin

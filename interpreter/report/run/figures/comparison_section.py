@@ -1,4 +1,4 @@
-"""Comparison section: failures, results table, footnotes and CSV, and the meaning of columns and references."""
+"""Comparison section: failures, results table, footnotes, CSV, and the meaning of metrics and references."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ PARTS = ("median [s]", "min [s]", "max [s]", "runs")
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return the whole section."""
+    """Return the HTML of the section."""
     if not findings.everyone:
         return section("table", "Comparison", tag("p", "No model or reference was run.", class_="quiet"))
     notes, columns = Notes(), sort_metrics(findings.metrics)
@@ -59,7 +59,7 @@ def section_of(findings: ReportSummary) -> str:
 
 
 def error_statements(findings: ReportSummary) -> str:
-    """Return the errors that models state, and that their forces were verified."""
+    """Return the errors that models state as HTML, and a line on forces that were verified independently."""
     models = findings.report.models.items()
     said = [tag("li", tag("code", text(name)), " ", prose(w)) for name, m in models if (w := error_statement(m))]
     said += [tag("li", prose(quiet))] if (quiet := models_without_estimate(findings.report)) else []
@@ -75,7 +75,7 @@ def _table(findings: ReportSummary, body: BodyResults, notes: Notes) -> str:
 
 
 def messages(findings: ReportSummary) -> str:
-    """Return the full messages of all models and references without a solution."""
+    """Return the full messages of all models and references that have no solution."""
     everyone = findings.everyone.items()
     return "".join(_message(n, r) for n, r in everyone if r.status != "converged" or r.message)
 
@@ -113,7 +113,7 @@ def _defined(name: str, words: str) -> str:
 
 
 def _csv(findings: ReportSummary, columns: Sequence[MetricColumn]) -> str:
-    """Return a link to every number of the table, in SI."""
+    """Return the link to a CSV file with every number of the table, in SI."""
     clocks = sorted({k for m in findings.report.models.values() for k, timing in m.time.items() if timing})
     header = ["name", "kind", "status", "message", "about", *(f"{m.name} [{m.unit}]" for m in columns)]
     uncertain = [m for m in columns if findings.uncertainty(m)]

@@ -1,4 +1,4 @@
-"""Charts of metrics along a line, such as contact pressure: all models with their reference."""
+"""Charts of metrics along a line, such as contact pressure, of all models with their reference."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ WIDTH, HEIGHT = 640.0, 300.0
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return a chart for each metric with a curve along its probe; metrics with equal curves share one. Else empty."""
+    """Return a chart for each metric with a curve along its probe; empty if there is none.
+
+    Metrics with equal curves share a chart.
+    """
     charts: dict[tuple[object, ...], LineCurves] = {}
     for metric in findings.metrics:
         along = {} if metric.probe is None else curves_of(findings, metric, "m")
@@ -36,13 +39,13 @@ def section_of(findings: ReportSummary) -> str:
 
 
 def curves_of(findings: ReportSummary, metric: MetricColumn, unit: str) -> dict[str, PlottedCurve]:
-    """Return the curves of a metric over an abscissa with that unit, by the name of the model or reference."""
+    """Return the curves of a metric whose abscissa has the given unit, by the name of the model or reference."""
     every = ((name, outcome.metrics.get(metric.name)) for name, outcome in findings.everyone.items())
     return {name: m.curve for name, m in every if m is not None and m.curve and m.curve.units[0] == unit}
 
 
 def _reference_curves(metric: MetricColumn, along: Mapping[str, PlottedCurve]) -> dict[str, PlottedCurve]:
-    """Return the reference curves of a metric, which are the same for all models."""
+    """Return the curves of the reference of a metric, taken from the first model that has them."""
     right = metric.against or metric.model
     each = [PlottedCurve(c.x, c.known, c.units) for c in along.values() if c.known is not None]
     return {right: each[0]} if right is not None and each else {}
@@ -50,7 +53,7 @@ def _reference_curves(metric: MetricColumn, along: Mapping[str, PlottedCurve]) -
 
 @dataclass(frozen=True)
 class LineCurves:
-    """Curves of all models and references over the distance from the start of the line."""
+    """Curves of a metric for all models and references, over the distance from the start of the line."""
 
     findings: ReportSummary
     number: int
@@ -59,18 +62,18 @@ class LineCurves:
 
     @property
     def title(self) -> str:
-        """Title of the chart: `pressure`."""
+        """Title of the chart, such as `pressure`."""
         named = self.findings.declared.get(self.metric.name)
         return named.word.removesuffix("_along").replace("_", " ") if named else self.metric.name
 
     @property
     def key(self) -> str:
-        """Identifier of the chart in the page."""
+        """Identifier of the chart on the page."""
         return f"along-{self.number}"
 
     @property
     def named(self) -> str:
-        """Name of the file with its points."""
+        """Name of the CSV file with the points of the curves."""
         return f"{self.metric.name}-along"
 
     @property
@@ -79,7 +82,7 @@ class LineCurves:
         return f"{self.title} along {self.metric.probe}"
 
     def plate(self) -> str:
-        """Return the chart."""
+        """Return the HTML of the chart."""
         open_ = [*initially_shown(self.findings, self.curves), *self.findings.report.references]
         known = curve_styles(self.findings.report)
         drawn = tuple(
@@ -99,7 +102,7 @@ class LineCurves:
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
-        """Largest x, smallest and largest y including zero, and the margin beyond these."""
+        """Largest x, smallest y, largest y (including zero), and the margin beyond the y values."""
         every = np.concatenate([c.y for c in self.curves.values()])
         low, high = min(0.0, float(every.min())), max(0.0, float(every.max()))
         return max(float(c.x[-1]) for c in self.curves.values()), low, high, 0.06 * (high - low or 1.0)
@@ -110,13 +113,13 @@ class LineCurves:
         return next(iter(self.curves.values())).units
 
     def desc(self) -> str:
-        """Description with the largest value of each curve."""
+        """Description of the chart in words, with the largest value of each curve."""
         up = self.units[1]
         return (
             "; ".join(f"{n}: at most {format_quantity(float(c.y.max()), up, 3)}" for n, c in self.curves.items()) + "."
         )
 
     def caption(self) -> str:
-        """Caption with the location of the line."""
+        """Caption of the chart, with the location of the line."""
         last = self.findings.of_last
         return f"`{self.metric.name}` along `{self.metric.probe}`, over undeformed positions{last}."

@@ -1,4 +1,4 @@
-"""Contact metrics over time: a chart of all models for each metric recorded in a dynamic analysis."""
+"""Charts of contact metrics over time in a dynamic analysis, one for each metric with all models."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from softmark.records import dataclass
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return a chart for each metric with values over time and without a reference; else empty."""
+    """Return a chart for each metric that has values over time and no reference; empty if there is none."""
     charts: dict[tuple[object, ...], str] = {}
     for metric in findings.metrics:
         timed = curves_of(findings, metric, "s") if metric.against is None and metric.model is None else {}
@@ -23,16 +23,16 @@ def section_of(findings: ReportSummary) -> str:
 
 @dataclass(frozen=True)
 class _TimeCurves(LineCurves):
-    """Values of a metric over time, of all models."""
+    """Curves of a metric over time for all models."""
 
     @property
     def key(self) -> str:
-        """Identifier of the chart in the page."""
+        """Identifier of the chart on the page."""
         return f"contact-{self.number}"
 
     @property
     def named(self) -> str:
-        """Name of the file with its points."""
+        """Name of the CSV file with the points of the curves."""
         return f"{self.metric.name}-over-time"
 
     @property
@@ -47,13 +47,13 @@ class _TimeCurves(LineCurves):
         return linear(0.0, end, "time", "s", 8), up
 
     def desc(self) -> str:
-        """Description with the range of each curve."""
+        """Description of the chart in words, with the range of each curve."""
         unit = self.units[1]
         ends = (f"{n} from {format_quantity(float(c.y.min()), unit, 3)} to {format_quantity(float(c.y.max()), unit, 3)}"
                 for n, c in self.curves.items())  # fmt: skip
         return "; ".join(ends) + "."
 
     def caption(self) -> str:
-        """Caption with the meaning of the values."""
+        """Caption of the chart, with the meaning of the values."""
         means = " Each value is the mean over the two adjacent steps." if self.units[1] in ("N", "Nm") else ""
         return f"`{self.metric.name}` at the times of its steps.{means}"

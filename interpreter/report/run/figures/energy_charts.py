@@ -1,4 +1,4 @@
-"""Energies over time, a small chart for each model, to show how well the total is conserved."""
+"""Charts of energies over time, a small one for each model, which show how well the total energy is conserved."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SUM = "total"  # the energy whose drift is told
 
 
 def energy_plates(findings: ReportSummary) -> str:
-    """Return charts with a legend; empty if no model has energies."""
+    """Return the HTML of the charts with a legend; empty if no model has energies."""
     known = [(n, m, model_look(i)) for i, (n, m) in enumerate(findings.report.models.items())]
     found = [e for n, m, look in known if (e := _energies(n, m, look)) is not None]
     if not found:
@@ -40,7 +40,7 @@ def energy_plates(findings: ReportSummary) -> str:
 
 
 def _energies(name: str, model: ModelResult, look: CurveStyle) -> _Energies | None:
-    """Return the energies (t,), J, of a model; None if it has none that match its times."""
+    """Return the energies of a model; None if it has none that match its times."""
     times = np.asarray(model.solve.get("times") or (), dtype=float)
     given = model.solve.get("energies") or {}
     values = {n: np.asarray(v, dtype=float) for n, v in given.items() if len(v) == len(times)}
@@ -50,7 +50,7 @@ def _energies(name: str, model: ModelResult, look: CurveStyle) -> _Energies | No
 
 @dataclass(frozen=True)
 class _Energies:
-    """Energies (t,) J of one model at times (t,) s."""
+    """Energies of one model, J, shape (t,) each, at times (t,), s."""
 
     name: str
     look: CurveStyle
@@ -64,7 +64,7 @@ class _Energies:
 
     @property
     def words(self) -> str:
-        """Change of the total energy in words."""
+        """Change of the total energy as a phrase."""
         if SUM not in self.values:
             return f"{len(self.times)} moments"
         total = self.values[SUM]
@@ -74,7 +74,7 @@ class _Energies:
         return f"the total changes by up to {format_quantity(drift, 'J', 2)}{share}"
 
     def plate(self, index: int, phases: dict[str, CurveStyle]) -> str:
-        """Return the chart of this model."""
+        """Return the HTML of the chart of this model."""
         every = np.concatenate(list(self.values.values()))
         low, high = float(every.min()), float(every.max())
         margin = 0.05 * (high - low) or 1e-12

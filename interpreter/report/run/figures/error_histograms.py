@@ -1,4 +1,4 @@
-"""Histograms of errors, one for each model, all with the same axes."""
+"""Histograms of pointwise errors, one for each model, all with the same axes."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LEAD = (
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return small charts for each error metric with samples; empty if there is none."""
+    """Return small histograms for each error metric that has samples; empty if there is none."""
     metrics = [m for m in findings.metrics if m.is_error and _finite_samples(findings, m)]
     blocks: list[str] = []
     seen: set[tuple[tuple[str, float, int], ...]] = set()
@@ -46,7 +46,7 @@ def section_of(findings: ReportSummary) -> str:
 
 
 def _finite_samples(findings: ReportSummary, metric: MetricColumn) -> dict[str, Floats]:
-    """Return finite samples (n,) of the metric by model."""
+    """Return the finite samples of a metric, shape (n,), by model."""
     found = {}
     for name, model in findings.report.models.items():
         metric_result = model.metrics.get(metric.name)
@@ -58,7 +58,7 @@ def _finite_samples(findings: ReportSummary, metric: MetricColumn) -> dict[str, 
 
 @dataclass(frozen=True)
 class _Distribution:
-    """Histograms of one metric."""
+    """Histograms of the samples of one metric for all models."""
 
     findings: ReportSummary
     number: int
@@ -70,25 +70,25 @@ class _Distribution:
 
     @cached_property
     def unit(self) -> str:
-        """Unit of the samples, a distance if the metric is a fraction of them."""
+        """Unit of the samples, which are lengths if the metric is relative."""
         return self.metric.unit if self.metric.unit not in ("1", "") else "m"
 
     @cached_property
     def top(self) -> float:
-        """Upper end of the error axis; larger errors are counted in the last bar."""
+        """Upper end of the error axis; larger errors are counted in the last bin."""
         usual = [float(np.percentile(s, 99.0)) for s in self.samples.values()]
         most = max(float(s.max()) for s in self.samples.values())
         return min(most, FAR * float(np.median(usual))) or most or 1e-9
 
     @cached_property
     def counts(self) -> dict[str, Floats]:
-        """Fraction of points in each bin, by model."""
+        """Fraction of samples in each bin, by model."""
         edges = np.linspace(0.0, self.top, BINS + 1)
         return {n: np.histogram(np.minimum(s, self.top), edges)[0] / len(s) for n, s in self.samples.items()}
 
     @cached_property
     def axes(self) -> tuple[Axis, Axis]:
-        """Axes of error and fraction of points."""
+        """Axes of the error and of the fraction of points."""
         most = max(float(c.max()) for c in self.counts.values())
         high = min(most, 3.0 * float(np.median([c.max() for c in self.counts.values()])))
         x = linear(0.0, self.top, f"distance from {self.metric.against}", self.unit, 5)
@@ -96,7 +96,7 @@ class _Distribution:
         return x, y
 
     def html(self) -> str:
-        """Return a heading and the charts."""
+        """Return the HTML of a heading and the charts."""
         known = curve_styles(self.findings.report)
         charts = [self._plate(i, n, known[n]) for i, n in enumerate(self.samples)]
         name = tag("h3", prose(f"`{self.metric.name}`, from `{self.metric.against}`"))
@@ -134,7 +134,7 @@ class _Distribution:
         return f"mean {mean}, median {median}, 95 % below {high}, largest {most}{cut}{tip}."
 
     def _under(self, name: str, look: CurveStyle, x: Axis, y: Axis) -> str:
-        """Return bars as one outline, lines for the statistics, and the uncertainty as a band."""
+        """Return the SVG of one histogram, with lines for the statistics and a band for the uncertainty."""
         s, base = self.samples[name], TOP + HEIGHT
         steps, width = [f"M{LEFT:.1f} {base:.1f}"], WIDTH / BINS
         for i, share in enumerate(self.counts[name]):
@@ -174,7 +174,7 @@ class _Distribution:
         return csv_link(f"{name}-{self.metric.name}-histogram", header, rows)
 
     def _save(self) -> str:
-        """Return a link to the samples in ascending order, evenly thinned if they are too many for a page."""
+        """Return the link to a CSV file of the samples in ascending order, evenly thinned if there are too many."""
         most = SAVED // len(self.samples)
         columns = [_thin_values(np.sort(s), most) for s in self.samples.values()]
         rows: list[list[Cell]] = [
@@ -187,13 +187,13 @@ class _Distribution:
 
 
 def _thin_values(ordered: Floats, most: int) -> Floats:
-    """Return at most `most` of the values, from the smallest to the largest."""
+    """Return at most `most` of the ascending values, including the smallest and the largest."""
     chosen: Floats = ordered[pick_evenly(len(ordered), most)]
     return chosen
 
 
 def _in_unit(value: float, heading: str, unit: str) -> float:
-    """Return a value in the unit of a heading `error / mm`."""
+    """Return a value in SI converted to the unit named in a heading such as `error / mm`."""
     from softmark.interpreter.language import units
 
     shown = heading.partition(" / ")[2] or unit

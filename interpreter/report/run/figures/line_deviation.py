@@ -1,4 +1,7 @@
-"""Deviation of models from a reference along a line probe, for each pair that an error metric uses."""
+"""Deviation of models from a reference along a line probe.
+
+There is a figure for each pair of probe and reference that an error metric uses.
+"""
 
 from __future__ import annotations
 
@@ -30,14 +33,14 @@ DEPTH = 1e-10  # errors below this part of the largest are not drawn: they are r
 
 
 def pairs(findings: ReportSummary) -> list[tuple[str, str]]:
-    """Return (probe, reference) of the error metrics whose line probe both have."""
+    """Return the pairs (probe, reference) of error metrics at line probes."""
     lines = lines_of(findings)
     found = ((m.probe, m.against) for m in findings.errors)
     return list(dict.fromkeys((p, r) for p, r in found if p in lines and r in lines[p]))
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return one figure for each pair; empty if no error metric uses a line."""
+    """Return one figure for each pair of line probe and reference; empty if there is none."""
     figures = [_Pair(findings, n, *pair).plate() for n, pair in enumerate(pairs(findings))]
     figures = [figure for figure in figures if figure]
     if not figures:
@@ -47,7 +50,7 @@ def section_of(findings: ReportSummary) -> str:
 
 @dataclass(frozen=True)
 class _Pair:
-    """Models compared with one reference at one probe."""
+    """Line probe and reference, with the models that are compared there."""
 
     findings: ReportSummary
     number: int
@@ -61,7 +64,7 @@ class _Pair:
 
     @cached_property
     def distances(self) -> Mapping[str, Floats]:
-        """Distances |u - u_ref| (n,), m, by model."""
+        """Distances |u - u_ref| from the reference, shape (n,), m, by model."""
         seen, models = self.findings.probes[self.probe], self.findings.report.models
         u = self.known.displacement
         same = {n: p.displacement for n, p in seen.items() if n in models and p.displacement.shape == u.shape}
@@ -72,7 +75,7 @@ class _Pair:
         return max((float(d.max()) for d in self.distances.values()), default=0.0)
 
     def plate(self) -> str:
-        """Return the figure, a sentence if every distance is zero, or nothing without models."""
+        """Return the HTML of the figure; a sentence if every distance is zero, or an empty text without models."""
         if not self.distances:
             return ""
         if self.largest == 0.0:
@@ -96,7 +99,7 @@ class _Pair:
 
     @property
     def _margin(self) -> float:
-        """Return the space for the longest name to the right of the plot."""
+        """Return the space, pixels, for the longest name to the right of the plot."""
         return min(180.0, 34.0 + LETTER * max(len(name) for name in self.distances))
 
     def _curves(self, s: Floats, open_: Sequence[str]) -> Iterator[Curve]:

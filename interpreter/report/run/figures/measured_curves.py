@@ -1,4 +1,4 @@
-"""Charts of metric curves with the measured curve and its uncertainty, one for each pair."""
+"""Charts of computed curves together with the measured curve and its uncertainty."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ WHOLE = 0.999  # fraction of the measured range; a smaller covered range is ment
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return a chart for each measured curve and metric that is compared with it; empty if there are none."""
+    """Return a chart for each measured curve and each metric that is compared with it; empty if there are none."""
     plates: dict[tuple[object, ...], str] = {}
     for metric in findings.metrics:
         named = findings.declared.get(metric.name)
@@ -49,7 +49,7 @@ def section_of(findings: ReportSummary) -> str:
 
 @dataclass(frozen=True)
 class _MeasuredCurve:
-    """A measured curve with those of models."""
+    """Measured curve and the curves of models that are compared with it."""
 
     findings: ReportSummary
     number: int
@@ -60,7 +60,7 @@ class _MeasuredCurve:
 
     @cached_property
     def judged(self) -> tuple[float, float]:
-        """Range of x that models cover; the chart shows only this range."""
+        """Range of x that the models cover; the chart shows only this range."""
         ends = [(float(c.x.min()), float(c.x.max())) for c in self.seen.values()]
         low, high = min(a for a, _ in ends), max(b for _, b in ends)
         margin = 0.05 * (high - low) or 0.05 * abs(high) or 1e-9
@@ -68,7 +68,7 @@ class _MeasuredCurve:
 
     @cached_property
     def bands(self) -> dict[str, tuple[tuple[float, float], ...]]:
-        """Measurement with its upper and lower bounds, over the range of the models."""
+        """Measured curve with its upper and lower bounds as points (x, y), within the range of the models, by name."""
         d, (low, high) = self.drawn, self.judged
         near = [i for i, x in enumerate(d.x.tolist()) if low <= x <= high]
         near = sorted({*near, *(min(max(i, 0), len(d.x) - 1) for i in (near[0] - 1, near[-1] + 1))}) if near else []
@@ -83,11 +83,11 @@ class _MeasuredCurve:
 
     @property
     def agreed(self) -> bool:
-        """True if the curve is a consensus of codes."""
+        """True if the curve is a consensus of several codes and not a measurement."""
         return self.findings.report.references[self.reference].kind == "consensus"
 
     def plate(self) -> str:
-        """Return the chart."""
+        """Return the HTML of the chart."""
         open_ = [*initially_shown(self.findings, self.seen), *self.findings.report.references]
         chart = Chart(
             f"curve-{self.number}", f"{self.metric.name}: against {self.reference}", self._desc(), *self._axes(),
@@ -122,7 +122,7 @@ class _MeasuredCurve:
         return "; ".join(ends) + "."
 
     def _caption(self) -> str:
-        """Return a caption: curves, source of the measurement, and the range that is judged."""
+        """Return the caption: the curves, the source of the measurement, and the range of x that is judged."""
         reference = self.findings.report.references[self.reference]
         beside = "with the band of the codes" if self.agreed else "with its uncertainty as a band"
         said = [
@@ -147,7 +147,7 @@ class _MeasuredCurve:
         return " ".join(said)
 
     def _inside(self) -> str:
-        """Return which curves lie inside the band, and by how much."""
+        """Return a sentence on the curves that lie inside the uncertainty band, with the fraction inside."""
         found = ((n, r.metrics.get(self.metric.name)) for n, r in self.findings.everyone.items())
         shares = [(n, m.details["inside_share"]) for n, m in found if m is not None and "inside_share" in m.details]
         each = [f"`{n}` by {100.0 * float(share):.3g} %" for n, share in shares]

@@ -1,4 +1,4 @@
-"""Residual over Newton iterations, a small chart for each model in its colour; phases differ by marker and dash."""
+"""Charts of the residual over Newton iterations, a small one for each model; phases differ by marker and dash."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LEAD = (
 
 @dataclass(frozen=True)
 class _Step:
-    """One row of a history: the residual before the step, None if it was not finite or not known."""
+    """Row of an iteration history: the residual before the step, None if it was not finite or is not known."""
 
     phase: str
     load: float | None
@@ -40,7 +40,10 @@ class _Step:
 
 @dataclass(frozen=True)
 class _IterationHistory:
-    """Iteration history of one model; a report keeps the last part of a long one, so it starts at `first`."""
+    """Iteration history of one model.
+
+    A report keeps only the last part of a long history, which begins with the iteration `first`.
+    """
 
     name: str
     model: ModelResult
@@ -48,13 +51,13 @@ class _IterationHistory:
 
     @cached_property
     def steps(self) -> list[_Step]:
-        """Steps of the history in the report."""
+        """Rows of the history that the report has."""
         entries = self.model.solve.get("history") or ()
         return [_Step(str(e.get("phase", "")), e.get("load"), e.get("residual"), e.get("length")) for e in entries]
 
     @property
     def rows(self) -> list[_Step]:
-        """Steps of the history, and the final residual."""
+        """Rows of the history, and a last row with the final residual."""
         return [*self.steps, _Step("reached", None, self.model.solve.get("residual"), None)]
 
     @property
@@ -64,12 +67,12 @@ class _IterationHistory:
 
     @property
     def first(self) -> int:
-        """Number of the first iteration that is drawn."""
+        """Number of the first iteration in the chart."""
         return max(0, self.iterations - len(self.steps))
 
     @property
     def words(self) -> str:
-        """Outcome in words."""
+        """Outcome of the iterations in words."""
         end = self.rows[-1].residual
         outcome = f"{self.model.status.replace('_', ' ')}, {count(self.iterations, 'iteration')}"
         reached = "" if end is None else f", residual {typeset_number(f'{end:.2g}')}"
@@ -79,7 +82,7 @@ class _IterationHistory:
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return the charts; empty if no model has a history."""
+    """Return the HTML section with the charts; empty if no model has an iteration history."""
     known = curve_styles(findings.report)
     everyone = [_IterationHistory(n, m, known[n]) for n, m in findings.report.models.items()]
     courses = [course for course in everyone if course.steps]
@@ -99,7 +102,7 @@ def _missing(names: list[str]) -> str:
 
 
 def _residuals(values: Sequence[float | None]) -> Axis:
-    """Return one axis for all charts, so that they can be compared."""
+    """Return the axis of residuals, which all charts share so that they can be compared."""
     positive = [v for v in values if v is not None and v > 0] or [1.0]
     return logarithmic(max(min(positive), 1e-17 * max(positive)), max(positive), "residual", "1", about=5)
 
@@ -129,7 +132,10 @@ def _phases_in_words(steps: Sequence[_Step]) -> str:
 
 
 def _curves(course: _IterationHistory, phases: Mapping[str, CurveStyle], y: Axis) -> Iterator[Curve]:
-    """Yield a curve for each run of one phase, extended to the next, so that the line is continuous."""
+    """Yield a curve for each uninterrupted part of one phase.
+
+    Each curve extends to the next part, so that the line is continuous.
+    """
     rows, start = course.rows, 0
     for phase, group in groupby(step.phase for step in course.steps):
         stop = start + len(list(group))
@@ -146,7 +152,7 @@ def _point(iteration: int, residual: float | None, y: Axis) -> Point | None:
 
 
 def _not_finite(steps: Sequence[_Step]) -> str:
-    """Return a cross at the top for each residual that was not finite."""
+    """Return the SVG of a cross at the top of the chart for each residual that was not finite."""
     places = [LEFT + WIDTH * i / len(steps) for i, step in enumerate(steps) if step.residual is None]
     crosses = "".join(f"M{x - 4:.1f} {TOP - 4:.0f}l8 8m-8 0l8-8" for x in places)
     return tag("path", class_="lost", d=crosses) if crosses else ""

@@ -26,7 +26,7 @@ Judged = Mapping[str, MetricResult]  # model -> what a metric says of it
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return a table and a figure for each set of frame times, with all its rates; empty if there is none."""
+    """Return a table and a figure for each set of frame times, with all frame rates; empty if there is none."""
     groups: dict[tuple[Any, ...], dict[MetricColumn, Judged]] = {}
     for metric in findings.metrics:
         if judged := _judged_models(findings, metric):
@@ -41,13 +41,13 @@ def _judged_models(findings: ReportSummary, metric: MetricColumn) -> Judged:
 
 
 def _clock_of(judged: Judged) -> tuple[Any, ...]:
-    """Return the key that metrics with the same frame times share."""
+    """Return a key that is equal for metrics with the same frame times."""
     return tuple((n, *(m.details.get(k) for k in TIMES), m.details.get("frames")) for n, m in judged.items())
 
 
 @dataclass(frozen=True)
 class _Clock:
-    """Metrics that use the same frame times, each with its own rate."""
+    """Metrics that use the same frame times, each with its own required frame rate."""
 
     findings: ReportSummary
     number: int
@@ -55,11 +55,11 @@ class _Clock:
 
     @cached_property
     def first(self) -> tuple[MetricColumn, Judged]:
-        """First metric, which names the files, and the models that it judges."""
+        """First of the metrics, whose name is used for files, and the models that it judges."""
         return next(iter(self.judged.items()))
 
     def html(self) -> str:
-        """Return the table, and the figure if there are frame times."""
+        """Return the HTML of the table, and of the figure if there are frame times."""
         sampled = {n: m for n, m in self.first[1].items() if len(m.samples) > 1}
         strips = _Strips(self.findings, self.number, self.first[0], sampled, self._rates)
         several = any((m.details.get("frames") or 0) > 1 for m in self.first[1].values())
@@ -117,7 +117,7 @@ class _Clock:
 
 
 def _metric_title(metric: MetricColumn, judged: Judged) -> str:
-    """Return `eye / 25 Hz`."""
+    """Return the name of a metric with its frame rate, such as `eye / 25 Hz`."""
     rates = {m.details.get("rate_Hz") for m in judged.values()}
     rate = rates.pop() if len(rates) == 1 else None
     return tag("code", text(metric.name)) + (
@@ -130,7 +130,7 @@ def _cell(value: Any) -> Cell:
 
 
 def _verdict(known: Mapping[str, Any]) -> str:
-    """Return yes or no, with the margin, and the number of late frames."""
+    """Return `yes` or `no` with the margin and the number of late frames, as HTML."""
     symbol, mood, words = VERDICTS[bool(known["verdict"])]
     sign = tag("span", tag("span", symbol, aria_hidden="true"), f" {words}", class_=f"status {mood}")
     late = f"{known.get('missed', '–')} of {known.get('frames', '–')} late" if known.get("missed") else ""
@@ -138,7 +138,10 @@ def _verdict(known: Mapping[str, Any]) -> str:
 
 
 def _margin(known: Mapping[str, Any]) -> str:
-    """Return `13 % of 40 ms to spare`, `takes 2.6 times 10 ms`, or why it can never be fast enough."""
+    """Return the margin as text, such as `13 % of 40 ms to spare` or `takes 2.6 times 10 ms`.
+
+    If the model can never be fast enough, the text gives the reason.
+    """
     limit, margin = format_quantity(known["limit_s"], "s", 3), known.get("margin")
     if margin is None or (not known["verdict"] and margin >= 0):
         return str(known.get("verdict_reason") or "")
@@ -151,7 +154,7 @@ def _seconds(value: float | None) -> str:
 
 @dataclass(frozen=True)
 class _Strips:
-    """Frame times as fractions of the limit: a dot for each, and a box between the quartiles."""
+    """Figure of frame times as fractions of the limit: a dot for each frame, and a box between the quartiles."""
 
     findings: ReportSummary
     number: int
@@ -175,11 +178,11 @@ class _Strips:
         return 16.0 + min(190.0, LETTER * max(len(n) for n in self.sampled))
 
     def x(self, seconds: float) -> float:
-        """Return the distance from the left, pixels."""
+        """Return the horizontal position of a time, in pixels from the left."""
         return self.left + WIDTH * self.axis.at(max(seconds, self.axis.low))
 
     def figure(self) -> str:
-        """Return the figure with caption and numbers."""
+        """Return the HTML of the figure with caption and numbers."""
         numbers = details("Data of this figure", data_table("Data: times of frames", self._columns()), self._save())
         caption = (
             "Each dot is a frame; boxes extend from the first to the third quartile, with a line at the median. The "
@@ -264,12 +267,12 @@ class _Strips:
 
 
 def _quantile(ordered: Sequence[float], share: float) -> float:
-    """Return the smallest value not exceeded by a fraction of all, without interpolation."""
+    """Return the smallest of ascending values that a fraction `share` of them does not exceed."""
     return ordered[max(0, math.ceil(share * len(ordered)) - 1)]
 
 
 def _thin_values(ordered: Sequence[float]) -> list[float]:
-    """Return at most DOTS of the values, evenly thinned, with the twenty largest."""
+    """Return at most DOTS of the ascending values, evenly thinned, with the twenty largest kept."""
     if len(ordered) <= DOTS:
         return list(ordered)
     step = len(ordered) / (DOTS - 20)
@@ -277,5 +280,5 @@ def _thin_values(ordered: Sequence[float]) -> list[float]:
 
 
 def _jitter(index: int) -> float:
-    """Return an offset that separates neighbouring dots, by the golden ratio: -6 to 6 pixels."""
+    """Return a vertical offset, -6 to 6 pixels, that separates neighbouring dots (golden ratio sequence)."""
     return 12.0 * ((index * 0.618034) % 1.0) - 6.0

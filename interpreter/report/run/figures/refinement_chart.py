@@ -1,4 +1,4 @@
-"""Error against the number of unknowns, and against Poisson's ratio: one line for each family of models."""
+"""Charts of error against the number of unknowns and against Poisson's ratio, one line per model family."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Families = Mapping[str, Mapping[str, float]]
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return a figure for each error and each varied quantity; empty if no family has two members."""
+    """Return a figure for each error metric and each of the two quantities; empty if no family has two members."""
     parts = []
     for lead, families, kind in (
         (LEAD, families_by_size(findings), _Sizes),
@@ -63,7 +63,7 @@ def _against_whom(findings: ReportSummary) -> str:
 
 
 def _these(families: list[str]) -> str:
-    """Return `tet4 and hex8 come`, with semicolons if a name has a comma."""
+    """Return families as a list with a verb, such as `tet4 and hex8 come`, with semicolons if a name has a comma."""
     several = len(families) > 1
     names = "; ".join(families) if any("," in f for f in families) else join_names(families)
     return f"{names} {'come' if several else 'comes'}"
@@ -71,7 +71,7 @@ def _these(families: list[str]) -> str:
 
 @dataclass(frozen=True)
 class _ErrorChart:
-    """One error of all families; subclasses define the varied quantity."""
+    """Chart of one error metric for all families; subclasses define the quantity on the abscissa."""
 
     findings: ReportSummary
     number: int
@@ -82,11 +82,11 @@ class _ErrorChart:
     symbol = ""
 
     def at(self, value: float) -> float:
-        """Return the position of a value on the axis."""
+        """Return the position of a value on the abscissa."""
         return value
 
     def said(self, value: float) -> str:
-        """Return a value in words."""
+        """Return a value of the abscissa as text."""
         raise TypeError(f"a {type(self).__name__} has no values of its own")
 
     @property
@@ -96,7 +96,7 @@ class _ErrorChart:
 
     @cached_property
     def lines(self) -> dict[str, list[tuple[str, float, float]]]:
-        """Family -> (model, varied value, error) of members with a positive error; at least two."""
+        """Points (model, value of the abscissa, error) by family, for families with at least two positive errors."""
         found = {}
         for family, members in self.families.items():
             models = self.findings.report.models
@@ -107,7 +107,7 @@ class _ErrorChart:
         return dict(zip(_short_family_names(list(found)), found.values(), strict=True))
 
     def plate(self) -> str:
-        """Return the figure; empty if no family has two members with an error."""
+        """Return the HTML of the figure; empty if no family has two members with an error."""
         if not self.lines:
             return ""
         errors = [e for line in self.lines.values() for _, _, e in line]
@@ -127,11 +127,11 @@ class _ErrorChart:
         return format_quantity(error, self.metric.unit, 3, percent=True)
 
     def _words(self) -> str:
-        """Return the start and end of every line in words."""
+        """Return a description of the start and end of every line."""
         return "; ".join(f"{f} {self._course(line)}" for f, line in self.lines.items()) + "."
 
     def _course(self, line: list[tuple[str, float, float]]) -> str:
-        """Return `falls from 5.1 mm at 0.3 to 1.4 mm at 0.499, then rises to 5.2 mm at 0.4999`."""
+        """Return the course of a line in words, `falls from 5.1 mm at 0.3 to 1.4 mm at 0.499, then rises ...`."""
         inner = min(line, key=lambda point: point[2])
         turns = inner[2] < 0.8 * min(line[0][2], line[-1][2])
         stops = [line[0], inner, line[-1]] if turns else [line[0], line[-1]]
@@ -145,7 +145,7 @@ class _ErrorChart:
         return f"`{self.metric.name}` against `{self.metric.against}`: {self._words()}{self._order()}{bound}"
 
     def _order(self) -> str:
-        """Return whether the ranking is the same at both ends."""
+        """Return a sentence on whether the ranking of families is the same at both ends."""
         if len(self.lines) < 2:
             return ""
         first, last = (min(self.lines, key=lambda f: self.lines[f][end][2]) for end in (0, -1))
@@ -182,7 +182,7 @@ def _short_family_names(families: list[str]) -> list[str]:
 
 
 def _errors(errors: list[float], name: str, unit: str) -> Axis:
-    """Return a logarithmic axis with ticks as quantities, with 2 and 5 between decades if there are few."""
+    """Return a logarithmic axis of errors with ticks at powers of ten, and at 2 and 5 in between if there are few."""
     axis = logarithmic(min(errors) / 1.05, max(errors) * 1.05, name, unit)
     decades = math.log10(axis.high / axis.low)
     low, high = (math.floor(math.log10(v)) for v in (axis.low, axis.high))
@@ -193,7 +193,7 @@ def _errors(errors: list[float], name: str, unit: str) -> Axis:
 
 
 class _Sizes(_ErrorChart):
-    """Error against the number of unknowns."""
+    """Chart of error against the number of unknowns."""
 
     kind, symbol = "refinement", "unknowns"
     ends = ("on the coarsest meshes", "on the finest")
@@ -211,7 +211,10 @@ class _Sizes(_ErrorChart):
 
 
 class _Ratios(_ErrorChart):
-    """Error against Poisson's ratio, on the scale log(1 - 2 nu), which spreads nearly incompressible values."""
+    """Chart of error against Poisson's ratio.
+
+    The scale is log(1 - 2 nu), which spreads nearly incompressible values.
+    """
 
     kind, symbol = "poisson", "nu"
     ends = ("at the smallest ratio", "at the largest")

@@ -1,4 +1,4 @@
-"""Metrics from state to state: a curve for each model on the page, a block of lines in the terminal."""
+"""Metrics over the states of a static analysis: a chart on the page, and a block of lines in the terminal."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ SEVERAL = 6  # states that a line of the terminal has
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return a chart for each metric; empty if the analysis has no states."""
+    """Return a chart for each metric with a curve for each model; empty if the analysis has no states."""
     known = [(m, curves) for m in findings.metrics if (curves := curves_of(findings, m.name))]
     plates = [_Metric(findings, i, metric, curves).plate() for i, (metric, curves) in enumerate(known)]
     return section("states", "States", *plates) if plates else ""
 
 
 def curves_of(findings: ReportSummary, metric: str) -> dict[str, Curve]:
-    """Return the values of a metric in each state, by model or reference."""
+    """Return the curves of a metric over the states, by model or reference."""
     everyone = {n: r for n, r in findings.everyone.items() if any(metric in own.metrics for own in r.each)}
     found = {n: r.curve(metric) for n, r in everyone.items()}
     return {n: curve for n, curve in found.items() if curve.known}
@@ -44,7 +44,7 @@ def curves_of(findings: ReportSummary, metric: str) -> dict[str, Curve]:
 
 @dataclass(frozen=True)
 class _Metric:
-    """One metric of all models over the value of the state."""
+    """Chart of one metric of all models over the states."""
 
     findings: ReportSummary
     number: int
@@ -58,11 +58,11 @@ class _Metric:
 
     @cached_property
     def values(self) -> list[float]:
-        """All values of the metric."""
+        """Values of the metric in all states and of all models."""
         return [v for curve in self.curves.values() for _, v in curve.known]
 
     def plate(self) -> str:
-        """Return the chart."""
+        """Return the HTML of the chart."""
         open_ = [*initially_shown(self.findings, self.curves), *self.findings.report.references]
         known = curve_styles(self.findings.report)
         drawn = [
@@ -126,7 +126,7 @@ class _Metric:
 
 
 def lines(findings: ReportSummary) -> Iterator[str]:
-    """Yield the metrics in some states, a line for each model; nothing if the analysis has no states."""
+    """Yield lines of text with the metrics of each model in some states; nothing if the analysis has no states."""
     report = findings.report
     first = next((r for r in report.outcomes if r.states), None)
     if first is None:
@@ -144,7 +144,7 @@ def lines(findings: ReportSummary) -> Iterator[str]:
         cells = (f"{c:<{w}}" if i < 2 else f"{c:>{w}}" for i, (c, w) in enumerate(zip(row, widths, strict=True)))
         yield "  ".join(cells).rstrip()
     if any(r.status in ANSWERED for r in report.models.values()):
-        yield f"all other results are those of the last state, {format_state(first.states[-1])}"
+        yield f"all other results belong to the last state, {format_state(first.states[-1])}"
 
 
 def _short(value: float, metric: MetricColumn, moved: float) -> str:

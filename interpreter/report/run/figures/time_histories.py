@@ -1,4 +1,4 @@
-"""Time histories: displacements of probes, energies, and events such as halved steps."""
+"""Time histories: displacements of probes, energies, and events such as halved time steps."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ WIDTH, HEIGHT = 640.0, 300.0
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return charts over time; empty if nothing has a history."""
+    """Return the HTML section of charts over time; empty if nothing has a history."""
     every = point_histories(findings)
     charts = [course.plate() for course in {course.about: course for course in reversed(every)}.values()][::-1]
     energies, events = energy_plates(findings), _events(findings)
@@ -36,20 +36,20 @@ def section_of(findings: ReportSummary) -> str:
 
 
 def point_histories(findings: ReportSummary) -> list[PointHistory]:
-    """Return the histories of all probes that have one."""
+    """Return the displacement histories of all probes that have one."""
     courses = [(n, seen) for n in findings.probes if (seen := _probe_histories(findings, n))]
     return [PointHistory(findings, i, name, seen) for i, (name, seen) in enumerate(courses)]
 
 
 def _probe_histories(findings: ReportSummary, probe: str) -> dict[str, ProbeResult]:
-    """Return the histories of a probe, by model or reference."""
+    """Return the results of a probe that have a history, by model or reference."""
     seen = findings.probes[probe].items()
     return {n: p for n, p in seen if p.course is not None and p.times is not None and p.course.size > 0}
 
 
 @dataclass(frozen=True)
 class PointHistory:
-    """Displacement history of one point of a probe, in the direction in which it moves most."""
+    """Displacement history of one point of a probe: the component along which the point moves most."""
 
     findings: ReportSummary
     number: int
@@ -58,7 +58,7 @@ class PointHistory:
 
     @cached_property
     def followed(self) -> tuple[int, int]:
-        """Index of the point that moves farthest, and of the coordinate along which it does."""
+        """Index of the point that moves farthest, and index of the coordinate along which it moves most."""
         courses = [p.course for p in self.seen.values() if p.course is not None]
         n = min(c.shape[1] for c in courses)
         furthest = np.max([np.abs(c[:, :n]).max(axis=0) for c in courses], axis=0)  # (n, 3)
@@ -67,21 +67,21 @@ class PointHistory:
 
     @property
     def about(self) -> tuple[object, ...]:
-        """Material point, coordinate and names: equal for two probes of the same point."""
+        """Material point, coordinate and names of results; equal for two probes of the same point."""
         point, axis = self.followed
         places = (p.points[point] for p in self.seen.values())
         return axis, tuple((n, *np.round(X, 9)) for n, X in zip(self.seen, places, strict=True))
 
     @cached_property
     def moments(self) -> Floats:
-        """Drawn times (t,), s: those of the finest history, thinned."""
+        """Times of the chart, shape (t,), s: those of the finest history, thinned."""
         finest: Floats = max((p.times for p in self.seen.values() if p.times is not None), key=len)
         moments: Floats = finest[pick_evenly(len(finest), DRAWN)]
         return moments
 
     @cached_property
     def values(self) -> dict[str, Floats]:
-        """Displacement (t,), m, at these times, by name; NaN after the end of a history."""
+        """Displacements at these times, shape (t,), m, by name; NaN after the end of a history."""
         return {n: self._value(p) for n, p in self.seen.items()}
 
     def _value(self, p: ProbeResult) -> Floats:
@@ -96,7 +96,7 @@ class PointHistory:
         return f"u{AXES[self.followed[1]]}"
 
     def plate(self) -> str:
-        """Return the chart."""
+        """Return the HTML of the chart."""
         open_ = [*initially_shown(self.findings), *self.findings.report.references]
         chart = Chart(
             f"course-{self.number}", f"Displacement over time at {self.probe}", self._desc(), *self._axes(),
@@ -157,7 +157,7 @@ class PointHistory:
         return found
 
     def _save(self) -> str:
-        """Return a link to all three coordinates of that point, at the times of each history."""
+        """Return the link to a CSV file with all displacement components of the point, at the times of each history."""
         point, _ = self.followed
         every = max(
             1,
@@ -180,7 +180,7 @@ def _largest(values: Floats) -> float:
 
 
 def _events(findings: ReportSummary) -> str:
-    """Return the events reported by models."""
+    """Return the events that models reported, as HTML."""
     rows: list[list[Cell]] = []
     for name, model in findings.report.models.items():
         for event in model.solve.get("events") or ():

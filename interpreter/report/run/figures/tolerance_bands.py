@@ -1,4 +1,4 @@
-"""Small drawing of a model's number next to the reference value with its band of uncertainty."""
+"""Small drawing of a computed number next to the reference value with its band of uncertainty."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ REACH = 4.0  # times the longer side of the band: what is farther away stands at
 
 @dataclass(frozen=True)
 class Band:
-    """One reference value with the ends of its band, and all numbers compared with it."""
+    """Reference value with the ends of its uncertainty band, and all numbers that are compared with it."""
 
     value: float
     ends: tuple[float, float]
@@ -19,7 +19,7 @@ class Band:
 
     @property
     def range(self) -> tuple[float, float]:
-        """Range of the drawing: all numbers, as long as the band stays visible."""
+        """Range of values in the drawing: it contains all numbers, unless the band would then become invisible."""
         low, high = self.ends
         side = max(self.value - low, high - self.value)
         reach = REACH * side or max((abs(v - self.value) for v in self.everyone), default=0.0) or 1.0
@@ -33,7 +33,7 @@ class Band:
         return EDGE + share * (WIDTH - 2.0 * EDGE)
 
     def drawn(self, found: float, said: str) -> str:
-        """Return the drawing with one number marked; `said` is the number in words."""
+        """Return the SVG of the drawing with the number `found` marked; `said` is that number as text."""
         (low, high), middle = self.range, HEIGHT / 2.0
         left, right = (self._x(v) for v in self.ends)
         parts = [
@@ -48,7 +48,7 @@ class Band:
 
 
 def _mark(x: float, y: float, beyond: int) -> str:
-    """Return a diamond, or an arrow towards a value outside the drawing."""
+    """Return the SVG path of a diamond, or of an arrow if the value is outside the drawing (`beyond` is -1 or 1)."""
     if beyond:
         return f"M{x + 4.5 * beyond:.1f} {y:g}l{-7 * beyond} -4.5v9z"
     return f"M{x:.1f} {y - 4.5:g}l4.5 4.5l-4.5 4.5l-4.5 -4.5z"

@@ -1,4 +1,4 @@
-"""Contact table: a line for each contact and each model, and one in the terminal."""
+"""Contact table: a row for each contact and each model on the page, and a line in the terminal."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ MISSED = 0.005  # fraction of the selected area; smaller differences are not men
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return a table of all contacts; empty if no model has any."""
+    """Return an HTML table of all contacts; empty if no model has contacts."""
     models = findings.report.models
     known = transpose_by_name({n: m.contacts for n, m in models.items() if m.status in SOLVED})
     rows = [_row(contact, name, own) for contact, each in known.items() for name, own in each.items()]
@@ -66,12 +66,15 @@ def _row(contact: str, model: str, own: ContactResult) -> str:
 
 
 def _area(area: float) -> str:
-    """Return an area with four digits."""
+    """Return an area as text with four digits."""
     return units.format_value(round_significant(area, DIGITS), units.AREA)
 
 
 def lines(report: Report) -> Iterator[str]:
-    """Yield `touch presses with 14.1 mN on 8.82 mm^2, 2.75 kPa at most, in hexes`, or the remaining distance."""
+    """Yield a line of text for each contact: its force, area and largest pressure, or the remaining distance.
+
+    For example: `touch presses with 14.1 mN on 8.82 mm^2, 2.75 kPa at most, in hexes`.
+    """
     for contact, each in transpose_by_name(
         {n: m.contacts for n, m in report.models.items() if m.status == "converged"}
     ).items():
@@ -93,7 +96,7 @@ def lines(report: Report) -> Iterator[str]:
 
 
 def _travels(report: Report) -> Iterator[str]:
-    """Yield `ball goes 1.39 mm along -z in hexes` for rigid bodies pressed by loads in static analyses."""
+    """Yield lines such as `ball goes 1.39 mm along -z in hexes` for rigid bodies moved by loads in static analyses."""
     for name, model in report.models.items():
         for body, own in (model.solve.get("rigid") or {}).items():
             way = own.get("travel_m")

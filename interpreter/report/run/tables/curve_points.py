@@ -1,4 +1,4 @@
-"""Points of curves: columns of a thinned table next to the chart, and a file with all of them."""
+"""Data of the points of curves: a thinned table next to the chart, and a CSV file with all points."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ROWS = 60  # largest number of rows of the table
 
 
 def columns(curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> list[PlateColumn]:
-    """Return x of the curve with most points, and y of every curve there."""
+    """Return the columns of the table: the x values of the curve with most points, and y of every curve at these x."""
     first = max(curves.values(), key=lambda c: len(c.x))
     every = -(-len(first.x) // ROWS)
     across = choose_scale([float(first.x.max())], units[0])
@@ -30,7 +30,7 @@ def columns(curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> list[
 
 
 def csv_of_curves(file: str, curves: Mapping[str, PlottedCurve], units: tuple[str, str]) -> str:
-    """Return a link to a file with every point of the curves."""
+    """Return the link to a CSV file with every point of the curves."""
     header = ["name", f"x [{units[0]}]", f"y [{units[1]}]"]
     rows: list[list[Cell]] = [
         [name, format_short(x), format_short(y)]
@@ -41,7 +41,10 @@ def csv_of_curves(file: str, curves: Mapping[str, PlottedCurve], units: tuple[st
 
 
 def _values_at(curve: PlottedCurve, places: Sequence[float]) -> list[float | None]:
-    """Return y at its own points, None elsewhere; if x values repeat, the points of the return path come second."""
+    """Return y of a curve at the x values `places`; None if the curve has no point there.
+
+    If an x value occurs twice, as on a return path, its second occurrence gets the second y.
+    """
     known: dict[float, list[float]] = {}
     for x, y in zip(curve.x.tolist(), curve.y.tolist(), strict=True):
         known.setdefault(x, []).append(float(y))

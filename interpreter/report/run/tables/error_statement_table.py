@@ -1,4 +1,4 @@
-"""Error statements of models: stated errors, and whether their forces were verified."""
+"""Errors that models state of their own results, and whether their forces were verified."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SEVERAL = 5  # names that a line lists
 
 
 def error_statement(model: ModelResult) -> str | None:
-    """Return `states an error of at most 3 %` for the first metric; None if no error was estimated."""
+    """Return a phrase on the first metric, `states an error of at most 3 %`; None if no error was estimated."""
     if not model.stated or has_no_estimate(model):
         return None
     first = next((n for n in model.metrics if n in model.stated), next(iter(model.stated)))
@@ -27,13 +27,13 @@ def error_statement(model: ModelResult) -> str | None:
 
 
 def amount(value: float, unit: str = "1", of: float | None = None) -> str:
-    """Return an error at two digits; it is at least `DIGITS` of the number `of` that it belongs to."""
+    """Return an error as text with two digits; it is raised to at least `DIGITS` times the value `of` of the metric."""
     shown: str = format_quantity(max(value, DIGITS * abs(of or 0.0)), unit, 2, percent=True)
     return shown
 
 
 def has_no_estimate(model: ModelResult) -> bool:
-    """Return whether a model states no error because none was requested."""
+    """Return whether a model states no error because no estimate was requested."""
     each = model.stated.values()
     return all(s.value is None and NOT_ASKED in (s.reason or "") for s in each)
 
@@ -42,7 +42,7 @@ NOT_ASKED = "`--stated` does"  # part of the reason if an estimate was skipped b
 
 
 def stated_error(value: float, found: MetricResult) -> str:
-    """Return `± 0.05`: the stated error of a metric, in the unit in which the metric is shown."""
+    """Return the stated error of a metric as text, `± 0.05`, in the unit in which the metric is shown."""
     dimension = units.parse_unit(found.unit).dimension
     if dimension == units.NONE:
         return f"± {_two(100.0 * value)}"
@@ -56,13 +56,13 @@ LEAST, MOST = 1e-3, 1e3  # range of numbers shown without powers of ten
 
 
 def _two(value: float) -> str:
-    """Return a number with two digits, without powers of ten where they are unusual."""
+    """Return a number with two digits as text, without a power of ten for whole numbers from 1 to 1e6."""
     shown = f"{value:.2g}"
     return f"{float(shown):.0f}" if 1.0 <= value < 1e6 and float(shown) == round(float(shown)) else shown
 
 
 def verified_forces(report: Report) -> str | None:
-    """Return a line about the verified forces; None if there are none."""
+    """Return a sentence on forces that were verified by independent formulas; None if there are none."""
     solved = (own for m in report.models.values() for own in m.each or (m,))
     checks = (own.solve.get("checks") or {} for own in solved)
     found = [c["residual"] for c in checks if c.get("residual") is not None]
@@ -75,7 +75,7 @@ def verified_forces(report: Report) -> str | None:
 
 
 def models_without_estimate(report: Report) -> str | None:
-    """Return `no error is stated for a, b: ...` for models whose errors were not requested; None if there are none."""
+    """Return a sentence on models whose errors were not requested; None if there are none."""
     names = [f"`{n}`" for n, m in report.models.items() if m.stated and has_no_estimate(m)]
     if not names:
         return None
@@ -87,7 +87,7 @@ def models_without_estimate(report: Report) -> str | None:
 
 
 def lines(report: Report) -> Iterator[str]:
-    """Yield the statement of each model; equal statements of many models once."""
+    """Yield a line with the stated error of each model; if many models have equal statements, one line for all."""
     said = {n: w for n, m in report.models.items() if (w := error_statement(m)) is not None}
     alike, first = Counter(said.values()), {w: n for n, w in reversed(said.items())}
     for name, own in said.items():

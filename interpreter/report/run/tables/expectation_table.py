@@ -1,4 +1,4 @@
-"""Sections of expectations with their outcome, and of warnings about the scene."""
+"""HTML sections of expectations with their outcome, and of warnings about the scene."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ VERDICTS = {True: ("✓", "good", "met"), False: ("✗", "bad", "not met"), None
 
 
 def expectations(findings: ReportSummary) -> str:
-    """Return a row for each expectation, in the order of the scene."""
+    """Return the section of expectations, in the order of the scene."""
     judged = findings.report.expectations
     if not judged:
         later = " yet: the report is unfinished" if findings.report.partial else ""
@@ -23,7 +23,7 @@ def expectations(findings: ReportSummary) -> str:
 
 
 def table_of(findings: ReportSummary) -> str:
-    """Return the table of evaluated expectations, in its scrolling box."""
+    """Return the HTML table of evaluated expectations, in a scrolling box."""
     judged = findings.report.expectations
     head = tag(
         "tr",
@@ -56,7 +56,7 @@ def _row(e: ExpectationResult, findings: ReportSummary) -> str:
 
 
 def _place(line: int, lines: Container[int]) -> str:
-    """Return a line number, as a link if the page has that line."""
+    """Return a line number as HTML, with a link if the page has that line."""
     return tag("a", str(line), href=f"#L{line}", aria_label=f"line {line}") if line in lines else str(line)
 
 
@@ -73,7 +73,7 @@ def warnings(findings: ReportSummary) -> str:
 
 
 def warning_list(warnings: Iterable[ReportWarning], lines: Container[int] = ()) -> str:
-    """Return a list of warnings, equal ones merged, with links to `lines`; empty if there are none."""
+    """Return an HTML list of warnings, equal ones merged, with links to `lines`; empty if there are none."""
     same: dict[tuple[str, str, str], list[ReportWarning]] = {}
     for one in warnings:
         same.setdefault((one.code, one.message, one.help), []).append(one)

@@ -1,4 +1,7 @@
-"""Table of tetrahedralized surfaces: repairs, and the deviation of each model's mesh from the surface."""
+"""Table of bodies made by filling a surface with tetrahedra.
+
+It shows repairs of the surface, and the deviation of each mesh from it.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ VOLUME: units.Dimension = units.raise_dimension(units.LENGTH, 3)
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return a table of all models with such a mesh; empty if there is none."""
+    """Return an HTML table of all models with such a mesh; empty if there is none."""
     known = {n: m.solve["filled"] for n, m in findings.report.models.items() if "filled" in m.solve}
     heads = ("Model", "Volume", "Distance", "Quality", "Repaired", "Made by")
     return table_section("Filled", LEAD, heads, [_row(*entry) for entry in known.items()])
@@ -41,6 +44,6 @@ def _row(name: str, own: Mapping[str, Any]) -> str:
 
 
 def _surface_deviation(own: Mapping[str, Any]) -> str:
-    """Return the deviation of a faceted surface from the body that it approximates."""
+    """Return the deviation of a faceted surface from the body that it approximates, as text."""
     share = 100 * own.get("facets_m3", 0.0) / own["surface_m3"]
     return f", facets omit {share:.2g} % of the volume" if share else ""

@@ -1,4 +1,4 @@
-"""Natural frequencies of a body: a line for each mode up to the highest requested one, a column for each model."""
+"""Table of natural frequencies of a body: a row for each mode, a column for each model."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HERTZ: units.Dimension = units.raise_dimension(units.TIME, -1)
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return a table for each body; empty if no frequency is requested."""
+    """Return an HTML table for each body; empty if no metric requests frequencies."""
     known = _model_frequencies(findings)
     if not known:
         return ""
@@ -35,7 +35,7 @@ def section_of(findings: ReportSummary) -> str:
 
 
 def _model_frequencies(findings: ReportSummary) -> dict[str, list[float]]:
-    """Return the frequencies of each model, Hz, from the metric that requests most of them."""
+    """Return the natural frequencies of each model, Hz, from the metric that requests most of them."""
     found: dict[str, list[float]] = {}
     asked = [m.name for m in findings.metrics if (own := findings.declared.get(m.name)) and own.word == WORD]
     for name, model in findings.report.models.items():

@@ -1,4 +1,4 @@
-"""Line and point probes for figures: their results, the arc position, and the styles of curves."""
+"""Line and point probes for figures: their results, arc lengths, and the styles of curves."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ AXES = ("x", "y", "z")
 
 
 def _kind(findings: ReportSummary, probe: str) -> str:
-    """Return the constructor of a probe: line, point, surface, volume, markers; "" if it is not in the scene's text."""
+    """Return the constructor of a probe, such as `line` or `point`; "" if it is not in the scene's own text."""
     return findings.declared.get(probe, UNKNOWN).word
 
 
 def lines_of(findings: ReportSummary) -> dict[str, dict[str, ProbeResult]]:
-    """Return the results of line probes with at least two points, by model or reference."""
+    """Return the results of line probes that have at least two points, by probe and by model or reference."""
     found = {}
     for name, seen in findings.probes.items():
         several = any(len(p.points) > 1 and p.triangles is None for p in seen.values())
@@ -33,7 +33,7 @@ def lines_of(findings: ReportSummary) -> dict[str, dict[str, ProbeResult]]:
 
 
 def points_of(findings: ReportSummary) -> dict[str, dict[str, ProbeResult]]:
-    """Return the results of point probes."""
+    """Return the results of point probes, by probe and by model or reference."""
     found = {}
     for name, seen in findings.probes.items():
         alone = {n: p for n, p in seen.items() if len(p.points) == 1 and p.triangles is None}
@@ -43,9 +43,9 @@ def points_of(findings: ReportSummary) -> dict[str, dict[str, ProbeResult]]:
 
 
 def curve_styles(report: Report) -> dict[str, CurveStyle]:
-    """Return one style for each model and reference, the same in every figure of the page.
+    """Return the style of each model and reference, the same in every figure of the page.
 
-    If there are more models than colours, those of one kind share a colour and differ by dash and marker.
+    If there are more models than colours, models of one kind share a colour and differ by dash and marker.
     """
     found = {name: model_look(i) for i, name in enumerate(report.models)}
     if len(found) > COLOURS:
@@ -54,7 +54,7 @@ def curve_styles(report: Report) -> dict[str, CurveStyle]:
 
 
 def _colours_by_kind(report: Report) -> dict[str, CurveStyle]:
-    """Return a colour for each kind of model, for any size or Poisson's ratio; models of no kind have their own."""
+    """Return a colour style for each model; models that differ only in size or Poisson's ratio share it."""
     kinds: dict[str, list[str]] = {}
     for name, model in report.models.items():
         kind = model.kind
@@ -67,8 +67,9 @@ def _colours_by_kind(report: Report) -> dict[str, CurveStyle]:
 def initially_shown(findings: ReportSummary, among: Collection[str] | None = None) -> list[str]:
     """Return the models that a figure shows initially.
 
-    If there are many, these are the models with the smallest first error; if they belong to a few kinds, the best and
-    the worst of each kind. By default they are chosen among the models with probe results.
+    They are chosen from `among`, by default the models with probe results. If there are many, these are the models with
+    the smallest first error. If they belong to a few kinds, these are the best
+    and the worst of each kind.
     """
     models = {n: m for n, m in findings.report.models.items() if (m.probes if among is None else n in among)}
     names = list(models)
@@ -86,6 +87,6 @@ def initially_shown(findings: ReportSummary, among: Collection[str] | None = Non
 
 
 def arc(X: Floats) -> Floats:
-    """Return the arc position (n,) along undeformed points (n, 3), m."""
+    """Return the arc length (n,), m, along undeformed points X (n, 3), m."""
     steps = np.sqrt((np.diff(X, axis=0) ** 2).sum(axis=1))
     return np.concatenate(([0.0], np.cumsum(steps)))

@@ -1,4 +1,4 @@
-"""Load table: a line for each load, with the declared force and the fraction that each model applies."""
+"""Load table: a row for each load, with the declared force and the fraction of it that each model applies."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROUNDING = 1e-9  # relative to the largest component
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return a table of all loads; empty if no model reports its loads."""
+    """Return an HTML table of all loads; empty if no model reports its loads."""
     known = transpose_by_name({n: m.loads for n, m in findings.report.models.items()})
     rows = [_row(name, own) for name, own in known.items()]
     return table_section("Loads", LEAD.format(findings.of_last), ("Load", "Force", "Moment", "Taken"), rows)
@@ -33,7 +33,7 @@ def _row(name: str, own: Mapping[str, Resultant]) -> str:
 
 
 def _applied_fraction(own: Mapping[str, Resultant]) -> str:
-    """Return `whole`, or the models that apply less or more."""
+    """Return `whole`, or the models that apply a smaller or larger force than declared, as text."""
     off = [f"{100 * r.share:.4g} % by `{n}`" for n, r in own.items() if abs(1.0 - r.share) > SHOWN]
     unknown = [f"{100 * r.remainder / r.area:.2g} % of the area undecided in `{n}`" for n, r in own.items()
                if r.area and r.remainder > SHOWN * r.area]  # fmt: skip

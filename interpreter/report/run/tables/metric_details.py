@@ -1,4 +1,4 @@
-"""Details of metrics besides their value: spreads, extremes, counts and words, for every model and reference."""
+"""Details of metrics besides their value, such as spreads, extremes and counts, for every model and reference."""
 
 from __future__ import annotations
 
@@ -28,27 +28,30 @@ SHARES = ("relative", "ratio", "share", "margin", "fraction")
 
 
 def details_of(findings: ReportSummary) -> str:
-    """Return a table on demand for each metric with details, and one CSV file with all."""
+    """Return for each metric with details a table that opens on demand, and one CSV file with all details."""
     tables = [_table(findings, m) for m in findings.metrics]
     found = [table for table in tables if table]
     return tag("div", *found, _csv(findings), class_="metric-details") if found else ""
 
 
 def unit_of(key: str) -> str:
-    """Return the unit of a detail from the end of its name: `p95_m`, `limit_s`; `1` for fractions, "" for none."""
+    """Return the unit of a detail from the end of its name, such as `p95_m`, `limit_s`.
+
+    The unit is `1` for fractions and "" for details without a unit.
+    """
     if any(word in key for word in SHARES) and not key.endswith("_points"):
         return "1"
     return UNITS.get(key.rpartition("_")[2], "") if "_" in key else ""
 
 
 def _name(key: str) -> str:
-    """Return a readable name: `p95_m` -> p95, `relative_mean` -> relative mean."""
+    """Return a readable name of a detail: `p95` for `p95_m`, `relative mean` for `relative_mean`."""
     head, _, last = key.rpartition("_")
     return (head if head and last in UNITS else key).replace("_", " ")
 
 
 def _details_by_result(findings: ReportSummary, metric: MetricColumn) -> dict[str, Mapping[str, Any]]:
-    """Return details by model or reference."""
+    """Return the details of a metric, by model or reference."""
     found = {n: r.metrics.get(metric.name) for n, r in findings.everyone.items()}
     return {n: m.details for n, m in found.items() if m is not None and m.details}
 
@@ -76,7 +79,7 @@ def _align(value: Any) -> str | None:
 
 
 def _cell(key: str, value: Any) -> str:
-    """Return a detail in words."""
+    """Return the value of a detail as text."""
     if value is None or value == "":
         return "–"
     if isinstance(value, bool):

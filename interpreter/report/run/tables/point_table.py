@@ -1,4 +1,4 @@
-"""Displacement table of a single point, for each point probe."""
+"""Table of displacements at a point probe."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from softmark.interpreter.results.run_report import ProbeResult
 
 
 def point_table(probe: str, seen: Mapping[str, ProbeResult]) -> str:
-    """Return displacement and position of the point, by model and reference."""
+    """Return an HTML table of displacement and position of the point, by model and reference."""
     numbers = {name: _numbers(p) for name, p in seen.items()}
     every = [v for row in numbers.values() for v in row]
     scale = choose_scale(every, "m")
@@ -29,7 +29,7 @@ def point_table(probe: str, seen: Mapping[str, ProbeResult]) -> str:
 
 
 def _numbers(p: ProbeResult) -> list[float]:
-    """Return u, |u| and x in m."""
+    """Return displacement u, its magnitude |u| and position x of the point, m."""
     u, x = p.displacement[0], p.position[0]
     return [*(float(v) for v in u), float(np.sqrt(u @ u)), *(float(v) for v in x)]
 

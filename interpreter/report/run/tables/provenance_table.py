@@ -1,4 +1,4 @@
-"""Provenance of a run: what is needed to repeat it, and what its numbers may depend on."""
+"""Provenance of a run: data needed to repeat it, and facts on which its numbers may depend."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ WORDS = {
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return the command, the digest and the environment."""
+    """Return the HTML section with the command, the digest of the scene, and the environment."""
     rows = [tag("tr", tag("th", text(n), scope="row"), tag("td", text(v))) for n, v in _facts(findings)]
     table = tag("table", tag("caption", "Environment"), tag("tbody", *rows), class_="facts")
     repeat = tag("pre", tag("code", text(command(findings))), class_="command")
@@ -27,7 +27,7 @@ def section_of(findings: ReportSummary) -> str:
 
 
 def table_of(environment: Mapping[str, Any]) -> str:
-    """Return the environment as a table; empty if it is not known."""
+    """Return the environment as an HTML table; empty if it is not known."""
     facts = [(WORDS.get(k, k), v) for k, v in environment.items()]
     rows = [tag("tr", tag("th", text(n), scope="row"), tag("td", text(v))) for n, v in facts]
     table = tag("table", tag("caption", "Environment"), tag("tbody", *rows), class_="facts")
@@ -35,7 +35,7 @@ def table_of(environment: Mapping[str, Any]) -> str:
 
 
 def scene_listing(scene: Mapping[str, Any]) -> str:
-    """Return the text of a scene with its digest, collapsed."""
+    """Return the text of a scene with its digest as HTML that opens on demand."""
     lines = [tag("span", colour_line(line), "\n", class_="line") for line in str(scene.get("text") or "").splitlines()]
     whole = tag("pre", tag("code", *lines), class_="scene", tabindex=0, role="region", aria_label="Text of the scene")
     digest = tag("p", f"SHA-256 {text(scene.get('sha256') or '–')}", class_="quiet digest")
@@ -46,7 +46,7 @@ def scene_listing(scene: Mapping[str, Any]) -> str:
 
 
 def scene_name(scene: Mapping[str, Any], otherwise: str) -> str:
-    """Return the name of a scene for a command: that in the standard library, or else its file."""
+    """Return the name of a scene for a command: its name in the standard library, its file, or `otherwise`."""
     return str(scene.get("standard") or scene.get("file") or otherwise)
 
 
@@ -62,7 +62,10 @@ def _facts(findings: ReportSummary) -> list[tuple[str, str]]:
 
 
 def command(findings: ReportSummary) -> str:
-    """Return `dsl run FILE -p h=3mm --model rod`, quoted for a shell; a scene without a file is read from stdin."""
+    """Return the command that repeats the run, `dsl run FILE -p h=3mm --model rod`, quoted for a shell.
+
+    A scene without a file is read from standard input.
+    """
     file = scene_name(findings.report.scene, "-")
     parts = ["dsl", "run", "-" if file.startswith("<") else file]
     parts += [part for override in _overrides(findings) for part in ("-p", override)]
@@ -73,7 +76,7 @@ def command(findings: ReportSummary) -> str:
 
 
 def _overrides(findings: ReportSummary) -> list[str]:
-    """Return the overrides as given on the command line if known, else the overridden parameters."""
+    """Return the overrides of the command line or, if these are not known, the overridden parameters."""
     scene = findings.report.scene
     given = scene.get("overrides")
     if given is not None:
@@ -83,7 +86,7 @@ def _overrides(findings: ReportSummary) -> list[str]:
 
 
 def _requested_models(findings: ReportSummary) -> list[str]:
-    """Return the requested models if the finished report does not have all models of the scene."""
+    """Return the requested models; empty if the report has all models of the scene."""
     declared = set(findings.report.names.of_kind("model"))
     run = list(findings.report.models)
     return run if not findings.report.partial and run and declared - set(run) else []

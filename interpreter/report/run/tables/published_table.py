@@ -1,4 +1,7 @@
-"""Table of published values next to our own, such as Table 1 of Marchal et al. (2008)."""
+"""Table of published values next to computed ones.
+
+Source of such a table: Marchal et al. (2008), Table 1.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ HEADS = ("ours", "published", "difference")
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return the table; empty if the scene has no published values."""
+    """Return the HTML section with the table; empty if the scene has no published values."""
     columns = [m for m in findings.metrics if any(_published(r, m) is not None for r in _models(findings))]
     if not columns:
         return ""
@@ -40,7 +43,7 @@ def _published(model: ModelResult, metric: MetricColumn) -> float | None:
 
 
 def _sources(findings: ReportSummary) -> str:
-    """Return the sources of the numbers, if the scene gives them."""
+    """Return the sources of the published values, if the scene has them."""
     entries = findings.report.scene.get("published") or ()
     same: dict[str, list[str]] = {}
     for entry in entries:
@@ -58,19 +61,19 @@ def _source(entry: Mapping[str, Any]) -> str:
 
 @dataclass(frozen=True)
 class _Pairs:
-    """Metrics of models with the values published for them."""
+    """Metrics of models that have published values."""
 
     findings: ReportSummary
     columns: Sequence[MetricColumn]
 
     @property
     def rows(self) -> dict[str, ModelResult]:
-        """Models with published values."""
+        """Models that have published values, by name."""
         known = self.findings.report.models.items()
         return {n: m for n, m in known if any(_published(m, c) is not None for c in self.columns)}
 
     def html(self) -> str:
-        """Return rows of models, with three columns for each metric."""
+        """Return the HTML table with a row for each model and a group of columns for each metric."""
         scales = {m.name: self._scale(m) for m in self.columns}
         top = [tag("th", "Model", rowspan=2, scope="col")]
         top += [self._head(m, scales[m.name][0]) for m in self.columns]
@@ -110,7 +113,7 @@ class _Pairs:
         return tag("tr", head, *(tag("td", cell, class_="n") for cell in cells))
 
     def csv(self) -> str:
-        """Return a link to every number, in SI."""
+        """Return the link to a CSV file with every number, in SI."""
         header = ["name", "metric", "unit", "ours", "published", "difference", "difference / published"]
         rows: list[list[Cell]] = []
         for name, model in self.rows.items():
@@ -121,14 +124,14 @@ class _Pairs:
 
 
 def _differences(ours: float | None, theirs: float | None) -> tuple[float | None, float | None]:
-    """Return the absolute difference, and that relative to the published value."""
+    """Return the absolute difference, and the difference relative to the published value."""
     if ours is None or theirs is None:
         return None, None
     return ours - theirs, (ours - theirs) / abs(theirs) if theirs else None
 
 
 def _cells(found: MetricResult | None, scale: Scale, decimals: int) -> list[str]:
-    """Return our value, the published value, and the absolute and relative difference."""
+    """Return table cells with our value, the published value, and the absolute and relative difference."""
     ours, theirs = (found.value, found.published) if found else (None, None)
     absolute, share = _differences(ours, theirs)
     shown = [_number(v, scale, decimals) for v in (ours, theirs)]

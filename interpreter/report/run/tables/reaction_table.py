@@ -1,4 +1,4 @@
-"""Reaction table: a line for each support and each model, and one in the terminal."""
+"""Reaction table: a row for each support and each model on the page, and a line in the terminal."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ LITTLE = 1e-3  # fraction of a force that is not visible with three digits
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return a table of all supports; empty if no model reports reactions."""
+    """Return an HTML table of the reactions of all supports; empty if no model reports reactions."""
     models = findings.report.models
     known = transpose_by_name({n: m.reactions for n, m in models.items()})
     if not any(held.reaction for own in known.values() for held in own.values()):
@@ -66,7 +66,10 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def lines(report: Report) -> Iterator[str]:
-    """Yield `wall carries 2.06 N in tet, hex, 2.12 N in rod`; forces that agree to three digits are merged."""
+    """Yield lines of text such as `wall carries 2.06 N in tet, hex, 2.12 N in rod`.
+
+    Forces that agree to three digits are merged.
+    """
     everyone = {n: m.reactions for n, m in report.models.items()}
     least = {n: ROUNDING * _largest(m) for n, m in report.models.items()}
     for support, own in transpose_by_name(everyone).items():
@@ -81,13 +84,13 @@ def lines(report: Report) -> Iterator[str]:
 
 
 def _largest(model: ModelResult) -> float:
-    """Return the largest force of all supports and contacts, N, the scale below which reactions count as zero."""
+    """Return the largest force of all supports and contacts, N, relative to which small reactions count as zero."""
     pressed = (math.hypot(*own.reaction.force) for own in model.contacts.values())
     return max((*map(_size, model.reactions.values()), *pressed), default=0.0)
 
 
 def _size(held: SupportResult) -> float:
-    """Return the size of a reaction force, N; 0 if it is unknown."""
+    """Return the magnitude of a reaction force, N; 0 if it is unknown."""
     return 0.0 if held.reaction is None else math.hypot(*held.reaction.force)
 
 

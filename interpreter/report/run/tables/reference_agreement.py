@@ -1,4 +1,4 @@
-"""Terminal lines on agreement with given values and bands of codes, with the kind of reference."""
+"""Terminal lines on the agreement of models with given values and with consensus bands of several codes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ SEVERAL = 6  # names that a line lists
 
 
 def lines(findings: ReportSummary) -> Iterator[str]:
-    """Yield `codes (consensus of 3 codes): 14.72 mm in 14.7 mm to 14.74 mm; inside: fine; outside: coarse (miss)`."""
+    """Yield a line for each given value or band, with the models inside and outside of it.
+
+    For example: `codes (consensus of 3 codes): 14.72 mm in 14.7 mm to 14.74 mm; inside: fine; outside: coarse (miss)`.
+    """
     for name, reference in findings.report.references.items():
         if reference.status != "converged" or not ("value" in reference.facts or reference.drawn is not None):
             continue
@@ -23,7 +26,7 @@ def lines(findings: ReportSummary) -> Iterator[str]:
 
 
 def _band(facts: Mapping[str, Any]) -> list[str]:
-    """Return the value with its uncertainty, or the ends of its band; empty for a curve."""
+    """Return the value with its uncertainty, or the ends of its band, as text; empty for a curve."""
     if "value" not in facts:
         return []
     unit = facts["unit"]
@@ -36,7 +39,10 @@ def _band(facts: Mapping[str, Any]) -> list[str]:
 
 
 def _verdicts(findings: ReportSummary, name: str) -> Iterator[str]:
-    """Yield the models inside and outside, by every metric compared with it; for curves the fraction inside."""
+    """Yield phrases on models inside and outside, for every metric compared with a reference.
+
+    For curves the fraction inside is given.
+    """
     banded = findings.report.references[name].kind == "consensus"
     words = {True: "inside" if banded else "within", False: "outside" if banded else "not within"}
     same: dict[str, list[str]] = {}

@@ -1,6 +1,6 @@
-"""Region table: declared volumes of bodies and parts, the volumes of each mesh, and constants that vary in space.
+"""Region tables: declared volumes of bodies and their parts, volumes of each mesh, and varying constants.
 
-For each varying constant it shows range, mean, and the variation that the cells do not resolve.
+For each material constant that varies in space it shows range, mean, and the variation that the cells do not resolve.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ SHOWN = 1e-4  # fraction of a part; smaller volumes of the wrong material get no
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return a table of all parts; empty if no model has any."""
+    """Return an HTML table of all parts of bodies; empty if no model has parts."""
     known = transpose_by_name({n: m.solve.get("regions") or {} for n, m in findings.report.models.items()})
     return table_section("Regions", LEAD, ("Region", "Volume", "Cells"), [_row(*entry) for entry in known.items()])
 
@@ -37,7 +37,7 @@ def _row(name: str, own: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def _covered_fraction(own: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return `followed`, or the models whose cells cover too little or too much."""
+    """Return `followed` if all meshes cover the part, else the models whose cells cover too little or too much."""
     off = []
     for model, v in own.items():
         missed, beyond = v["missed_m3"] / v["asked_m3"], v["beyond_m3"] / v["asked_m3"]
@@ -49,14 +49,14 @@ def _covered_fraction(own: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def bodies_of(findings: ReportSummary) -> str:
-    """Return a table of models of bodies with known volume and surface; empty if there is none."""
+    """Return an HTML table of bodies whose volume and surface are known, with those of each mesh; empty if none."""
     known = {n: m.solve["body"] for n, m in findings.report.models.items() if "body" in m.solve}
     rows = [tag("tr", row_head(name), *map(_cell, _volume_and_surface(own))) for name, own in known.items()]
     return table_section("Bodies", WHOLE, ("Model", "Volume", "Surface"), rows)
 
 
 def _volume_and_surface(own: Mapping[str, float]) -> tuple[tuple[float, float, units.Dimension], ...]:
-    """Return volume and surface of the body and of the mesh, with their dimensions."""
+    """Return volume and surface area of the body and of the mesh, with their dimensions."""
     return (own["volume_m3"], own["mesh_m3"], VOLUME), (own["area_m2"], own["mesh_m2"], AREA)
 
 
@@ -68,7 +68,7 @@ def _cell(one: tuple[float, float, units.Dimension]) -> str:
 
 
 def varying_constants(findings: ReportSummary) -> str:
-    """Return a table of all constants that vary in space; empty if no model has any."""
+    """Return an HTML table of all constants that vary in space; empty if there are none."""
     known = transpose_by_name({n: m.solve.get("graded") or {} for n, m in findings.report.models.items()})
     return table_section("Varying", VARYING, HEADS, [_constant(*entry) for entry in known.items()])
 
@@ -83,7 +83,7 @@ def _constant(name: str, own: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def _unresolved_variation(model: str, said: Mapping[str, Any]) -> str:
-    """Return the largest change within a cell, the quadrature error, and the fraction outside of a field."""
+    """Return the largest change within a cell, the quadrature error, and the fraction outside the field, as text."""
     found = [f"`{model}` up to {said['within_cells']:.3g} times"]
     if said["integral_lost"] > SHOWN:
         found.append(f"the quadrature error is {100 * said['integral_lost']:.2g} %")

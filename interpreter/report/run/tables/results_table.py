@@ -1,4 +1,4 @@
-"""Results table: status, metrics, size and effort of models and references."""
+"""Results table of a run: status, metrics, size and effort of models and references."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ CLOCK = " Fractions of the available time: ✓ real time, ✗ not real time."
 
 
 def caption(findings: ReportSummary) -> str:
-    """Return the caption of the tables."""
+    """Return the caption of the results tables."""
     best, tied = (any(ask(m) for m in findings.metrics) for ask in (findings.best, findings.tied))
     clock = any(m.clock for m in findings.metrics)
     of_last = LAST.format(findings.of_last) if findings.of_last else ""
@@ -53,7 +53,7 @@ def caption(findings: ReportSummary) -> str:
 
 
 def sort_metrics(metrics: Sequence[MetricColumn]) -> list[MetricColumn]:
-    """Return errors by reference, differences between models, then measurements, then times."""
+    """Return the metrics in the order of columns: errors by reference, differences of models, measurements, times."""
     from_ = [(m.against, m.model) for m in metrics]
     key = lambda m: (m.clock, m.against is None, m.model is None, from_.index((m.against, m.model)))  # noqa: E731
     return sorted(metrics, key=key)
@@ -61,7 +61,10 @@ def sort_metrics(metrics: Sequence[MetricColumn]) -> list[MetricColumn]:
 
 @dataclass
 class Notes:
-    """Footnotes: one letter for each reason of a missing value; with `linked`, marks are links to them."""
+    """Footnotes of results tables, with one letter for each reason of a missing value.
+
+    With `linked` the marks are links to the footnotes.
+    """
 
     reasons: list[str] = field(default_factory=list)
     within: dict[str, str] = field(default_factory=dict)  # metric -> the uncertainty, in words
@@ -69,7 +72,7 @@ class Notes:
     linked: bool = True
 
     def _mark(self, sign: str, note: str, said: str) -> str:
-        """Return a sign that links to its note."""
+        """Return a mark as HTML that links to its footnote."""
         if not self.linked:
             return tag("abbr", text(sign), title=said)
         return tag("a", text(sign), href=f"#{note}", aria_label=said)
@@ -78,7 +81,7 @@ class Notes:
         return note if self.linked else None
 
     def dash(self, reason: str) -> str:
-        """Return an en dash with the letter of its reason."""
+        """Return an en dash with the letter of the footnote that gives the reason."""
         if reason not in self.reasons:
             self.reasons.append(reason)
         mark = letter(self.reasons.index(reason))
@@ -91,7 +94,7 @@ class Notes:
         return tag("sup", self._mark("†", "note-within", said), class_="within")
 
     def double(self, why: str) -> str:
-        """Return the mark of a value whose reference may not be valid here."""
+        """Return the mark of a value whose reference may not be valid for the scene."""
         self.doubts.setdefault(why)
         said = "the theory is not exact here"
         return tag("sup", self._mark("‡", "note-doubt", said), class_="within")
@@ -104,7 +107,7 @@ class Notes:
         return tag("li", tag("b", "†"), " ", prose(said), id=self._anchor("note-within"))
 
     def list(self) -> str:
-        """Return the footnotes."""
+        """Return the footnotes as HTML."""
         letters = [letter(i) for i in range(len(self.reasons))]
         pairs = zip(letters, self.reasons, strict=True)
         items = [tag("li", tag("b", a), " ", prose(reason), id=self._anchor(f"note-{a}")) for a, reason in pairs]
@@ -118,13 +121,13 @@ class Notes:
 
 
 def letter(n: int) -> str:
-    """Return a, b, …, z, aa, ab, …"""
+    """Return the n-th footnote letter: a, b, …, z, aa, ab, …"""
     return (letter(n // 26 - 1) if n >= 26 else "") + chr(97 + n % 26)
 
 
 @dataclass
 class ResultsTable:
-    """Results of one body; footnotes are collected while the table is made."""
+    """Results table of one body; its footnotes are collected while the table is made."""
 
     findings: ReportSummary
     body: BodyResults
@@ -132,7 +135,7 @@ class ResultsTable:
 
     @cached_property
     def groups(self) -> list[tuple[str, list[MetricColumn]]]:
-        """Metrics under headings: errors by reference, measurements, times."""
+        """Metrics under their headings: errors by reference, measurements, times."""
         named = groupby(self.columns, key=_heading)
         return [(heading, list(metrics)) for heading, metrics in named]
 
@@ -143,13 +146,13 @@ class ResultsTable:
 
     @cached_property
     def values(self) -> Mapping[str, list[float]]:
-        """Values of every column."""
+        """Values of every column, by metric."""
         results = [self.findings.everyone[n] for n in self.body.results]
         return {m.name: [v for r in results if (v := value_of(r, m.name)) is not None] for m in self.columns}
 
     @cached_property
     def scales(self) -> Mapping[str, tuple[Scale, int]]:
-        """Unit and decimals of every column."""
+        """Unit and number of decimals of every column, by metric."""
         found = {}
         for metric in self.columns:
             values = self.values[metric.name]
@@ -159,11 +162,11 @@ class ResultsTable:
 
     @cached_property
     def times(self) -> list[str]:
-        """Kinds of time that were measured."""
+        """Kinds of computing time that were measured."""
         return [k for k in TIMES if any(m.time.get(k) for m in self.findings.report.models.values())]
 
     def html(self) -> str:
-        """Return the table in its scrolling box."""
+        """Return the table in a scrolling box as HTML."""
         report, own = self.findings.report, self.body.results
         models = {n: m for n, m in report.models.items() if n in own}
         references = {n: r for n, r in report.references.items() if n in own}
@@ -228,7 +231,7 @@ class ResultsTable:
         return shown
 
     def _stated(self, result: Result, metric: MetricColumn) -> str:
-        """Return the stated error of a number in the unit of the column: `± 0.05`."""
+        """Return the stated error of a number, `± 0.05`, in the unit of the column."""
         error = stated_of(result, metric)
         if error is None:
             return ""
@@ -236,7 +239,7 @@ class ResultsTable:
         return tag("small", tag("data", text(own), value=repr(error)), class_="stated")
 
     def _text(self, value: float, metric: MetricColumn) -> str:
-        """Return the number in the format of its column."""
+        """Return a number in the format of its column."""
         scale, decimals = self.scales[metric.name]
         if metric.clock:
             own = value / scale.factor
@@ -293,12 +296,12 @@ class ResultsTable:
 
 
 def _differ(cpu: float, wall: float) -> bool:
-    """Return whether CPU time differs from wall time, because of other programs or several threads."""
+    """Return whether CPU time and wall time differ, because of other programs or several threads."""
     return abs(cpu - wall) > 0.25 * wall
 
 
 def _range(low: float, high: float) -> str:
-    """Return `[14.2–15.9 ms]`, with the unit once if it is the same."""
+    """Return a range of times as text, `[14.2–15.9 ms]`, with the unit once if it is the same."""
     first, last = format_quantity(low, "s", 3), format_quantity(high, "s", 3)
     if first.split("\u00a0")[1:] == last.split("\u00a0")[1:]:
         first = first.split("\u00a0")[0]
@@ -306,7 +309,7 @@ def _range(low: float, high: float) -> str:
 
 
 def status_of(result: Result) -> str:
-    """Return the status as a symbol and words."""
+    """Return the status of a result as a symbol and words."""
     symbol, mood, words = SYMBOLS.get(result.status, ("?", "quiet", result.status))
     if getattr(result, "inverted", 0):
         return tag("span", tag("span", "✗", aria_hidden="true"), " inverted cells", class_="status bad")
@@ -317,7 +320,7 @@ def status_of(result: Result) -> str:
 
 
 def _verdict(good: bool) -> str:
-    """Return ✓ or ✗ before a fraction of the available time."""
+    """Return ✓ or ✗ as HTML, shown before a fraction of the available time."""
     symbol, mood, words = ("✓", "good", "real time") if good else ("✗", "bad", "not real time")
     sign, said = tag("span", symbol, aria_hidden="true"), tag("span", f"{words} ", class_="spoken")
     return tag("span", sign, " ", said, class_=f"status {mood}")
@@ -332,12 +335,12 @@ def _heading(metric: MetricColumn) -> str:
 
 
 def number(n: int) -> str:
-    """Return a whole number, with its machine-readable value."""
+    """Return a whole number as HTML with its machine-readable value."""
     return tag("data", group_digits(n), value=str(n))
 
 
 def seconds(value: float) -> str:
-    """Return a time with three digits, with its machine-readable value."""
+    """Return a time as HTML with three digits and its machine-readable value."""
     return tag("data", text(format_quantity(value, "s", 3)), value=repr(float(value)))
 
 
@@ -346,7 +349,7 @@ def _small(markup: str) -> str:  # with a space: a notebook that is not trusted 
 
 
 def stated_of(result: Result, metric: MetricColumn) -> float | None:
-    """Return the stated error of a model's number, or the uncertainty of a theory, in SI; None if there is none."""
+    """Return the error that a model states of a number, or the uncertainty of a theory, SI; None if unknown."""
     if isinstance(result, ReferenceResult):
         found = result.metrics.get(metric.name)
         return None if found is None or metric.is_error or metric.model is not None else found.uncertainty

@@ -1,4 +1,4 @@
-"""Listing of the scene's text with line numbers, and its parameters."""
+"""Listing of the scene: its text with line numbers, and its parameters."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _UNIT_WORDS = re.compile(r"^(.*\d\.?)([ \t])(in|and|or|not|as)$")
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return text and parameters."""
+    """Return the HTML section with text and parameters."""
     scene = findings.report.scene
     parameters = scene.get("parameters") or {}
     table = _parameters(parameters, set(scene.get("overridden") or ())) if parameters else ""
@@ -45,7 +45,7 @@ def _line(number: int, line: str, marked: bool) -> str:
 
 
 def colour_line(line: str) -> str:
-    """Return one line of a scene with its tokens in spans by kind."""
+    """Return one line of a scene as HTML, with a span for each token that names its kind."""
     return "".join(_piece(match) for match in _PIECE.finditer(line))
 
 
@@ -78,7 +78,7 @@ def _parameter(name: str, known: Mapping[str, Any], overridden: bool) -> str:
 
 
 def value_shown(known: Mapping[str, Any]) -> str:
-    """Return the value of a parameter with its unit."""
+    """Return the value of a parameter with its unit as text."""
     return _value(known.get("value"), str(known.get("unit", "1")))
 
 

@@ -1,4 +1,4 @@
-"""Section with one table, shared by regions, loads and supports, and the formatting of forces."""
+"""HTML section with one table, used for regions, loads and supports, and formatting of forces."""
 
 from __future__ import annotations
 
@@ -14,13 +14,16 @@ T = TypeVar("T")
 
 
 def transpose_by_name(known: Mapping[str, Mapping[str, T]]) -> dict[str, dict[str, T]]:
-    """Return values by name and then by model, from values by model and then by name, in order of appearance."""
+    """Return values by name and then by model, given values by model and then by name, in order of appearance."""
     names = dict.fromkeys(name for own in known.values() for name in own)
     return {name: {model: own[name] for model, own in known.items() if name in own} for name in names}
 
 
 def table_section(title: str, lead: str, heads: Sequence[str], rows: Sequence[str], below: str = "") -> str:
-    """Return a section with one table under its title; `rows` and `below` are markup. Empty without rows."""
+    """Return an HTML section with one table under its title; empty without rows.
+
+    `lead` is the text above the table. `rows` and `below` are markup.
+    """
     if not rows:
         return ""
     head = tag("tr", *(tag("th", text(h), scope="col") for h in heads))
@@ -29,25 +32,28 @@ def table_section(title: str, lead: str, heads: Sequence[str], rows: Sequence[st
 
 
 def row_head(name: str) -> str:
-    """Return the header of a row."""
+    """Return the HTML of a row header."""
     return tag("th", tag("code", text(name)), scope="row")
 
 
 def newtons(vector: Sequence[float], rounding: float, largest: float = 0.0) -> str:
-    """Return components in N with five digits; those below rounding errors, or negligible, as zero."""
+    """Return the components of a force, N, as text with five digits; those below rounding errors are zero."""
     most = max(largest, *(abs(c) for c in vector))
     return _components(vector, 5, rounding * most).replace("-", "\N{MINUS SIGN}")
 
 
 def _components(vector: Sequence[float], digits: int, nothing: float) -> str:
-    """Return components in N, those of at most `nothing` as zero."""
+    """Return the components of a force, N, as text; those of at most `nothing` are zero."""
     return units.format_vector(
         [0.0 if abs(c) <= nothing else round_significant(c, digits) for c in vector], units.FORCE
     )
 
 
 def format_force(force: Sequence[float], digits: int, rounding: float) -> str:
-    """Return the size of a force in N or, if it is not along an axis as for symmetric parts, all its components."""
+    """Return the magnitude of a force along an axis, N, as text; of other forces all components.
+
+    Forces are oblique if only a symmetric part is modelled, for instance.
+    """
     size = math.hypot(*force)
     if round_significant(size, digits) == round_significant(
         max(map(abs, force)), digits

@@ -1,4 +1,4 @@
-"""Table of models' numbers next to given values and bands of codes, with the difference and its verdict."""
+"""Table of computed numbers next to given values and consensus bands, with the difference and its verdict."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ HEADS = ("Number", "By", "Found", "Given", "Uncertainty", "Difference", "Within"
 
 @dataclass(frozen=True)
 class _ComparedValue:
-    """One number compared with a given value, SI; `state` in words, "" for a scene without states."""
+    """Computed number compared with a given value, in SI; `state` is the state in words, "" without states."""
 
     metric: str
     owner: str
@@ -40,16 +40,16 @@ class _ComparedValue:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Interval in which the number agrees."""
+        """Interval of numbers that agree with the given value."""
         return self.band or (self.given - self.uncertainty, self.given + self.uncertainty)
 
     @property
     def difference(self) -> float:
-        """Computed minus given value."""
+        """Computed minus given value, SI."""
         return self.found - self.given
 
     def row(self, everyone: Sequence[float]) -> str:
-        """Return the row of the table; `everyone` are all numbers compared with the same value."""
+        """Return the table row as HTML; `everyone` are all numbers compared with the same value."""
         found, given = (text(format_quantity(v, self.unit, 5)) for v in (self.found, self.given))
         amounts = [tag("td", found, class_="n"), tag("td", given, tag("small", text(self.kind)), class_="n")]
         share = tag("small", text(_percent(self.difference / abs(self.given)))) if self.given else ""
@@ -63,13 +63,13 @@ class _ComparedValue:
 
     @property
     def off(self) -> str:
-        """Return the uncertainty, or the band."""
+        """Return the uncertainty of the given value, or its band, as text."""
         if self.band is None:
             return f"± {format_quantity(self.uncertainty, self.unit, 3)}" if self.uncertainty else "exact"
         return f"{format_quantity(self.band[0], self.unit, 5)} to {format_quantity(self.band[1], self.unit, 5)}"
 
     def cells(self) -> list[Cell]:
-        """Return the row of the CSV file."""
+        """Return the cells of the row in the CSV file."""
         told = "yes" if self.within else "no"
         return [self.metric, self.owner, self.state or None, self.unit, self.found, self.given, self.uncertainty,
                 self.difference, told, self.kind, *self.ends]  # fmt: skip
@@ -80,7 +80,7 @@ def _percent(share: float) -> str:
 
 
 def section_of(findings: ReportSummary) -> str:
-    """Return the table; empty if no value is given."""
+    """Return the HTML section with the table; empty if no value is given."""
     held = [one for metric in findings.metrics for one in _comparisons_of_metric(findings, metric)]
     if not held:
         return ""
@@ -107,7 +107,7 @@ def section_of(findings: ReportSummary) -> str:
 
 
 def _comparisons_of_metric(findings: ReportSummary, metric: MetricColumn) -> Iterator[_ComparedValue]:
-    """Yield the comparisons of a metric for all models, in every state."""
+    """Yield the comparisons of a metric with its given value, for all models and states."""
     for name, result in findings.everyone.items():
         in_each: Sequence[Result] = result.each
         each = [(format_state(value), own.metrics) for value, own in zip(result.states, in_each, strict=True)]
@@ -118,7 +118,7 @@ def _comparisons_of_metric(findings: ReportSummary, metric: MetricColumn) -> Ite
 
 
 def kind_of(findings: ReportSummary, metric: str) -> str:
-    """Return the kind of reference of a metric: `consensus of 3 codes`."""
+    """Return the kind of the reference of a metric, such as `consensus of 3 codes`."""
     named = findings.declared.get(metric)
     reference = findings.report.references.get((named.against if named else None) or "")
     return "" if reference is None else kind_of_reference(reference)
@@ -128,7 +128,7 @@ _Told = tuple[str, float, float, float, bool, tuple[float, float] | None]
 
 
 def _comparison_details(details: Mapping[str, Any]) -> _Told | None:
-    """Return unit, computed and given value, uncertainty, verdict and band; None for other metrics."""
+    """Return unit, computed and given value, uncertainty, verdict and band; None without a given value."""
     key = next((key for key in details if key.startswith("given_")), None)
     if key is None:
         return None
@@ -140,7 +140,7 @@ def _comparison_details(details: Mapping[str, Any]) -> _Told | None:
 
 
 def _sources(findings: ReportSummary) -> str:
-    """Return the sources of the values."""
+    """Return the sources of the given values."""
     same: dict[str, list[str]] = {}
     for name, reference in findings.report.references.items():
         if "value" in reference.facts:

@@ -1,8 +1,8 @@
-"""Sets and surfaces of a deck as named groups of its mesh.
+"""Sets and surfaces of an Abaqus or CalculiX deck as named groups of its mesh.
 
-Names are those of the assembly (in a flat deck: all names), and `INSTANCE.NAME` for the parts of instances. A set of
-nodes is read as the boundary faces that have all corners in it, if each of its nodes belongs to such a face; else it is
-a group of nodes. Nodes of no solid cell count as foreign.
+Groups have the names of the assembly (in a flat deck: all names), and `INSTANCE.NAME` for sets of instances. If all
+nodes of a node set belong to boundary faces whose corners are all in the set, the group consists of these faces; else
+it is a group of nodes. Nodes that belong to no solid cell are counted as foreign.
 """
 
 from __future__ import annotations
@@ -30,10 +30,11 @@ SHELLS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
 
 @dataclass(frozen=True)
 class Members:
-    """Members of a group: cells (k,), faces (f, 2), corners of facets of other elements, and the number of foreign
-    members.
+    """Members of a group of a deck.
 
-    `nodes` (k, 2), a cell and the node's number in it, are the nodes of a set that is not made of whole faces.
+    These are cells (k,), faces (f, 2), corners of facets of elements that are not in the mesh, and the number of
+    foreign members. `nodes` (k, 2) are the nodes of a node set that does not consist of whole faces, each as a cell and
+    the node's number in the cell.
     """
 
     cells: Ints
@@ -43,20 +44,20 @@ class Members:
     nodes: Ints | None = None
 
     def with_faces(self, other: Members) -> Members:
-        """Return these members together with the faces of others."""
+        """Return these members together with the faces of `other`."""
         faces = np.unique(np.concatenate([self.faces, other.faces]), axis=0)
         return Members(self.cells, faces, self.corners, self.foreign + other.foreign)
 
 
 def facets_of_labels(element: type[Element]) -> list[int]:
-    """Return the facet number of an element for each of its labels S1, S2, ..."""
+    """Return, for each Abaqus label S1, S2, ... of an element's sides, the number of its facet."""
     own = [frozenset(side[: element.facet.corners]) for side in element.facets]
     return [own.index(frozenset(side)) for side in SIDES[element.corners]]
 
 
 @dataclass(frozen=True)
 class DeckGroups:
-    """Finds the members of a deck's names among its cells (m, a) of one kind, by meshio's cell names."""
+    """Finds the members of the sets and surfaces of a deck among its cells (m, a) of one cell type."""
 
     deck: DeckMesh
     kind: str
@@ -64,7 +65,7 @@ class DeckGroups:
     element: type[Element]
 
     def named(self) -> dict[str, Members]:
-        """Return the members by name; an element set or surface takes precedence over a node set of its name."""
+        """Return the members of each name; an element set or surface takes precedence over a node set of that name."""
         found = {name: self._elements(own) for name, _, own in self.deck.names("elements")}
         for name, _, rows in self.deck.surface_names():
             surface = self._surface(rows)
@@ -116,26 +117,26 @@ class DeckGroups:
 
 @dataclass(frozen=True)
 class CellBlock:
-    """Cells of one type, in the layout of meshio, as readers of other formats provide them."""
+    """Cells of one type, in meshio's data layout, which the readers of all formats share."""
 
     type: str
     data: Ints
 
     @property
     def dim(self) -> int:
-        """Dimension of the cells."""
+        """Dimension of the cells: 3 for solids, 2 for surfaces, 1 for lines."""
         return 1 if self.type.startswith("line") else 2 if self.type in SHELLS else 3
 
 
 @dataclass(frozen=True)
 class DeckData:
-    """A deck in the form that mesh readers use: points (n, 3), blocks of cells, and the deck itself."""
+    """A deck in meshio's data layout: points (n, 3), blocks of cells, and the deck itself."""
 
     deck: DeckMesh
 
     @property
     def points(self) -> Any:
-        """Points (n, 3) in the deck's unit."""
+        """Points (n, 3) in the length unit of the deck."""
         return self.deck.points
 
     @property

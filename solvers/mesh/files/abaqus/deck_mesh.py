@@ -1,8 +1,9 @@
 """The mesh of a whole deck: parts, their placed instances, and sets found by scoped names.
 
-A name in the assembly or in a step is a set of the assembly, or `INSTANCE.NAME` (`ASSEMBLY.INSTANCE.NAME`) of an
-instance; in a part it is a set of that part. Names of different scopes are always distinct. A flat deck, which has no
-parts, is one scope, and its names may contain dots. Source: Abaqus Analysis User's Guide, "Assembly definition".
+In the assembly and in steps, a name is a set of the assembly, or `INSTANCE.NAME` (`ASSEMBLY.INSTANCE.NAME`) a set of an
+instance. In a part, a name is a set of that part. Sets of different scopes are always distinct, whatever their names. A
+flat deck, which has no parts, is one scope, and its names may contain dots.
+Source: Abaqus Analysis User's Guide, "Assembly definition".
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ MESH_CARDS = frozenset({"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "PART", "
 
 @dataclass(frozen=True)
 class IgnoredOption:
-    """A part of a deck's mesh that is not read: its name, the reason, and its line."""
+    """A part of a deck's mesh definition that is ignored: its name, the reason, and its line."""
 
     what: str
     why: str
@@ -43,9 +44,10 @@ class IgnoredOption:
 
 @dataclass
 class Namespace:
-    """Scopes that share one numbering in the model: the assembly, or an instance with its part.
+    """Scopes that share one numbering of nodes and elements: the assembly, or an instance with its part.
 
-    Nodes `numbers` (n,), sorted, are nodes first, first + 1, ... of the model; likewise elements.
+    The nodes with the sorted numbers `numbers` (n,) are the nodes first, first + 1, ... of the whole model. Elements
+    are numbered in the same way.
     """
 
     name: str
@@ -58,15 +60,15 @@ class Namespace:
     element_order: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     def definition(self, kind: Kind, key: str) -> SetDefinition | None:
-        """Return the set of a name in upper case; one of the instance comes before one of its part."""
+        """Return the set with the upper-case name `key`; a set of the instance precedes one of its part."""
         return next((scope.sets(kind)[key] for scope in self.scopes if key in scope.sets(kind)), None)
 
     def surface(self, key: str) -> Surface | None:
-        """Return the surface of a name in upper case."""
+        """Return the surface with the upper-case name `key`."""
         return next((scope.surfaces[key] for scope in self.scopes if key in scope.surfaces), None)
 
     def members(self, kind: Kind, numbers: Ints) -> Ints:
-        """Return the nodes or elements of the model with these numbers here; unknown numbers are left out."""
+        """Return the model's nodes or elements for numbers in this namespace; undefined numbers are left out."""
         known = self.node_numbers if kind == "nodes" else self.element_numbers
         if not len(known):
             return np.zeros(0, dtype=np.int64)
@@ -74,7 +76,7 @@ class Namespace:
         return self._global(kind, place[known[place] == numbers])
 
     def in_range(self, kind: Kind, first: int, last: int, step: int) -> Ints:
-        """Return the nodes or elements of the model whose numbers are in a range."""
+        """Return the model's nodes or elements whose numbers in this namespace are in a range."""
         known = self.node_numbers if kind == "nodes" else self.element_numbers
         begin, end = np.searchsorted(known, [first, last + 1])
         own = known[begin:end]
@@ -87,21 +89,21 @@ class Namespace:
 
 @dataclass
 class Cells:
-    """All elements of one cell type: their numbers in the model (m,), and their nodes there (m, a)."""
+    """All elements of one cell type: their numbers in the model (m,), and the model's nodes of each (m, a)."""
 
     type: str
     elements: Ints
     nodes: Ints
 
     def rows_of(self, elements: Ints) -> Ints:
-        """Return rows (k,) here of those of the given elements of the model that are of this type, in their order."""
+        """Return the rows (k,) of elements of the model in these cells; elements of other types are left out."""
         place = np.minimum(np.searchsorted(self.elements, elements), len(self.elements) - 1)
         found: Ints = place[self.elements[place] == elements]
         return found
 
 
 class MeshBuilder:
-    """Builds the mesh of a deck from its cards, taken in their order."""
+    """Builds the mesh of a deck from its keyword cards, read in order."""
 
     def __init__(self) -> None:
         self.assembly = Scope("assembly", "")
@@ -112,7 +114,7 @@ class MeshBuilder:
         self.flat = True
 
     def take(self, card: Card) -> bool:
-        """Process a card; return whether it defines part of the mesh. Raises DeckError."""
+        """Process a keyword card; return whether it defines part of the mesh. Raises DeckError."""
         if card.keyword in FRAMES:
             if card.keyword == "SYSTEM" and not any(any(row) for row in card.rows):
                 return True  # back to the global frame
@@ -179,7 +181,7 @@ class MeshBuilder:
         self.scope = self.assembly
 
     def finish(self, name: str) -> DeckMesh:
-        """Return the mesh of all cards together. Raises DeckError."""
+        """Return the mesh that all cards define together; `name` is the name of the deck. Raises DeckError."""
         parts = [part for part in self.parts.values() if part.blocks]
         scopes: tuple[Scope, ...] = (self.assembly,)
         if not self.spaces and len(parts) == 1:  # a part without an instance: the deck means the part itself
@@ -194,7 +196,7 @@ class MeshBuilder:
 
 
 def _placement(card: Card) -> tuple[Floats | None, Floats | None]:
-    """Return the rotation (3, 3) and the translation (3,) of an instance, which is first translated, then rotated."""
+    """Return the rotation (3, 3) and translation (3,) of an instance, or None; translation is applied first."""
     rows = [[read_number(word, card) if word else 0.0 for word in row] for row in card.rows if row]
     moves, turns = [row for row in rows if len(row) <= 3], [row for row in rows if len(row) > 3]
     if len(moves) > 1 or len(turns) > 1 or any(len(row) != 7 for row in turns):
@@ -218,9 +220,10 @@ def _placement(card: Card) -> tuple[Floats | None, Floats | None]:
 
 
 class DeckMesh:
-    """Nodes, elements, sets and surfaces of a deck; numbers of the model count from 0 over all instances.
+    """Nodes, elements, sets and surfaces of a deck, numbered from 0 over all instances of the model.
 
-    `points` (n, 3) in the deck's unit; `cells` by cell type; `kinds` the element types with the first card of each.
+    `points` (n, 3) are in the length unit of the deck. `cells` are the elements by cell type, and `kinds` the element
+    types with the first card of each.
     """
 
     def __init__(
@@ -284,7 +287,7 @@ class DeckMesh:
     # -------------------------------------------------------------- names
 
     def find_sets(self, kind: Kind, word: str, card: Card, scope: Scope | None = None) -> list[tuple[Namespace, str]]:
-        """Return spaces, and the name or number in each, that a word refers to in a scope, by default the assembly."""
+        """Return the sets that a word means in a `scope`, by default the assembly: their namespaces and names."""
         if scope is not None and scope.kind != "assembly":
             return [(space, word) for space in self.spaces if any(scope is own for own in space.scopes)]
         return [self._located(kind, word, card)]
@@ -326,7 +329,7 @@ class DeckMesh:
     # -------------------------------------------------------------- members
 
     def members(self, kind: Kind, word: str, card: Card, scope: Scope | None = None) -> Ints:
-        """Return the nodes or elements (k,) of the model that a set or a number refers to, sorted. Raises DeckError."""
+        """Return the model's nodes or elements (k,) in the set or with the number `word`, sorted. Raises DeckError."""
         found = [
             self._members_in(space, kind, name, card, ()) for space, name in self.find_sets(kind, word, card, scope)
         ]
@@ -378,13 +381,13 @@ class DeckMesh:
             raise card.error(f"its sets have more than {LIMIT} members in total", "reduce the nesting of sets")
 
     def nodes_of(self, elements: Ints) -> Ints:
-        """Return the nodes of the model (k,) of some elements, sorted."""
+        """Return the model's nodes (k,) of some elements, sorted."""
         own = [cells.nodes[cells.rows_of(elements)].ravel() for cells in self.cells.values()]
         found: Ints = np.unique(np.concatenate([*own, _NONE]))
         return found
 
     def describe_element(self, element: int) -> str:
-        """Return the number of an element of the model in its part, with its instance: `element 7 of Bar-1`."""
+        """Return text that names an element by its number in its part and its instance: `element 7 of Bar-1`."""
         for space in self.spaces:
             place = np.flatnonzero(space.element_order == element)
             if len(place):
@@ -392,12 +395,15 @@ class DeckMesh:
         return f"element {element}"
 
     def surface_rows(self, word: str, card: Card, scope: Scope | None = None) -> Iterator[tuple[Ints, str, str]]:
-        """Yield the elements (k,) of each row of a surface, the label of its side, and its set. Raises DeckError."""
+        """Yield for each row of a surface its elements (k,), the label of the side, and the element set's name.
+
+        `word` is the name of the surface. Raises DeckError.
+        """
         for space, own in self._surfaces_in(word, card, scope):
             yield from self._rows_in(space, own)
 
     def find_surfaces(self, word: str, card: Card, scope: Scope | None = None) -> list[Surface]:
-        """Return the surfaces of a name, one for each instance of a part. Raises DeckError."""
+        """Return the surfaces of a name; a surface of a part has one for each instance. Raises DeckError."""
         return [own for _, own in self._surfaces_in(word, card, scope)]
 
     def _surfaces_in(self, word: str, card: Card, scope: Scope | None) -> Iterator[tuple[Namespace, Surface]]:
@@ -453,7 +459,7 @@ def _scoped(space: Namespace, name: str) -> str:
 
 
 def _place_nodes(space: Namespace) -> Floats:
-    """Number the nodes of a space, and return their positions (n, 3). Raises DeckError."""
+    """Number the nodes of a namespace, and return their positions (n, 3) in the assembly. Raises DeckError."""
     numbers = np.concatenate([_NONE, *(own for scope in space.scopes for own in scope.node_numbers)])
     points = np.concatenate([np.zeros((0, 3)), *(own for scope in space.scopes for own in scope.coordinates)])
     order = np.argsort(numbers, kind="stable")
@@ -473,7 +479,7 @@ def _place_nodes(space: Namespace) -> Floats:
 
 
 def _model_numbers(space: Namespace, nodes: Ints) -> Ints:
-    """Return the nodes of the model for numbers in a space, -1 for undefined numbers."""
+    """Return the model's nodes for node numbers in a namespace; -1 for undefined numbers."""
     known = space.node_numbers
     if not len(known):
         return np.full(nodes.shape, -1, dtype=np.int64)
@@ -482,7 +488,7 @@ def _model_numbers(space: Namespace, nodes: Ints) -> Ints:
 
 
 def read_mesh(path: Path) -> DeckMesh:
-    """Return the mesh of a deck. Raises DeckError, OSError."""
+    """Return the mesh of a deck file. Raises DeckError and OSError."""
     builder = MeshBuilder()
     for card in read_cards(path):
         builder.take(card)

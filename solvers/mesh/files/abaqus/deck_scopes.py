@@ -1,7 +1,7 @@
 """Nodes, elements, sets and surfaces of one scope of a deck: a part, an instance or the assembly.
 
-A set is a list of entries that refer to numbers, ranges of numbers and other sets. Ranges are never expanded: they are
-compared with the numbers that the deck defines.
+A set is a list of entries, which refer to numbers, ranges of numbers and other sets. Ranges are never expanded; the
+numbers that the deck defines are compared with their ends.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ ELEMENT_OPTIONS = frozenset({"TYPE", "ELSET", "OFFSET"})
 
 @dataclass(frozen=True)
 class Entry:
-    """One entry of a set: numbers, a range, another set by its name, or (in a set of nodes) the nodes of elements.
+    """One entry of a set: numbers, a range, the name of another set, or (in a node set) the nodes of elements.
 
-    `instance` is the instance whose numbers and names are meant, "" for the scope of the set itself.
+    `instance` is the instance to which the numbers and names belong; "" for the scope of the set itself.
     """
 
     card: Card
@@ -52,7 +52,7 @@ class SetDefinition:
 
 @dataclass(frozen=True)
 class Surface:
-    """A surface of elements: rows of a set or an element number, and the label of a side (S1, S2, ...)."""
+    """A surface of elements: rows with an element set or number, and the label of a side (S1, S2, ...)."""
 
     name: str
     card: Card
@@ -61,7 +61,10 @@ class Surface:
 
 @dataclass(frozen=True)
 class ElementBlock:
-    """Elements of one type: their numbers (m,) and, for solids, shells and lines, their node numbers (m, a)."""
+    """Elements of one type: their numbers (m,) and their node numbers (m, a).
+
+    Node numbers are stored for solids, shells and lines only.
+    """
 
     kind: str
     card: Card
@@ -71,7 +74,7 @@ class ElementBlock:
 
 @dataclass
 class Scope:
-    """Everything that cards of one part, one instance or the assembly define, in their own numbers."""
+    """All definitions of one part, one instance or the assembly, with the numbers used in this scope."""
 
     kind: Literal["assembly", "part", "instance"]
     name: str
@@ -83,17 +86,17 @@ class Scope:
     surfaces: dict[str, Surface] = field(default_factory=dict)
 
     def sets(self, kind: Kind) -> dict[str, SetDefinition]:
-        """Return the sets of nodes or of elements by their names in upper case."""
+        """Return the sets of nodes or of elements (`kind`) by their upper-case names."""
         return self.nodes if kind == "nodes" else self.elements
 
     def define(self, kind: Kind, name: str, internal: bool = False) -> SetDefinition:
-        """Return the set of this name, a new one if there is none."""
+        """Return the set with this name; create it if there is none."""
         return self.sets(kind).setdefault(name.upper(), SetDefinition(name, internal))
 
     # -------------------------------------------------------------- cards
 
     def add_nodes(self, card: Card) -> Iterator[str]:
-        """Read a card *NODE; yield options that are ignored. Raises DeckError."""
+        """Read a card *NODE; yield the options that are ignored. Raises DeckError."""
         if "SYSTEM" in card.options and card.options["SYSTEM"].upper() not in ("", "R"):
             raise UnsupportedDeck(card.place, "*NODE, SYSTEM: its nodes are in cylindrical or spherical coordinates",
                                   "write the nodes in Cartesian coordinates")  # fmt: skip
@@ -112,7 +115,7 @@ class Scope:
         yield from card.unknown_options(NODE_OPTIONS | {"SYSTEM"})
 
     def add_elements(self, card: Card) -> Iterator[str]:
-        """Read a card *ELEMENT; yield options that are ignored. Raises DeckError."""
+        """Read a card *ELEMENT; yield the options that are ignored. Raises DeckError."""
         kind = card.options.get("TYPE", "").upper()
         cell = cell_of(kind)
         nodes: Ints | None = None
@@ -135,7 +138,7 @@ class Scope:
         yield from card.unknown_options(ELEMENT_OPTIONS)
 
     def add_set(self, card: Card) -> Iterator[str]:
-        """Read a card *NSET or *ELSET; yield options that are ignored. Raises DeckError."""
+        """Read a card *NSET or *ELSET; yield the options that are ignored. Raises DeckError."""
         kind: Kind = "nodes" if card.keyword == "NSET" else "elements"
         name, instance = card.options.get(card.keyword, ""), card.options.get("INSTANCE", "")
         if not name:
@@ -160,7 +163,7 @@ class Scope:
         yield from unknown
 
     def add_surface(self, card: Card) -> str | None:
-        """Read a card *SURFACE; return the reason if it is not supported. Raises DeckError."""
+        """Read a card *SURFACE; return why it is not supported, or None if it is. Raises DeckError."""
         name, kind = card.options.get("NAME", ""), card.options.get("TYPE", "ELEMENT").upper()
         if kind != "ELEMENT" or not name:
             return f"TYPE={kind} is not supported, only surfaces of elements" if name else "it has no name"
@@ -175,10 +178,10 @@ class Scope:
 
 
 def _element_words(card: Card, each: int) -> tuple[list[str], int]:
-    """Return the words of all elements, `each` for each, and the number of surplus words in their lines.
+    """Return the words of all elements, `each` words per element, and the number of ignored words.
 
-    An element may continue in the next line. Words after the last node of an element in one line are ignored, as in
-    CalculiX: the node that orients a beam, or nodes of another type. Raises DeckError.
+    An element may continue on the next line. Words after the last node of an element on a line are ignored, as in
+    CalculiX: the orientation node of a beam, or nodes of another element type. Raises DeckError.
     """
     found: list[str] = []
     further = 0
@@ -199,7 +202,7 @@ def _element_words(card: Card, each: int) -> tuple[list[str], int]:
 
 
 def _join_lines(card: Card) -> Iterator[list[str]]:
-    """Yield the rows of a card; a line that ends with a comma continues in the next."""
+    """Yield the rows of a card; a line that ends with a comma continues on the next line."""
     words: list[str] = []
     for line, row in zip(card.lines, card.each_row(), strict=True):
         words += row

@@ -21,7 +21,7 @@ _NAMED = {"STRI3": "triangle", "STRI65": "triangle6", "S9R5": "quad9"}
 
 
 def cell_of(kind: str) -> str | None:
-    """Return meshio's cell name of an element type: `hexahedron` for `C3D8R`; None for other elements."""
+    """Return meshio's cell name for an element type, such as `hexahedron` for `C3D8R`; None if unsupported."""
     word = kind.upper()
     if word in _NAMED:
         return _NAMED[word]

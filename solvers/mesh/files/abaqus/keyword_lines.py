@@ -1,4 +1,4 @@
-"""Keyword lines of a deck, each with its options and data lines; files of *INCLUDE are inserted in their place.
+"""Keyword cards of a deck, with their options and data lines; *INCLUDE files are inserted where they are named.
 
 A card is a line `*KEYWORD, OPTION=VALUE` and the data lines below it. Case and blanks of keywords do not matter.
 Source: Abaqus Analysis User's Guide, "Input syntax rules"; Dhondt, "CalculiX CrunchiX User's Manual", version 2.20.
@@ -23,11 +23,11 @@ FROM_FILES = frozenset({"NODE", "ELEMENT", "NSET", "ELSET"})  # whose data lines
 SHORTEST = 3  # letters of an abbreviated option
 _WHOLE = re.compile(r"[+-]?[0-9]{1,12}")
 _WORD = re.compile(r'(?:[^,"]|"[^"]*"?)+|(?<=,)(?=,)|^(?=,)|(?<=,)$')
-AGAIN = "write the deck again: it may be incomplete"
+AGAIN = "export the deck again: it may be incomplete"
 
 
 class DeckError(UnreadableMesh):
-    """A deck that cannot be read: `place` (file and line), `reason` and `remedy`."""
+    """Raised if a deck cannot be read; has the `place` (file and line), the `reason` and a `remedy`."""
 
     def __init__(self, place: str, reason: str, remedy: str) -> None:
         super().__init__(f"{place}: {reason}", remedy=remedy)
@@ -35,14 +35,14 @@ class DeckError(UnreadableMesh):
 
 
 class UnsupportedDeck(DeckError):
-    """A valid deck whose mesh is defined in a way that is not supported."""
+    """Raised for a valid deck that defines its mesh in a way that is not supported."""
 
 
 @dataclass(frozen=True)
 class Card:
-    """One keyword with its options and data lines.
+    """One keyword card: a keyword with its options and data lines.
 
-    `keyword` and names of options are in upper case without blanks; `title` is the keyword as messages show it.
+    `keyword` and the names of options are in upper case without blanks. `title` is the keyword as shown in messages.
     """
 
     keyword: str
@@ -55,11 +55,11 @@ class Card:
 
     @property
     def place(self) -> str:
-        """The file and the line of the keyword."""
+        """File and line of the keyword, as text for messages."""
         return f"{self.file}:{self.line}"
 
     def each_row(self) -> Iterator[list[str]]:
-        """Yield the words of each data line, without the empty ones at its end."""
+        """Yield the words of each data line, without empty words at the end of the line."""
         for line in self.lines:
             yield _trimmed(split_words(line))
 
@@ -69,11 +69,11 @@ class Card:
         return list(self.each_row())
 
     def unknown_options(self, known: frozenset[str]) -> list[str]:
-        """Options that are not among the known ones."""
+        """Return the options of the card that are not in `known`."""
         return [name for name in self.options if name not in known]
 
     def error(self, reason: str, remedy: str = AGAIN) -> DeckError:
-        """Return the error of this card."""
+        """Return an error that names the file and line of this card."""
         return DeckError(self.place, reason, remedy)
 
 
@@ -108,7 +108,7 @@ def read_cards(path: Path) -> Iterator[Card]:
 
 
 def _with_input_lines(card: Card, source: _Source) -> Card:
-    """Return the card with the data lines of the file that its option INPUT names, if there is one."""
+    """Return the card with the data lines of the file that its option INPUT names, if it has this option."""
     if card.keyword in FROM_FILES and "INPUT" in card.options:
         place = card.place
         inner = resolve_included(place, source.home, card.options.pop("INPUT"))
@@ -117,7 +117,10 @@ def _with_input_lines(card: Card, source: _Source) -> Card:
 
 
 def resolve_included(place: str, folder: Path, told: str) -> Path:
-    """Return the regular file that a deck includes, which lies in the deck's folder or below. Raises DeckError."""
+    """Return the path of a file that a deck includes. Raises DeckError.
+
+    It must be a regular file in the folder of the deck or below. `told` is its name in the deck.
+    """
     shown = told if len(told) < 80 else f"{told[:80]}..."
     remedy = "put the included file into the deck's folder, and write its path relative to that folder"
     if not told:
@@ -129,7 +132,7 @@ def resolve_included(place: str, folder: Path, told: str) -> Path:
 
 
 class _Source:
-    """Lines of a deck and of the files that it includes."""
+    """Reader of the lines of a deck and of the files that it includes."""
 
     def __init__(self, home: Path) -> None:
         self.home = home
@@ -137,7 +140,7 @@ class _Source:
         self.repeated = 0
 
     def lines_of(self, path: Path, place: str = "", above: tuple[Path, ...] = ()) -> Iterator[tuple[str, int, str]]:
-        """Yield lines without comments and blank lines, each with its number and file. Raises DeckError."""
+        """Yield each line with its file and line number, without comments and blank lines. Raises DeckError."""
         file = path.resolve()
         if file in above or len(above) >= DEPTH:
             why = "it includes itself" if file in above else f"its files are nested more than {DEPTH} deep"
@@ -160,7 +163,7 @@ class _Source:
                 yield text, number, path.name
 
     def _count(self, file: Path, place: str) -> None:
-        """Limit the lines read through repeated inclusion of the same files. Raises DeckError."""
+        """Count lines, and raise DeckError if repeated inclusion of the same files makes too many."""
         if file in self.seen:
             self.repeated += file.stat().st_size + 1024
             if self.repeated > REPEATED:
@@ -169,7 +172,7 @@ class _Source:
 
 
 def split_words(text: str) -> list[str]:
-    """Return the words of a line between its commas; quoted words may contain commas."""
+    """Return the comma-separated words of a line; quoted words may contain commas."""
     if '"' not in text:
         return [word.strip() for word in text.split(",")]
     return [word.strip().replace('"', "") for word in _WORD.findall(text)]
@@ -187,14 +190,14 @@ def _option(word: str) -> tuple[str, str]:
 
 
 def read_integer(word: str, card: Card) -> int:
-    """Return a whole number. Raises DeckError."""
+    """Return a word as an integer. Raises DeckError."""
     if _WHOLE.fullmatch(word) is None:
         raise card.error(f"`{word[:40]}` in the data of {card.title} is not a whole number")
     return int(word)
 
 
 def read_number(word: str, card: Card) -> float:
-    """Return a finite number; its exponent may be that of Fortran (1.5D3). Raises DeckError."""
+    """Return a word as a finite number; exponents may be Fortran's (1.5D3). Raises DeckError."""
     try:
         value = float(word.upper().replace("D", "E")) if "_" not in word else math.nan
     except ValueError:

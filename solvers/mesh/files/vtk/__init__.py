@@ -1,1 +1,1 @@
-"""Readers of VTK formats: legacy files, and XML files converted to the form that meshio reads."""
+"""Readers of VTK formats: legacy files, and XML files converted to a form that meshio reads."""

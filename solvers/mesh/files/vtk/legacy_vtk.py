@@ -1,7 +1,8 @@
 """Legacy VTK files, text and binary, up to version 5.1: unstructured grids and surfaces (POLYDATA), with arrays.
 
-Arrays of text are skipped. Polygons become triangles and quadrilaterals, strips become triangles. Source: VTK File
-Formats, "Simple legacy formats" (vtk.org); strings and offsets as vtkDataReader::ReadArray and ReadCells read them.
+Arrays of text are skipped. Polygons become triangles and quadrilaterals; strips become triangles.
+Source: VTK File Formats, "Simple legacy formats" (vtk.org); strings and offsets as in vtkDataReader::ReadArray and
+ReadCells.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.safe_files import read_regular
-from softmark.solvers.mesh.files.gmsh1 import Block, MalformedGmsh
+from softmark.solvers.mesh.files.gmsh1 import Block, MalformedMeshFile
 from softmark.solvers.mesh.mesh import Floats, Ints
 
 TYPES = {
@@ -39,7 +40,7 @@ DATASETS = frozenset({b"UNSTRUCTURED_GRID", b"POLYDATA"})
 
 @dataclass(frozen=True)
 class File:
-    """Contents of a file in the layout of meshio: points (n, 3), cells in blocks, and arrays by name."""
+    """Contents of a file in meshio's data layout: points (n, 3), blocks of cells, and arrays by name."""
 
     points: Floats
     cells: list[Block]
@@ -56,11 +57,11 @@ def is_legacy_vtk(data: bytes) -> bool:
 
 
 def read(path: Path) -> File:
-    """Return points, cells and numeric arrays. Raises Malformed."""
+    """Return the points, cells and numeric arrays of a file. Raises MalformedMeshFile."""
     try:
         return _Reader(read_regular(path)).file()
     except (ValueError, IndexError, KeyError, OverflowError) as error:
-        raise MalformedGmsh(str(error) or type(error).__name__) from error
+        raise MalformedMeshFile(str(error) or type(error).__name__) from error
 
 
 class _Reader:
@@ -72,7 +73,7 @@ class _Reader:
         self._line()  # a title
         form = self._line().upper()
         if form not in ("ASCII", "BINARY"):
-            raise MalformedGmsh(f"`{form[:40]}` is neither ASCII nor BINARY")
+            raise MalformedMeshFile(f"`{form[:40]}` is neither ASCII nor BINARY")
         self.text = form == "ASCII"
         self.points: Floats | None = None
         self.lists: dict[str, tuple[Ints, Ints]] = {}  # ends (m,) and nodes of cells
@@ -83,7 +84,7 @@ class _Reader:
         """Return the whole file. Raises Malformed, ValueError."""
         self._sections()
         if self.points is None:
-            raise MalformedGmsh("it has no POINTS")
+            raise MalformedMeshFile("it has no POINTS")
         n, on_points = len(self.points), self.arrays["POINT_DATA"]
         rows = list(self._rows())
         total = sum(len(ends) for ends, _ in self.lists.values())
@@ -141,7 +142,7 @@ class _Reader:
         elif key in WIDTHS:
             kind, width = words[2], WIDTHS[key]
         else:
-            raise MalformedGmsh(f"`{key[:40]}` is not a known section")
+            raise MalformedMeshFile(f"`{key[:40]}` is not a known section")
         self._keep(where, words[1], self._numbers(width * count, kind), count)
 
     def _field(self, where: str) -> None:
@@ -163,7 +164,7 @@ class _Reader:
     # ------------------------------------------------------------------ words
 
     def _line(self, blank: bool = False) -> str:
-        """Return the next line; by default the next non-empty one, with `blank` any."""
+        """Return the next line that is not empty; with `blank`, the next line even if it is empty."""
         while self.at < len(self.data):
             end = self.data.find(b"\n", self.at)
             end = len(self.data) if end < 0 else end
@@ -177,9 +178,9 @@ class _Reader:
         """Return the next `count` numbers. Raises Malformed, ValueError."""
         code = TYPES.get(kind.lower())
         if code is None:
-            raise MalformedGmsh(f"`{kind[:40]}` is not a known number type")
+            raise MalformedMeshFile(f"`{kind[:40]}` is not a known number type")
         if count < 0 or count > 8 * len(self.data):
-            raise MalformedGmsh(f"it announces {count} numbers, but ends before")
+            raise MalformedMeshFile(f"it announces {count} numbers, but the file ends earlier")
         if self.text:
             words = self._words(count)
             return np.array(words, dtype=np.float64 if code[0] == "f" else np.int64)
@@ -198,21 +199,24 @@ class _Reader:
             rest = parts[count] if len(parts) > count else b""
             if rest or self.at + wide >= len(self.data):
                 if len(parts) < count:
-                    raise MalformedGmsh(f"it announces {count} numbers, but ends before")
+                    raise MalformedMeshFile(f"it announces {count} numbers, but the file ends earlier")
                 self.at += len(window) - len(rest)
                 return parts[:count]
             wide *= 2
 
     def _raw(self, size: int) -> bytes:
         if self.at + size > len(self.data):
-            raise MalformedGmsh("it is incomplete")
+            raise MalformedMeshFile("it is incomplete")
         self.at += size
         return self.data[self.at - size : self.at]
 
     def _strings(self, count: int) -> None:
-        """Skip `count` strings: lines in text files, else preceded by their length in 1, 2, 4 or 8 bytes."""
+        """Skip `count` strings.
+
+        They are lines in a text file. In a binary file each is preceded by its length, in 1, 2, 4 or 8 bytes.
+        """
         if count < 0 or count > len(self.data):
-            raise MalformedGmsh(f"it announces {count} texts, but ends before")
+            raise MalformedMeshFile(f"it announces {count} texts, but ends before")
         for _ in range(count):
             if self.text:
                 self._line(blank=True)
@@ -223,36 +227,42 @@ class _Reader:
     # ------------------------------------------------------------------ cells
 
     def _cells(self, first: int, second: int) -> tuple[Ints, Ints]:
-        """Return the end (m,) of each cell in the list of nodes, and the nodes. Raises Malformed."""
+        """Return for each cell the end (m,) of its nodes in the node list, and the node list.
+
+        Raises MalformedMeshFile.
+        """
         before = self.at
         words = self._line().split()
         if words[:1] == ["OFFSETS"]:  # version 5
             starts = self._numbers(first, words[1]).astype(np.int64)
             words = self._line().split()
             if words[:1] != ["CONNECTIVITY"]:
-                raise MalformedGmsh("OFFSETS without CONNECTIVITY")
+                raise MalformedMeshFile("OFFSETS without CONNECTIVITY")
             nodes = self._numbers(second, words[1]).astype(np.int64)
             ends = starts[1:]
             if len(starts) and (starts[0] != 0 or (np.diff(starts) < 0).any() or starts[-1] != len(nodes)):
-                raise MalformedGmsh("the offsets of its cells are inconsistent")
+                raise MalformedMeshFile("the offsets of its cells are inconsistent")
             return ends, nodes
         self.at = before
         flat = self._numbers(second, "int").astype(np.int64)
         sizes, at = [], 0
         for _ in range(first):
             if at >= len(flat) or flat[at] < 0:
-                raise MalformedGmsh(f"it announces {first} cells, but ends before")
+                raise MalformedMeshFile(f"it announces {first} cells, but ends before")
             sizes.append(int(flat[at]))
             at += 1 + sizes[-1]
         if at != len(flat):
-            raise MalformedGmsh("the node counts of its cells are inconsistent")
+            raise MalformedMeshFile("the node counts of its cells are inconsistent")
         ends = np.cumsum(np.array(sizes, dtype=np.int64))
         keep = np.ones(len(flat), dtype=np.bool_)
         keep[ends - np.array(sizes, dtype=np.int64) + np.arange(first)] = False
         return ends, flat[keep]
 
     def _rows(self) -> Iterator[tuple[str, Ints, Ints]]:
-        """Yield cells (k, a) of one type name, and their numbers in the file (k,). Raises Malformed."""
+        """Yield for each cell type its name, its cells (k, a) and their numbers (k,) in the file.
+
+        Raises MalformedMeshFile.
+        """
         before = 0
         for key in ("CELLS", *LISTS):
             if key not in self.lists:
@@ -260,7 +270,7 @@ class _Reader:
             ends, nodes = self.lists[key]
             types = self.types if key == "CELLS" else np.full(len(ends), LISTS[key], dtype=np.int64)
             if types is None or len(types) != len(ends):
-                raise MalformedGmsh(f"it has {len(ends)} cells but {0 if types is None else len(types)} cell types")
+                raise MalformedMeshFile(f"it has {len(ends)} cells but {0 if types is None else len(types)} cell types")
             sizes = np.diff(np.concatenate([[0], ends]))
             for kind, size in sorted({*zip(types.tolist(), sizes.tolist(), strict=True)}):
                 which = np.flatnonzero((types == kind) & (sizes == size))
@@ -270,10 +280,13 @@ class _Reader:
             before += len(ends)
 
     def _as_cells(self, kind: int, size: int, cells: Ints) -> Iterator[tuple[str, Ints, Ints]]:
-        """Yield cells (k, a) of a VTK type as cells of meshio's types, with their rows in `cells`. Raises Malformed."""
+        """Yield cells (k, a) of a VTK type as cells of meshio's types, with their rows in `cells`.
+
+        Raises MalformedMeshFile.
+        """
         every = np.arange(len(cells))
         if kind in (POLYGON, STRIP) and size < 3:
-            raise MalformedGmsh(f"a polygon or strip of {size} points")
+            raise MalformedMeshFile(f"a polygon or strip of {size} points")
         if kind == POLYGON and size > 4:
             self._convex(cells)
             fan = np.stack([np.zeros(size - 2, dtype=np.int64), np.arange(1, size - 1), np.arange(2, size)], axis=1)
@@ -290,15 +303,18 @@ class _Reader:
             kind, order = BRICKS.get(kind, (LAGRANGE.get((kind, size), kind), tuple(range(size))))
             word, many = CELLS.get(kind, (f"VTK type {kind}", size))
             if many != size or len(order) != size:
-                raise MalformedGmsh(f"a {word} of {size} points")
+                raise MalformedMeshFile(f"a {word} of {size} points")
             yield word, cells[:, list(order)], every
 
     def _convex(self, cells: Ints) -> None:
-        """Raise Malformed if a polygon is not convex, so that triangles from its first point would overlap."""
+        """Raise MalformedMeshFile if a polygon is not convex.
+
+        Triangles from the first point of such a polygon would overlap.
+        """
         assert self.points is not None
         corners = self.points[cells]
         edges = np.roll(corners, -1, axis=1) - corners
         turns = np.cross(edges, np.roll(edges, -1, axis=1))
         normal = turns.sum(axis=1, keepdims=True)
         if (np.einsum("kij,kij->ki", turns, np.broadcast_to(normal, turns.shape)) < -1e-9 * (normal**2).sum(-1)).any():
-            raise MalformedGmsh("a polygon is not convex: triangulate the surface")
+            raise MalformedMeshFile("a polygon is not convex: triangulate the surface")

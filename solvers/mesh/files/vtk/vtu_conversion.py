@@ -1,4 +1,4 @@
-"""Conversion of VTU files to the form that meshio reads: inline instead of appended arrays, and no text arrays.
+"""Conversion of VTU files to a form that meshio reads: inline instead of appended arrays, and no text arrays.
 
 meshio fails on text, on words that ParaView writes inside arrays, and on appended arrays that are not contiguous.
 Source: VTK File Formats, "XML file formats" (vtk.org).
@@ -10,7 +10,7 @@ import base64
 import re
 from xml.etree import ElementTree
 
-from softmark.solvers.mesh.files.gmsh1 import MalformedGmsh
+from softmark.solvers.mesh.files.gmsh1 import MalformedMeshFile
 
 WIDE = {"UInt32": 4, "UInt64": 8}  # bytes of a size
 ARRAYS = ("DataArray", "Array")
@@ -23,17 +23,20 @@ def is_vtu(data: bytes) -> bool:
 
 
 def inline_arrays(data: bytes) -> bytes:
-    """Return an unstructured grid with inline numeric arrays only. Raises Malformed."""
+    """Return the file of an unstructured grid with all numeric arrays inline and no others.
+
+    Raises MalformedMeshFile.
+    """
     begins = re.search(rb"<AppendedData[^<>]{0,200}>", data)
     head = data if begins is None else data[: begins.start()] + b"</VTKFile>"
     if b"<!DOCTYPE" in head or b"<!ENTITY" in head:
-        raise MalformedGmsh("it declares a document type or entities: remove them")
+        raise MalformedMeshFile("it declares a document type or entities: remove them")
     try:
         top = ElementTree.fromstring(head)
     except (ElementTree.ParseError, LookupError, ValueError) as error:
-        raise MalformedGmsh(f"it is not complete XML ({error})") from error
+        raise MalformedMeshFile(f"it is not complete XML ({error})") from error
     if top.get("type") != "UnstructuredGrid":
-        raise MalformedGmsh(
+        raise MalformedMeshFile(
             f"it contains `{(top.get('type') or '')[:40]}`, not an unstructured grid: save it as .vtu or .vtk"
         )
     appended = _AppendedSection(
@@ -51,7 +54,7 @@ def inline_arrays(data: bytes) -> bytes:
 
 
 class _AppendedSection:
-    """The section of appended arrays of a file."""
+    """The section of a file that contains the appended arrays."""
 
     def __init__(self, top: ElementTree.Element, tag: bytes, data: bytes) -> None:
         raw = b'"raw"' in tag or b"'raw'" in tag
@@ -65,19 +68,19 @@ class _AppendedSection:
         self.ends = dict(zip(starts, [*starts[1:], whole][: len(starts)], strict=True))
 
     def inline(self, own: ElementTree.Element) -> None:
-        """Move an appended array into its element. Raises Malformed."""
+        """Move an appended array into the XML element `own` that describes it. Raises MalformedMeshFile."""
         if own.get("format") != "appended":
             return
         start = int(own.get("offset", "0"))
         block = self.data[start : self.ends[start]]
         if not 0 <= start < len(self.data) or not block:
-            raise MalformedGmsh(f"`{(own.get('name') or own.get('Name') or '')[:40]}` is incomplete")
+            raise MalformedMeshFile(f"`{(own.get('name') or own.get('Name') or '')[:40]}` is incomplete")
         own.set("format", "binary")
         del own.attrib["offset"]
         own.text = (self._encoded(block) if self.raw else block.strip()).decode("ascii")
 
     def _encoded(self, block: bytes) -> bytes:
-        """Return raw bytes as base64: the sizes of compressed blocks separately from the blocks."""
+        """Return raw bytes as base64; the sizes of compressed blocks are encoded separately from the blocks."""
         first = int.from_bytes(block[: self.wide], self.order)  # type: ignore[arg-type]
         if not self.packed:
             return base64.b64encode(block[: self.wide + first])
