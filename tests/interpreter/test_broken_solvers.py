@@ -289,6 +289,7 @@ LOAD_TEXTS: dict[str, dict[str, str]] = {
                "rod": "torque(bar, where = x >= 100 mm, moment = (1e-4, 1e-4, 0) N*m)"},
     "line_load": {"solid": "line_load(bar, from = (2, 5, 10) mm, to = (19, 6, 10) mm, vector = (0, 1, -2) N/m)",
                   "rod": "line_load(bar, from = (20, 0, 0) mm, to = (70, 0, 0) mm, vector = (0, 0.01, -0.02) N/m)"},
+    "centrifugal": {"solid": "centrifugal(bar, axis = (0, 1, 2), through = (0, 2, 1) mm, speed = 20 rad/s)"},
     "tendon": {"rod": "tendon(bar, from = (0, 0, 3) mm, to = (80, 0, 3) mm, tension = 0.05 N)"},
 }  # fmt: skip
 MAKERS = {"solid": (load_setup, "_load"), "rod": (beam_build, "_load")}
@@ -310,8 +311,9 @@ def _turned(vector: Any) -> Any:
     return tuple(turned if not np.allclose(turned, v) else v * (1.0, -1.0, 1.0))
 
 
-VECTORS = ("acceleration", "traction", "direction", "force", "moment")
-SIZES = (*VECTORS[:2], "stress", "pressure", *VECTORS[3:], "tension")
+VECTORS = ("acceleration", "traction", "direction", "force", "moment", "axis")
+SIZES = (*VECTORS[:2], "stress", "pressure", *VECTORS[3:5], "tension", "speed")
+PLACES = {"at": -1e-3, "begin": 1e-3, "through": 1e-3}  # m, by which a place along x is wrong
 
 
 def wrong_action(action: Any, how: str) -> Any:
@@ -323,8 +325,8 @@ def wrong_action(action: Any, how: str) -> Any:
             new[field] = tuple(BREAK * v for v in value) if isinstance(value, tuple) else BREAK * value
         if how == "direction" and field in VECTORS:
             new[field] = _turned(value)
-        if how == "place" and field in ("at", "begin"):
-            new[field] = (value[0] + (-1e-3 if field == "at" else 1e-3), *value[1:])
+        if how == "place" and field in PLACES:
+            new[field] = (value[0] + PLACES[field], *value[1:])
         if how == "place" and field == "where":
             new[field] = elsewhere()
     return dataclasses.replace(action, **new) if new else None

@@ -38,6 +38,7 @@ LOADED = {  # one example of each load; a new kind of load needs no entry to be 
     "point_force": "point_force(bar, at = (40, 0, 0) mm, vector = (0, 0, -0.1) mN)",
     "torque": "torque(bar, where = x >= 40 mm, moment = (0, 0, 1) uN*m)",
     "line_load": "line_load(bar, from = (0, 0, 0) mm, to = (40, 0, 0) mm, vector = (0, 0, -1) mN/m)",
+    "centrifugal": "centrifugal(bar, axis = +z, speed = 1 rad/s)",
     "tendon": "tendon(bar, from = (0, 0, 5) mm, to = (40, 0, 5) mm, tension = 0.1 mN)",
 }
 MOTIONS = {"rest": "", "motion": "analysis a = dynamic(duration = 2 ms, step = 1 ms)\n"}

@@ -47,9 +47,13 @@ def single_loads(
 
     If `small`, pressure acts on the undeformed surface.
     """
-    return [
-        (load, load.thing.action.solid_energy(SolidLoads(case, load, mesh, parts, small, mass))) for load in case.loads
-    ]
+    return [(load, _load(case, load, mesh, parts, small, mass)) for load in case.loads]
+
+
+def _load(case: Case, load: Declared, mesh: Mesh, parts: Integration, small: bool, mass: Distribution) -> Energy:
+    """Return the energy of one load at full size. Raises Fault."""
+    energy: Energy = load.thing.action.solid_energy(SolidLoads(case, load, mesh, parts, small, mass))
+    return energy
 
 
 @dataclass(frozen=True)
