@@ -34,6 +34,18 @@ LATER = (50_000, 20, 20)  # garbage collection thresholds: a state of a text has
 TRIGGERS = ["(", ",", "=", ".", '"', "/", " "]  # characters that trigger completion, in addition to letters
 
 
+class ClosingWriter(StdoutWriter):
+    """Output to the editor that drops what is sent after the connection is closed, such as late diagnostics."""
+
+    def write(self, data: bytes) -> None:
+        """Send a message, or drop it if the output is closed."""
+        try:
+            super().write(data)
+        except ValueError:
+            if not self._stdout.closed:
+                raise
+
+
 class Feature(NamedTuple):
     """Feature of the server: module and function that answer a request, and the capability announced to the editor."""
 
@@ -142,7 +154,7 @@ class Server(LanguageServer):
         `start_io` of pygls would parse each message once more.
         """
         self._stop_event = Event()
-        self.protocol.set_writer(StdoutWriter(outgoing))
+        self.protocol.set_writer(ClosingWriter(outgoing))
         try:
             asyncio.run(self._handle(read_messages(incoming)))
         except (BrokenPipeError, KeyboardInterrupt, SystemExit):  # by its `exit`, the exit status is that of `serve`

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import subprocess
 import sys
@@ -10,6 +11,8 @@ from typing import Any
 import pytest
 
 pytest.importorskip("pygls")
+from softmark.interpreter.language_server.server import ClosingWriter
+
 pytestmark = pytest.mark.slow
 
 PLACE = {"textDocument": {"uri": "file:///a.scene"}, "position": {"line": 0, "character": 0}}
@@ -71,3 +74,13 @@ def test_invalid_parameters_are_answered() -> None:
     assert found[4]["error"]["code"] == -32602
     assert found[2]["result"] is None
     assert b"Traceback" not in done.stderr
+
+
+def test_what_is_sent_after_the_end_is_dropped() -> None:
+    """Diagnostics that a thread publishes while the server closes; before, a traceback on standard error."""
+    outgoing = io.BytesIO()
+    writer = ClosingWriter(outgoing)
+    writer.write(b"before")
+    assert outgoing.getvalue() == b"before"
+    writer.close()
+    writer.write(b"after")
