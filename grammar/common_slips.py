@@ -158,7 +158,7 @@ def explain(slip: Slip) -> Diagnostic:
 # ------------------------------------------------------------------- what the parser finds
 
 
-def _second(slip: Slip) -> Diagnostic | None:
+def _report_second_declaration(slip: Slip) -> Diagnostic | None:
     if slip.second is None:
         return None
     at = slip.tokens[slip.second]
@@ -187,7 +187,7 @@ def _report_junk(slip: Slip) -> Diagnostic | None:
             help = "use the letters A to Z, a to z, digits and `_` in names"
             return slip.say("E130", f"`{text[:30]}` is not a name", help)
         case "ILLEGAL":
-            return slip.say("E102", f"unexpected {_character(text)}", _replace_lookalike(slip))
+            return slip.say("E102", f"unexpected {_describe_character(text)}", _replace_lookalike(slip))
     return None
 
 
@@ -214,13 +214,13 @@ def _replace_lookalike(slip: Slip) -> str | Remedy:
     return Remedy(f"write `{instead}`", Fix(f'"{quoted[1]}"', whole))
 
 
-def _character(text: str) -> str:
+def _describe_character(text: str) -> str:
     if text.isprintable():
         return f"`{text[:30]}`"
     return f"character U+{ord(text[0]):04X}"
 
 
-def _foreign_word(slip: Slip) -> Diagnostic | None:
+def _report_foreign_word(slip: Slip) -> Diagnostic | None:
     first = slip.tokens[0]
     instead = FOREIGN_WORDS.get(first.text)
     if slip.start != "declaration" or slip.index not in (1, 2) or not instead or slip.kind(0) == "EQUAL":
@@ -241,7 +241,7 @@ def _report_unclosed_bracket(slip: Slip) -> Diagnostic | None:
     return slip.say("E104", f"`{opening.text}` is not closed", remedy, "opened here", opening)
 
 
-def _wrong_closing(slip: Slip) -> Diagnostic | None:
+def _report_wrong_closing_bracket(slip: Slip) -> Diagnostic | None:
     found = slip.found
     if found.kind not in CLOSERS:
         return None
@@ -257,7 +257,7 @@ def _wrong_closing(slip: Slip) -> Diagnostic | None:
     )
 
 
-def _brackets_without_items(slip: Slip) -> Diagnostic | None:
+def _report_empty_brackets(slip: Slip) -> Diagnostic | None:
     if slip.found.kind != "RPAR" or slip.in_call:
         return None
     if slip.kind(-1) == "COMMA":
@@ -267,7 +267,7 @@ def _brackets_without_items(slip: Slip) -> Diagnostic | None:
     return None
 
 
-def _comma(slip: Slip) -> Diagnostic | None:
+def _report_misplaced_comma(slip: Slip) -> Diagnostic | None:
     if slip.found.kind != "COMMA" or "NUMBER" in slip.accepts:
         return None
     if slip.kind(-1) == slip.kind(1) == "NUMBER" and slip.found.end == slip.tokens[slip.index + 1].start:
@@ -329,13 +329,13 @@ def _report_single_equals(slip: Slip) -> Diagnostic | None:
     if slip.found.kind != "EQUAL" or "COMPARE" not in slip.accepts:
         return None
     if slip.in_call:
-        return _comparison_in_argument(slip)
+        return _report_equals_in_argument(slip)
     if slip.kind(-1) == "NAME" and slip.kind(-2) in ("LPAR", "COMMA") and slip.tokens[0].kind != "EXPECT":
         return slip.say("E101", help="write named values in a call: `cylinder(length = 3 mm)`")
     return slip.say("E117", "`=` assigns a value; to compare, write `==`", write("=="))
 
 
-def _comparison_in_argument(slip: Slip) -> Diagnostic | None:
+def _report_equals_in_argument(slip: Slip) -> Diagnostic | None:
     """Report `=` in place of `==` in an argument such as `where = x = 0 mm`.
 
     After a comma, `=` more likely names an argument.
@@ -359,7 +359,7 @@ def _report_reserved_word(slip: Slip) -> Diagnostic | None:
     return slip.say("E114", f"`{found.text}` is a reserved word", help)
 
 
-def _unit_in_parts(slip: Slip) -> Diagnostic | None:
+def _report_unjoined_unit(slip: Slip) -> Diagnostic | None:
     """Report a unit whose factors are not joined by `*`, such as `1000 kg m^-3`."""
     before, found = slip.kind(-1), slip.found
     if before != "UNIT" or found.kind != "NAME" or found.line != slip.tokens[slip.index - 1].line:
@@ -375,7 +375,7 @@ def _unit_in_parts(slip: Slip) -> Diagnostic | None:
     return slip.say("E101", help=Remedy(f"join units with `*`: `{unit}`", slip.over(unit, -1, last)))
 
 
-def _missing_comma(slip: Slip) -> Diagnostic | None:
+def _report_missing_comma(slip: Slip) -> Diagnostic | None:
     place = slip.index
     if slip.in_call and slip.found.kind == "EQUAL" and slip.kind(-1) == "UNIT":
         place -= 1  # `f(x = 3 y = 4)`: `y` was taken for a unit
@@ -391,7 +391,7 @@ def _is_unit(slip: Slip) -> bool:
     return slip.found.kind == "UNIT" and slip.kind(1) != "EQUAL"
 
 
-def _unit(slip: Slip) -> Diagnostic | None:
+def _report_misplaced_unit(slip: Slip) -> Diagnostic | None:
     if slip.found.kind != "UNIT":
         return None
     factor = f"* 1 {slip.text(0)}"
@@ -417,7 +417,7 @@ def _report_declaration_start(slip: Slip) -> Diagnostic | None:
     return slip.say("E128", help=f"{SHAPE}; for a quantity, `param {slip.text(-1)} = ...`")
 
 
-def _value(slip: Slip) -> Diagnostic | None:
+def _report_missing_value(slip: Slip) -> Diagnostic | None:
     return slip.say("E129") if "NUMBER" in slip.accepts else None
 
 
@@ -430,30 +430,30 @@ def _report_text(slip: Slip) -> Diagnostic | None:
     return None
 
 
-def _anything_else(slip: Slip) -> Diagnostic:
+def _report_unexpected_token(slip: Slip) -> Diagnostic:
     return slip.say("E101")
 
 
 Check = Callable[[Slip], Diagnostic | None]
 CHECKS: tuple[Check, ...] = (
-    _second,
-    _foreign_word,
+    _report_second_declaration,
+    _report_foreign_word,
     _report_missing_equals,
     _report_junk,
     _report_unclosed_bracket,
-    _wrong_closing,
-    _brackets_without_items,
-    _comma,
+    _report_wrong_closing_bracket,
+    _report_empty_brackets,
+    _report_misplaced_comma,
     _report_foreign_operator,
     _report_single_equals,
     _report_reserved_word,
-    _unit_in_parts,
-    _missing_comma,
-    _unit,
+    _report_unjoined_unit,
+    _report_missing_comma,
+    _report_misplaced_unit,
     _report_declaration_start,
-    _value,
+    _report_missing_value,
     _report_text,
-    _anything_else,
+    _report_unexpected_token,
 )
 
 
@@ -463,14 +463,14 @@ CHECKS: tuple[Check, ...] = (
 def second_declaration(tokens: Sequence[Token], index: int) -> int | None:
     """Return the index where a second declaration starts near the unexpected `tokens[index]`; None if none does."""
     for start in (index, index - 1):
-        if start < 2 or not _opens(tokens[start : start + 3]):
+        if start < 2 or not _starts_declaration(tokens[start : start + 3]):
             continue
         if END in acceptable_kinds(load(), tokens[:start], "declaration"):
             return start
     return None
 
 
-def _opens(tokens: Sequence[Token]) -> bool:
+def _starts_declaration(tokens: Sequence[Token]) -> bool:
     first, *rest = tokens
     if first.kind in WORDS:
         return True

@@ -130,10 +130,10 @@ def render(diagnostics: Iterable[Diagnostic], colour: bool = False) -> str:
     There is no line feed at the end.
     """
     paint = _paint if colour else _strip_style
-    return "\n\n".join(_drawing(diagnostic, paint) for diagnostic in sorted(diagnostics, key=_place))
+    return "\n\n".join(_draw_diagnostic(diagnostic, paint) for diagnostic in sorted(diagnostics, key=_sort_key))
 
 
-def _place(diagnostic: Diagnostic) -> tuple[str, int]:
+def _sort_key(diagnostic: Diagnostic) -> tuple[str, int]:
     name = diagnostic.source.name if diagnostic.source else ""
     return name, diagnostic.span.start if diagnostic.span else -1
 
@@ -156,7 +156,7 @@ def _paint(text: str, style: str) -> str:
     return f"\x1b[{STYLES[style]}m{text}\x1b[0m"
 
 
-def _drawing(diagnostic: Diagnostic, paint: Paint) -> str:
+def _draw_diagnostic(diagnostic: Diagnostic, paint: Paint) -> str:
     severity = diagnostic.severity
     head = paint(f"{severity}[{diagnostic.code}]", severity) + paint(f": {_shorten(diagnostic.message)}", "bold")
     lines, margin = [head], "   "
@@ -181,8 +181,8 @@ def _snippet(place: Second, margin: str, paint: Paint, severity: str = "") -> li
     A secondary place has dashes instead of carets.
     """
     source, span = place.source, place.span
-    line, first, last = _line(source.text, span)
-    shown, before, carets = _clip(_cells(line), first, last)
+    line, first, last = _source_line_of_span(source.text, span)
+    shown, before, carets = _clip(_displayed_characters(line), first, last)
     label = f" {_shorten(place.label)}" if place.label else ""
     bar, arrow = paint("|", "gutter"), paint("-->" if severity else ":::", "gutter")
     number = f"{span.line:>{len(margin) - 2}}"
@@ -194,7 +194,7 @@ def _snippet(place: Second, margin: str, paint: Paint, severity: str = "") -> li
     ]
 
 
-def _line(text: str, span: Span) -> tuple[str, int, int]:
+def _source_line_of_span(text: str, span: Span) -> tuple[str, int, int]:
     """Return the source line around the start of a span, and the span's first and last character in it.
 
     A very long line is cut off far from the span.
@@ -208,7 +208,7 @@ def _line(text: str, span: Span) -> tuple[str, int, int]:
     return line, max(start - first, 0), min(max(span.end - first, 0), len(line))
 
 
-def _cells(line: str) -> list[str]:
+def _displayed_characters(line: str) -> list[str]:
     """Return the displayed text of each character: blanks for a tab, a visible symbol for an invisible character."""
     cells: list[str] = []
     column = 0
@@ -245,10 +245,10 @@ def _fitting_count(cells: Sequence[str], place: int, step: Literal[-1, 1], room:
 
 def _width(text: str) -> int:
     """Return the number of terminal columns that a text needs."""
-    return len(text) if text.isascii() else sum(_columns(character) for character in text)
+    return len(text) if text.isascii() else sum(_character_width(character) for character in text)
 
 
-def _columns(character: str) -> int:
+def _character_width(character: str) -> int:
     if category(character) in ("Mn", "Me"):
         return 0
     return 2 if east_asian_width(character) in "WF" else 1

@@ -65,7 +65,7 @@ class Lexed(NamedTuple):
 @lru_cache(maxsize=4)  # cached: an editor needs the same tokens as the parser; the lists are never modified
 def lex(text: str) -> Lexed:
     """Return the tokens and comments of a text; every character that is not blank belongs to exactly one of them."""
-    plain, after_value, kinds = _scanners()
+    plain, after_value, kinds = _compile_patterns()
     words = reserved_words()
     lexed = Lexed([], [])
     add = lexed.tokens.append
@@ -100,9 +100,9 @@ Scan = Callable[[str, int], "re.Match[str] | None"]
 
 
 @cache
-def _scanners() -> tuple[Scan, Scan, list[str]]:
+def _compile_patterns() -> tuple[Scan, Scan, list[str]]:
     """Return a pattern for most positions, a pattern for positions of a unit, and the token kinds of their groups."""
-    terminals = sorted(load().terminals, key=_rank)
+    terminals = sorted(load().terminals, key=_terminal_priority)
     kinds = {"NEWLINE": BREAK, "COMMENT": COMMENT} | FOREIGN_COMMENTS
     kinds |= {t.name: t.pattern for t in terminals if not t.literal.isalpha() and t.name != "UNIT"} | JUNK
     unit = next(t.pattern for t in terminals if t.name == "UNIT")
@@ -113,5 +113,5 @@ def _scanners() -> tuple[Scan, Scan, list[str]]:
     return plain.match, after_value.match, ["", "UNIT", *kinds]
 
 
-def _rank(terminal: Terminal) -> tuple[int, bool, int]:
+def _terminal_priority(terminal: Terminal) -> tuple[int, bool, int]:
     return -terminal.priority, bool(terminal.literal), -len(terminal.literal)

@@ -124,7 +124,7 @@ class _Parser:
         second = common_slips.second_declaration(tokens, index) if self.start == "declaration" else None
         slip = common_slips.Slip(self.source, chunk, tokens, index, self.start, second)
         self._fail(chunk, lambda: min([*self._build.problems, common_slips.explain(slip)], key=_start))
-        return _rest(tokens, second) if second and not self._hidden else None
+        return _remaining_chunk(tokens, second) if second and not self._hidden else None
 
     def _fail(self, chunk: Chunk, explain: Callable[[], Diagnostic]) -> None:
         self.broken.extend(common_slips.declared_names(chunk.tokens))
@@ -143,7 +143,7 @@ def _end(chunk: Chunk) -> Token:
     return Token(END, "", last.end, last.end_line, last.end_column)
 
 
-def _rest(tokens: list[Token], start: int) -> Chunk:
+def _remaining_chunk(tokens: list[Token], start: int) -> Chunk:
     """Return the chunk that starts with the second declaration of a line.
 
     The kind of that declaration may have been read as a unit.
@@ -178,18 +178,18 @@ class _Build:
     def version(self, values: list[Token]) -> Version:
         """Build the declaration `softmark 1`, which must come first and have a known version."""
         word, number = values
-        self.note(input_limits.report_version(self.source, number, _over(word, number), self.first))
-        return Version(int(number.text) if number.text.isdecimal() else 0, _over(word, number))
+        self.note(input_limits.report_version(self.source, number, _span_of_tokens(word, number), self.first))
+        return Version(int(number.text) if number.text.isdecimal() else 0, _span_of_tokens(word, number))
 
     def title(self, values: list[Token]) -> Title:
         """Build `scene "title"`."""
         word, text = values
-        return Title(self._text(text), _over(word, text))
+        return Title(self._text(text), _span_of_tokens(word, text))
 
     def use(self, values: list[Token]) -> Use:
         """Build `use "path" as name`."""
         word, path, _, name = values
-        return Use(self._text(path), name.text, _over(word, name), path.span, name.span)
+        return Use(self._text(path), name.text, _span_of_tokens(word, name), path.span, name.span)
 
     def param(self, values: list[Any]) -> Param:
         """Build `param name = value in low .. high`."""
@@ -256,15 +256,15 @@ class _Build:
         """Build a bracketed expression, whose span includes the brackets."""
         opening, inner, closing = values
         fields = {name: getattr(inner, name) for name in inner.__slots__}
-        return cast(Expression, type(inner)(**fields | {"span": _over(opening, closing)}))
+        return cast(Expression, type(inner)(**fields | {"span": _span_of_tokens(opening, closing)}))
 
     def vector(self, values: list[Any]) -> Vector:
         """Build `(a, b, c) unit`."""
-        return Vector(_items(values), _unit(values), _over(values[0], values[-1]))
+        return Vector(_items(values), _unit(values), _span_of_tokens(values[0], values[-1]))
 
     def series(self, values: list[Any]) -> List:
         """Build `[a, b, c] unit`."""
-        return List(_items(values), _unit(values), _over(values[0], values[-1]))
+        return List(_items(values), _unit(values), _span_of_tokens(values[0], values[-1]))
 
     def call(self, values: list[Any]) -> Call:
         """Build `function(argument, name = argument)`."""
@@ -275,7 +275,7 @@ class _Build:
                 self.note(input_limits.positional_after_named(self.source, argument))
                 break
             named = argument.name is not None
-        return Call(self.name(values[:1]), arguments, _over(values[0], values[-1]))
+        return Call(self.name(values[:1]), arguments, _span_of_tokens(values[0], values[-1]))
 
     def argument(self, values: list[Any]) -> Argument:
         """Build `name = value` or `value`."""
@@ -292,7 +292,7 @@ class _Build:
         return re.sub(r"\\(.)", r"\1", token.text[1:-1])
 
 
-def _over(first: Token, last: Token) -> Span:
+def _span_of_tokens(first: Token, last: Token) -> Span:
     return Span(first.start, last.end, first.line, first.column, last.line, last.column + len(last.text))
 
 

@@ -58,7 +58,7 @@ def print_tree(tree: Tree, text: str | None = None) -> str:
     """
     try:
         rows = list(_rows(tree))
-        found = [line for block in _blocks(rows) for line in _print_block(block, text)]
+        found = [line for block in _split_into_blocks(rows) for line in _print_block(block, text)]
     except LayoutError as problem:
         raise CannotFormat(str(problem)) from problem
     return "".join(f"{line}\n" for line in found)
@@ -92,7 +92,7 @@ def _rows(tree: Tree) -> Iterator[_Row]:
     for declaration in tree.declarations:
         span = declaration.span
         while comments and comments[-1].span.start < span.start:
-            yield _own_line(comments[-1], line)
+            yield _comment_row(comments[-1], line)
             line = comments.pop().span.line
         row = _Row(declaration, [], None, bool(line) and span.line > line + 1)
         while comments and comments[-1].span.start < span.end:
@@ -102,15 +102,15 @@ def _rows(tree: Tree) -> Iterator[_Row]:
         line = span.end_line
         yield row
     for comment in reversed(comments):
-        yield _own_line(comment, line)
+        yield _comment_row(comment, line)
         line = comment.span.line
 
 
-def _own_line(comment: Comment, line: int) -> _Row:
+def _comment_row(comment: Comment, line: int) -> _Row:
     return _Row(None, [], comment, bool(line) and comment.span.line > line + 1)
 
 
-def _blocks(rows: Iterable[_Row]) -> Iterator[list[_Row]]:
+def _split_into_blocks(rows: Iterable[_Row]) -> Iterator[list[_Row]]:
     """Yield groups of rows, split at blank lines and around comments on lines of their own."""
     block: list[_Row] = []
     for row in rows:
@@ -129,19 +129,19 @@ def _print_block(block: list[_Row], text: str | None) -> list[str]:
     blank = [""] if block[0].blank else []
     if not block[0].declaration:
         return blank + [row.behind.text for row in block if row.behind]
-    return blank + _with_comments(list(_print_declarations(block, text)), [row.behind for row in block])
+    return blank + _append_comments(list(_print_declarations(block, text)), [row.behind for row in block])
 
 
 def _print_declarations(block: list[_Row], text: str | None) -> Iterator[list[str]]:
     """Yield the lines of each declaration; adjacent declarations of one line each are aligned."""
-    for aligns, run in groupby(block, _aligns):
+    for aligns, run in groupby(block, _is_alignable):
         if aligns:
             yield from _align_declarations([row.declaration for row in run])
         else:
             yield from (_print_declaration(row, text) for row in run)
 
 
-def _aligns(row: _Row) -> bool:
+def _is_alignable(row: _Row) -> bool:
     if not isinstance(row.declaration, Param | Declare) or row.inner:
         return False
     return len(_one_line(row.declaration)) <= WIDTH
@@ -149,22 +149,22 @@ def _aligns(row: _Row) -> bool:
 
 def _align_declarations(run: list[Declaration | None]) -> Iterator[list[str]]:
     """Yield declarations with aligned names and `=`; one that would become too long is broken into lines instead."""
-    fits = [len(line) <= WIDTH for line in _columns(run)]
+    fits = [len(line) <= WIDTH for line in _aligned_lines(run)]
     for fit, part in groupby(zip(fits, run, strict=True), lambda pair: pair[0]):
         declarations = [declaration for _, declaration in part]
         if fit:
-            yield from ([line] for line in _columns(declarations))
+            yield from ([line] for line in _aligned_lines(declarations))
         else:
             yield from (_lines(declaration, explode=True) for declaration in declarations)
 
 
-def _columns(run: list[Declaration | None]) -> list[str]:
+def _aligned_lines(run: list[Declaration | None]) -> list[str]:
     words = [(_kind(d), d.name, _value(d)) for d in run if isinstance(d, Param | Declare)]
     kinds, names = (max(len(word[i]) for word in words) for i in (0, 1))
     return [f"{kind:<{kinds}} {name:<{names}} = {value}" for kind, name, value in words]
 
 
-def _with_comments(declarations: list[list[str]], comments: list[Comment | None]) -> list[str]:
+def _append_comments(declarations: list[list[str]], comments: list[Comment | None]) -> list[str]:
     """Return the lines of declarations with their comments; those of adjacent single lines form one column."""
     found: list[str] = []
     for single, pairs in groupby(zip(declarations, comments, strict=True), lambda pair: len(pair[0]) == 1):
@@ -198,7 +198,7 @@ def _lines(declaration: Declaration | None, comments: Sequence[Comment] = (), ex
         return [_one_line(declaration)]
     if not values:
         raise LayoutError(f"no place for the comment of line {comments[0].span.line}")
-    return lines(values[0], _lead(declaration), _range(declaration), comments, explode)
+    return lines(values[0], _text_before_value(declaration), _range(declaration), comments, explode)
 
 
 def _one_line(declaration: Declaration) -> str:
@@ -211,14 +211,14 @@ def _one_line(declaration: Declaration) -> str:
         case Use():
             return f"use {quote(declaration.path)} as {declaration.alias}"
         case _:
-            return _lead(declaration) + _value(declaration)
+            return _text_before_value(declaration) + _value(declaration)
 
 
 def _kind(declaration: Param | Declare) -> str:
     return declaration.kind if isinstance(declaration, Declare) else "param"
 
 
-def _lead(declaration: Declaration) -> str:
+def _text_before_value(declaration: Declaration) -> str:
     if isinstance(declaration, Param | Declare):
         return f"{_kind(declaration)} {declaration.name} = "
     return "expect "

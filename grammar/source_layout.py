@@ -62,7 +62,7 @@ def format_on_one_line(node: Expression | Argument) -> str:
             pairs = zip(operators, operands[1:], strict=True)
             return operands[0] + "".join(f"{glue}{operator}{glue}{operand}" for operator, operand in pairs)
         case Unary():
-            return _sign(node) + _group(node.operand, binding_level(node))
+            return _unary_operator_text(node) + _operand_text(node.operand, binding_level(node))
         case _:
             opening, items, closing = _split_brackets(node)
             return opening + ", ".join(map(format_on_one_line, items)) + closing
@@ -104,7 +104,7 @@ class _Layout:
                 return self.lines(node.value, margin, lead + name, trail)
             case Unary():
                 opening, closing = _brackets(node.operand, binding_level(node))
-                return self.lines(node.operand, margin, lead + _sign(node) + opening, closing + trail)
+                return self.lines(node.operand, margin, lead + _unary_operator_text(node) + opening, closing + trail)
             case Binary(operator="^") | Number() | String() | Name():
                 return [line]
             case Binary() | Compare():
@@ -175,7 +175,7 @@ def _unit(unit: Unit | None) -> str:
     return f" {unit.text}" if unit else ""
 
 
-def _sign(node: Unary) -> str:
+def _unary_operator_text(node: Unary) -> str:
     return "not " if node.operator == "not" else node.operator
 
 
@@ -208,7 +208,7 @@ def _brackets(node: Expression, least: int) -> tuple[str, str]:
     return ("(", ")") if binding_level(node) < least else ("", "")
 
 
-def _group(node: Expression, least: int) -> str:
+def _operand_text(node: Expression, least: int) -> str:
     opening, closing = _brackets(node, least)
     return opening + format_on_one_line(node) + closing
 
@@ -235,6 +235,6 @@ def _chain(node: Binary | Compare) -> tuple[list[str], list[str]]:
         base = format_on_one_line(node.left)
         if binding_level(node.left) < ATOM or getattr(node.left, "unit", None):
             base = f"({base})"
-        return [base, _group(node.right, LEVELS["unary"])], ["^"]
+        return [base, _operand_text(node.right, LEVELS["unary"])], ["^"]
     operands, operators = _operands(node)
-    return [_group(operand, least) for operand, least in operands], operators
+    return [_operand_text(operand, least) for operand, least in operands], operators

@@ -38,7 +38,7 @@ def declarations(tokens: Sequence[Token]) -> Iterator[Chunk]:
     """Yield the tokens of each declaration of a text."""
     chunk = Chunk()
     for i, token in enumerate(tokens):
-        if chunk.tokens and _starts(chunk, tokens, i):
+        if chunk.tokens and _starts_next_chunk(chunk, tokens, i):
             yield chunk
             chunk = Chunk()
         chunk.add(token)
@@ -54,7 +54,7 @@ def single_chunk(tokens: Sequence[Token]) -> Chunk:
     return chunk
 
 
-def _starts(chunk: Chunk, tokens: Sequence[Token], i: int) -> bool:
+def _starts_next_chunk(chunk: Chunk, tokens: Sequence[Token], i: int) -> bool:
     last = chunk.tokens[-1]
     if last.line == tokens[i].line:
         return False

@@ -98,7 +98,7 @@ def estimate_convergence(
     default a
     few roundings of the largest value) are ignored.
     """
-    unusable = _unusable(family)
+    unusable = _reason_unusable(family)
     if unusable is not None:
         return ConvergenceEstimate("unusable", unusable)
     if len(family) < 2:
@@ -106,11 +106,11 @@ def estimate_convergence(
             "too_few", "an observed order needs three meshes; two are enough if the order is assumed"
         )
     if len(family) == 2:
-        return _two(family, formal, _floor(family, floor))
-    finest = _three(family[-3:], _floor(family, floor))
+        return _estimate_from_two(family, formal, _rounding_floor(family, floor))
+    finest = _estimate_from_three(family[-3:], _rounding_floor(family, floor))
     if finest.order is None or finest.state != "monotone" or len(family) == 3:
         return _check_asymptotic_range(finest, family, formal)
-    return _check_asymptotic_range(_fit(family, finest), family, formal)
+    return _check_asymptotic_range(_estimate_from_fit(family, finest), family, formal)
 
 
 def observed_order(family: Sequence[Pair]) -> float | None:
@@ -129,17 +129,17 @@ def observed_order(family: Sequence[Pair]) -> float | None:
     grown = math.log(abs(coarse / fine))
 
     def left(p: float) -> float:
-        return grown - p * math.log(r21) - _ratio(r32, p, sign) + _ratio(r21, p, sign)
+        return grown - p * math.log(r21) - _log_power_difference(r32, p, sign) + _log_power_difference(r21, p, sign)
 
-    return _root(left, 1e-6, LARGEST)
+    return _bisect_root(left, 1e-6, LARGEST)
 
 
-def _ratio(r: float, p: float, sign: float) -> float:
+def _log_power_difference(r: float, p: float, sign: float) -> float:
     """Return ln(r^p - s), s being `sign`, without cancellation if r^p is near one."""
     return math.log(math.expm1(p * math.log(r)) if sign > 0 else r**p + 1.0)
 
 
-def _root(f: Callable[[float], float], low: float, high: float) -> float | None:
+def _bisect_root(f: Callable[[float], float], low: float, high: float) -> float | None:
     """Return the root of a decreasing function between `low` and `high` by bisection, None if there is none."""
     if f(low) < 0 or f(high) > 0:
         return None
@@ -149,7 +149,7 @@ def _root(f: Callable[[float], float], low: float, high: float) -> float | None:
     return 0.5 * (low + high)
 
 
-def _unusable(family: Sequence[Pair]) -> str | None:
+def _reason_unusable(family: Sequence[Pair]) -> str | None:
     if not all(math.isfinite(h) and math.isfinite(f) for h, f in family):
         return "a value is not a finite number"
     if any(abs(f) > HUGE for _, f in family):
@@ -161,11 +161,11 @@ def _unusable(family: Sequence[Pair]) -> str | None:
     return f"consecutive meshes must differ in h by factors of {1 + CLOSEST:g} to {FARTHEST:g}" if close else None
 
 
-def _floor(family: Sequence[Pair], floor: float | None) -> float:
+def _rounding_floor(family: Sequence[Pair], floor: float | None) -> float:
     return ROUNDING * max(abs(f) for _, f in family) if floor is None else floor
 
 
-def _two(family: Sequence[Pair], formal: float | None, floor: float) -> ConvergenceEstimate:
+def _estimate_from_two(family: Sequence[Pair], formal: float | None, floor: float) -> ConvergenceEstimate:
     """Return the estimate from a family of two values and the formal order."""
     (h2, f2), (h1, f1) = family
     if formal is None:
@@ -173,10 +173,10 @@ def _two(family: Sequence[Pair], formal: float | None, floor: float) -> Converge
     if abs(f2 - f1) <= floor:
         return ConvergenceEstimate("rounding", "the two values differ only by rounding")
     away = (f1 - f2) / math.expm1(formal * math.log(h2 / h1))
-    return _with_doubt(_result("assumed", formal, f1, away, SAFETY_TWO), "the order is assumed")
+    return _with_doubt(_make_estimate("assumed", formal, f1, away, SAFETY_TWO), "the order is assumed")
 
 
-def _three(family: Sequence[Pair], floor: float) -> ConvergenceEstimate:
+def _estimate_from_three(family: Sequence[Pair], floor: float) -> ConvergenceEstimate:
     """Return the estimate from the finest three values of a family, by the formulas of Celik et al."""
     (h3, f3), (h2, f2), (h1, f1) = family
     coarse, fine = f3 - f2, f2 - f1
@@ -186,7 +186,7 @@ def _three(family: Sequence[Pair], floor: float) -> ConvergenceEstimate:
     if coarse * fine < 0:
         if p is None:
             return ConvergenceEstimate("oscillatory", "the values oscillate, with growing amplitude on finer meshes")
-        found = _result("oscillatory", p, f1, -fine / (math.expm1(p * math.log(h2 / h1))), SAFETY_THREE)
+        found = _make_estimate("oscillatory", p, f1, -fine / (math.expm1(p * math.log(h2 / h1))), SAFETY_THREE)
         return _with_doubt(found, "the values oscillate about their limit")
     if p is None:
         grows = abs(coarse) < abs(fine) * math.log(h3 / h2) / math.log(h2 / h1)
@@ -194,7 +194,7 @@ def _three(family: Sequence[Pair], floor: float) -> ConvergenceEstimate:
             "the differences do not decrease with the cell size" if grows else "the finest two values agree by chance"
         )
         return ConvergenceEstimate("divergent" if grows else "rounding", words)
-    found = _result("monotone", p, f1, -fine / math.expm1(p * math.log(h2 / h1)), SAFETY_THREE)
+    found = _make_estimate("monotone", p, f1, -fine / math.expm1(p * math.log(h2 / h1)), SAFETY_THREE)
     return replace(found, ratio=_asymptotic_ratio(family, p))
 
 
@@ -206,10 +206,10 @@ def _asymptotic_ratio(family: Sequence[Pair], p: float) -> float | None:
     (h3, f3), (h2, f2), (h1, f1) = family
     coarse = (f3 - f2) * f1 / math.expm1(p * math.log(h3 / h2))
     fine = (f2 - f1) * f2 / math.expm1(p * math.log(h2 / h1))
-    return _part(coarse, (h2 / h1) ** p * fine)
+    return _finite_ratio(coarse, (h2 / h1) ** p * fine)
 
 
-def _result(
+def _make_estimate(
     state: State, p: float, finest: float, away: float, safety: float, scatter: float = 0.0
 ) -> ConvergenceEstimate:
     """Return the estimate from the order p and the finest value.
@@ -217,7 +217,7 @@ def _result(
     `away` is the distance of the limit from the finest value, `safety` the safety factor of the index.
     """
     limit, gci = finest + away, safety * abs(away) + scatter
-    return ConvergenceEstimate(state, None, p, limit, gci, _part(gci, finest), _part(away, limit))
+    return ConvergenceEstimate(state, None, p, limit, gci, _finite_ratio(gci, finest), _finite_ratio(away, limit))
 
 
 def _with_doubt(found: ConvergenceEstimate, doubt: str | None) -> ConvergenceEstimate:
@@ -225,7 +225,7 @@ def _with_doubt(found: ConvergenceEstimate, doubt: str | None) -> ConvergenceEst
     return replace(found, doubt=doubt, asymptotic=doubt is None)
 
 
-def _part(a: float, b: float) -> float | None:
+def _finite_ratio(a: float, b: float) -> float | None:
     """Return |a / b|, or None if it is not finite."""
     part = abs(a / b) if b else math.inf
     return part if math.isfinite(part) else None
@@ -239,13 +239,13 @@ def _check_asymptotic_range(
         return found
     if formal is not None and not BAND[0] * formal <= found.order <= BAND[1] * formal:
         doubt = f"not asymptotic: observed order {found.order:.2f}, theoretical order {formal:g}"
-        return _with_doubt(_with_cautious_index(found, family, formal), doubt)
+        return _with_doubt(_with_larger_index(found, family, formal), doubt)
     if found.ratio is not None and abs(found.ratio - 1) > NEAR:
         return _with_doubt(found, f"the scaled indices of the finest meshes have a ratio of {found.ratio:.2f}, not 1")
     return _with_doubt(found, None)
 
 
-def _with_cautious_index(found: ConvergenceEstimate, family: Sequence[Pair], formal: float) -> ConvergenceEstimate:
+def _with_larger_index(found: ConvergenceEstimate, family: Sequence[Pair], formal: float) -> ConvergenceEstimate:
     """Return the estimate with a larger index, for an observed order that contradicts the formal one.
 
     The extrapolated limit is not changed.
@@ -254,7 +254,7 @@ def _with_cautious_index(found: ConvergenceEstimate, family: Sequence[Pair], for
     p = min(max(found.order or SLOWEST, SLOWEST), formal)
     away = abs(f1 - f2) / math.expm1(p * math.log(h2 / h1))
     gci = max(found.gci or 0.0, SAFETY_TWO * away)
-    return replace(found, gci=gci, relative=_part(gci, f1))
+    return replace(found, gci=gci, relative=_finite_ratio(gci, f1))
 
 
 def find_dissimilarity(counts: Sequence[Sequence[int]]) -> str | None:
@@ -276,7 +276,7 @@ def find_dissimilarity(counts: Sequence[Sequence[int]]) -> str | None:
 # ------------------------------------------------------------------ least squares
 
 
-def _fit(family: Sequence[Pair], finest: ConvergenceEstimate) -> ConvergenceEstimate:
+def _estimate_from_fit(family: Sequence[Pair], finest: ConvergenceEstimate) -> ConvergenceEstimate:
     """Return the estimate from a fit of value = limit + a h^p to more than three values, equally weighted.
 
     The uncertainty is U = Fs |value_1 - limit| + scatter + |value_1 - fit_1|, where 1 is the finest. Fs is 1.25, or 3
@@ -284,22 +284,22 @@ def _fit(family: Sequence[Pair], finest: ConvergenceEstimate) -> ConvergenceEsti
     the fit scatters by more than the mean difference of the values.
     Source: Eca and Hoekstra 2014, equations (7) to (14).
     """
-    p = _minimize(lambda q: _linear(family, q)[2], 0.05, 2 * LARGEST / 5)
-    limit, slope, square = _linear(family, p)
+    p = _minimize(lambda q: _fit_with_order(family, q)[2], 0.05, 2 * LARGEST / 5)
+    limit, slope, square = _fit_with_order(family, p)
     values = [f for _, f in family]
     h, f = family[-1]
     scatter = math.sqrt(square / (len(family) - 3))
     range_ = (max(values) - min(values)) / (len(values) - 1)
     safety = SAFETY_THREE if scatter < range_ else SAFETY_TWO
     beside = abs(f - limit - slope * h**p)
-    found = _result("monotone", p, f, limit - f, safety, scatter + beside)
+    found = _make_estimate("monotone", p, f, limit - f, safety, scatter + beside)
     edge = p < 0.051 or p > 2 * LARGEST / 5 - 0.01
     ratio = _asymptotic_ratio(family[-3:], p)
     found = replace(found, scatter=scatter, ratio=ratio)
     return _with_doubt(found, "no power of h fits the values") if edge or scatter >= range_ else found
 
 
-def _linear(family: Sequence[Pair], p: float) -> tuple[float, float, float]:
+def _fit_with_order(family: Sequence[Pair], p: float) -> tuple[float, float, float]:
     """Return limit, a and the sum of squared residuals of a least squares fit of value = limit + a h^p."""
     t = [(h / family[0][0]) ** p for h, _ in family]
     t_mean, f_mean = sum(t) / len(t), sum(f for _, f in family) / len(t)
@@ -333,7 +333,7 @@ def order_of_errors(errors: Sequence[Pair], floor: float = 0.0) -> ErrorOrder:
 
     Errors up to `floor` are rounding errors and end the series.
     """
-    unusable = _unusable(errors)
+    unusable = _reason_unusable(errors)
     if unusable is not None:
         return ErrorOrder(reason=unusable)
     if any(e < 0 for _, e in errors):

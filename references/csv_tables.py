@@ -47,27 +47,27 @@ class Columns:
 
 def read_columns(file: Path, asked: Sequence[str]) -> Columns:
     """Return the requested columns of a file. Raises Unreadable with line and column of the error."""
-    text = _text(file)
+    text = _read_text(file)
     separator, header, rows = _find_table(file.name, text, list(dict.fromkeys(asked)))
-    places = {name: _place(file.name, header, name) for name in asked}
+    places = {name: _column_index(file.name, header, name) for name in asked}
     filled = [row for row in rows if any(row[1])]
     notes: tuple[str, ...] = ()
-    if filled and _has_units([_field(filled[0], i) for i in places.values()], filled[0][1]):
+    if filled and _has_units([_field_or_empty(filled[0], i) for i in places.values()], filled[0][1]):
         (line, fields), filled = filled[0], filled[1:]
-        units = ", ".join(f"`{_field((line, fields), i)}`" for i in places.values())
+        units = ", ".join(f"`{_field_or_empty((line, fields), i)}`" for i in places.values())
         notes = (f"line {line}, {units}, is not a row of numbers and is read as units",)
     if not filled:
         raise Unreadable(file.name, "it has no rows of numbers below the header", "give one row for each point")
     for row in filled:
         _check_field_count(file.name, row, header, separator)
-    numbers = {name: tuple(_number(file.name, row, name, i) for row in filled) for name, i in places.items()}
+    numbers = {name: tuple(_parse_number(file.name, row, name, i) for row in filled) for name, i in places.items()}
     return Columns(file.name, numbers, tuple(line for line, _ in filled), notes)
 
 
 def read_header(file: Path) -> tuple[str, ...]:
     """Return the likely column names of a file. Raises Unreadable if there are none."""
-    text = "".join(_text(file).splitlines(keepends=True)[:BEFORE])
-    likely = max((_header(_rows(file.name, text, separator)) for separator in SEPARATORS), key=len)
+    text = "".join(_read_text(file).splitlines(keepends=True)[:BEFORE])
+    likely = max((_find_header(_split_rows(file.name, text, separator)) for separator in SEPARATORS), key=len)
     if likely and all(map(COMMA.fullmatch, likely)):
         remedy = f"use a decimal point: `{likely[0].replace(',', '.')}`"
         raise Unreadable(file.name, f"its numbers have decimal commas: `{likely[0]}`", remedy)
@@ -76,7 +76,7 @@ def read_header(file: Path) -> tuple[str, ...]:
     return tuple(likely)
 
 
-def _text(file: Path) -> str:
+def _read_text(file: Path) -> str:
     try:
         text = read_regular(file).decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -92,18 +92,18 @@ def _find_table(name: str, text: str, asked: list[str]) -> tuple[str, list[str],
     """Return the separator of a table, its header and the rows below the header."""
     likely: list[str] = []
     for separator in SEPARATORS:
-        rows = _rows(name, text, separator, BEFORE)
+        rows = _split_rows(name, text, separator, BEFORE)
         at = next((i for i, (_, fields) in enumerate(rows) if set(asked) <= set(fields)), None)
         if at is not None:
-            return separator, rows[at][1], _rows(name, text, separator)[at + 1 :]
-        likely = max(likely, _header(rows), key=len)
+            return separator, rows[at][1], _split_rows(name, text, separator)[at + 1 :]
+        likely = max(likely, _find_header(rows), key=len)
     lacking = next((column for column in asked if column not in likely), asked[0])
     listed = ", ".join(f"`{c}`" for c in likely[:SHOWN]) + (" and others" if len(likely) > SHOWN else "")
     help = f"its columns are {listed}" if likely else "the line above its numbers must name the columns"
     raise Unreadable(name, f"it has no column `{lacking}`", help)
 
 
-def _rows(name: str, text: str, separator: str, most: int | None = None) -> list[Row]:
+def _split_rows(name: str, text: str, separator: str, most: int | None = None) -> list[Row]:
     """Return the non-empty rows of a text: all, or the first `most`."""
     import csv
 
@@ -121,7 +121,7 @@ def _rows(name: str, text: str, separator: str, most: int | None = None) -> list
         raise Unreadable(name, f"line {reader.line_num} is not a CSV row ({error})", "save it as CSV") from None
 
 
-def _header(rows: list[Row]) -> list[str]:
+def _find_header(rows: list[Row]) -> list[str]:
     """Return the likely header: the last row of several words above the first row of several numbers."""
     known: list[str] = []
     for _, fields in rows:
@@ -139,7 +139,7 @@ def _has_units(asked: list[str], row: list[str]) -> bool:
     return bool(given) and all(UNIT.fullmatch(f) and f.strip("()[] ").lower() not in MISSING for f in given)
 
 
-def _place(name: str, header: list[str], column: str) -> int:
+def _column_index(name: str, header: list[str], column: str) -> int:
     if header.count(column) > 1:
         numbers = ", ".join(str(i + 1) for i, text in enumerate(header) if text == column)
         raise Unreadable(
@@ -148,7 +148,7 @@ def _place(name: str, header: list[str], column: str) -> int:
     return header.index(column)
 
 
-def _field(row: Row, i: int) -> str:
+def _field_or_empty(row: Row, i: int) -> str:
     return row[1][i] if i < len(row[1]) else ""
 
 
@@ -161,9 +161,9 @@ def _check_field_count(name: str, row: Row, header: list[str], separator: str) -
         raise Unreadable(name, count, f"give each row as many fields as the header{comma}")
 
 
-def _number(name: str, row: Row, column: str, i: int) -> float:
+def _parse_number(name: str, row: Row, column: str, i: int) -> float:
     """Return field i of a row as a number. Raises Unreadable."""
-    line, text = row[0], _field(row, i)
+    line, text = row[0], _field_or_empty(row, i)
     at = f"line {line}, column `{column}`"
     if not text:
         raise Unreadable(name, f"{at}: the number is missing", "give a number, or remove the row")

@@ -84,7 +84,7 @@ def extract_isosurface(
     if not low <= iso < high:
         reason = f"there is no surface at the level {iso:g}: voxel values lie between {low:g} and {high:g}"
         raise Unreadable(name, reason, f"give an `iso` between them, such as {(low + high) / 2:g}")
-    values, corner, cut = _crop(volume, iso, low)
+    values, corner, cut = _crop_to_body(volume, iso, low)
     indices, faces, *_ = measure.marching_cubes(values, iso, gradient_direction="ascent", allow_degenerate=False)
     triangles = np.ascontiguousarray(faces[:, ::-1] if np.linalg.det(volume.axes) < 0 else faces, dtype=np.int64)
     points, triangles, notes = clean_surface(name, volume.points(indices + corner), triangles, keep)
@@ -92,7 +92,7 @@ def extract_isosurface(
     return taubin(points, triangles, smoothing), triangles, (*ended, *notes)
 
 
-def _crop(volume: VoxelVolume, iso: float, low: float) -> tuple[Array, Array, bool]:
+def _crop_to_body(volume: VoxelVolume, iso: float, low: float) -> tuple[Array, Array, bool]:
     """Return the values around the body with a layer of background, and whether the grid cuts the body.
 
     The second result is the index of their corner in the volume.

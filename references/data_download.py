@@ -120,7 +120,7 @@ _ECOFLEX = {
 }
 
 
-def _ecoflex(repeat: str, sha256: str, size: int) -> DataSet:
+def _ecoflex_data_set(repeat: str, sha256: str, size: int) -> DataSet:
     return DataSet(
         f"ecoflex-0030/compression/EF30_{repeat}.csv",
         f"compression of a cylinder of Ecoflex 00-30, 50 mm wide and 30 mm high, at 10 mm/min: repeat {repeat}",
@@ -147,7 +147,7 @@ _PULL = DataSet(
 
 TABLE: dict[str, DataSet] = {
     one.name: one
-    for one in (*_SOFA_SETS, _TRUTH_CUBE, _PULL, *(_ecoflex(name, *facts) for name, facts in _ECOFLEX.items()))
+    for one in (*_SOFA_SETS, _TRUTH_CUBE, _PULL, *(_ecoflex_data_set(name, *facts) for name, facts in _ECOFLEX.items()))
 }
 
 
@@ -166,18 +166,18 @@ def find_file(path: str, beside: Path | None = None, progress: Progress | None =
 
 def locate_data_set(name: str, progress: Progress | None = None) -> Path:
     """Return the file of the data set `name`, downloaded if needed. Raises Unavailable."""
-    return find_local(name) or _fetch(_entry(name), progress)
+    return find_local(name) or _fetch(_data_set_entry(name), progress)
 
 
 def find_local(name: str) -> Path | None:
     """Return the local file of the data set `name`, None if it is not downloaded. Raises Unavailable."""
-    entry = _entry(name)
+    entry = _data_set_entry(name)
     return _file_from_environment(entry) or _cached_file(entry)
 
 
-def _entry(name: str) -> DataSet:
+def _data_set_entry(name: str) -> DataSet:
     if name not in TABLE:
-        raise Unavailable(PREFIX + name, "there is no data set with this name", _close(name))
+        raise Unavailable(PREFIX + name, "there is no data set with this name", _similar_name_remedy(name))
     return TABLE[name]
 
 
@@ -192,7 +192,7 @@ def authors_of(path: str) -> str:
     return entry.citation if entry else ""
 
 
-def _close(name: str) -> str:
+def _similar_name_remedy(name: str) -> str:
     import difflib
 
     close = difflib.get_close_matches(name, TABLE, n=1, cutoff=0.4)
@@ -212,21 +212,21 @@ def _file_from_environment(entry: DataSet) -> Path | None:
             return None
         same = _sha256(file) == entry.sha256
     except OSError as error:
-        raise _unavailable(entry, f"{file} cannot be read: {error}") from None
+        raise _unavailable_error(entry, f"{file} cannot be read: {error}") from None
     if not same:
-        raise _unavailable(entry, f"{file} differs from the published file (its SHA-256 differs)")
+        raise _unavailable_error(entry, f"{file} differs from the published file (its SHA-256 differs)")
     return file
 
 
 def _cached_file(entry: DataSet) -> Path | None:
-    file = _place(entry)
+    file = _cache_path(entry)
     with suppress(OSError):  # a cache that cannot be read is no cache
         if file is not None and file.is_file() and _sha256(file) == entry.sha256:
             return file
     return None
 
 
-def _place(entry: DataSet) -> Path | None:
+def _cache_path(entry: DataSet) -> Path | None:
     """Return the path of a data set's file in the cache; None without a cache folder and a home folder."""
     try:
         root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
@@ -239,20 +239,20 @@ def _fetch(entry: DataSet, progress: Progress | None) -> Path:
     """Return the data set's file after downloading it into the cache, completely or not at all."""
     import tempfile
 
-    file = _place(entry)
+    file = _cache_path(entry)
     if file is None:
-        raise _unavailable(entry, "there is no cache folder: no home directory and no $XDG_CACHE_HOME")
+        raise _unavailable_error(entry, "there is no cache folder: no home directory and no $XDG_CACHE_HOME")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         handle, part = tempfile.mkstemp(dir=file.parent, prefix=".part-")
     except OSError as error:
-        raise _unavailable(entry, f"the cache cannot be written: {error}") from None
+        raise _unavailable_error(entry, f"the cache cannot be written: {error}") from None
     try:
         with os.fdopen(handle, "wb") as out:
             _download(entry, out, progress)
         Path(part).replace(file)
     except OSError as error:
-        raise _unavailable(entry, f"the cache cannot be written: {error}") from None
+        raise _unavailable_error(entry, f"the cache cannot be written: {error}") from None
     finally:
         Path(part).unlink(missing_ok=True)
     return file
@@ -267,15 +267,15 @@ def _download(entry: DataSet, out: Any, progress: Progress | None) -> None:
     for url in entry.urls:
         out.seek(0)
         out.truncate()
-        reason = _copy(url, entry, out, progress)
+        reason = _copy_from_url(url, entry, out, progress)
         if reason is None:
             return
         failures.append(reason)
     told = "; ".join(dict.fromkeys(failures))
-    raise _unavailable(entry, f"it could not be downloaded from any of {len(entry.urls)} addresses ({told})")
+    raise _unavailable_error(entry, f"it could not be downloaded from any of {len(entry.urls)} addresses ({told})")
 
 
-def _copy(url: str, entry: DataSet, out: Any, progress: Progress | None) -> str | None:
+def _copy_from_url(url: str, entry: DataSet, out: Any, progress: Progress | None) -> str | None:
     """Copy the data at one address to `out`; return an error message, or None."""
     import hashlib
     import http.client
@@ -305,7 +305,7 @@ def _sha256(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
-def _unavailable(entry: DataSet, reason: str) -> Unavailable:
+def _unavailable_error(entry: DataSet, reason: str) -> Unavailable:
     where = f"download it from {entry.urls[0]} ({entry.size} bytes, SHA-256 {entry.sha256})"
     remedy = f"offline, {where}, save it as FOLDER/{entry.name} and set SOFTMARK_DATA=FOLDER"
     return Unavailable(PREFIX + entry.name, f"{reason}. The data set is {entry.what}; {entry.licence}", remedy)

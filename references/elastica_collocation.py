@@ -84,7 +84,7 @@ class RodShape:
     def at(self, s: Array) -> Array:
         """Return the rotation and both displacements, shape (3, m), at positions s (m,) in [0, 1]."""
         z = 2 * s - 1
-        return np.stack([_value(z, c) for c in (self.phi, self.axial, self.transverse)])
+        return np.stack([_chebyshev_value(z, c) for c in (self.phi, self.axial, self.transverse)])
 
 
 def solve_rod(rod: PlanarRod, cantilever: Cantilever) -> CentreLine:
@@ -95,15 +95,15 @@ def solve_rod(rod: PlanarRod, cantilever: Cantilever) -> CentreLine:
     returned. Its estimated error is that last change, which is the error of the coarser solution, plus rounding. Raises
     NotSolved.
     """
-    shape = _shape(rod, RESOLUTIONS[0])
+    shape = _solve_shape(rod, RESOLUTIONS[0])
     changes: list[float] = []
     for n in RESOLUTIONS[1:]:
-        finer = _shape(rod, n)
-        change, size = _change(shape, finer)
+        finer = _solve_shape(rod, n)
+        change, size = _largest_change(shape, finer)
         changes.append(change / size)
         if changes[-1] <= ACCURACY:
-            _between_axis_and_gravity(finer, changes)
-            return _centre_line(finer, cantilever, change + 64 * float(np.finfo(float).eps) * size)
+            _check_slope_range(finer, changes)
+            return _make_centre_line(finer, cantilever, change + 64 * float(np.finfo(float).eps) * size)
         shape = finer
     raise NotSolved(
         f"with {RESOLUTIONS[-1]} Chebyshev points the relative change is {changes[-1]:.1e}, above {ACCURACY:.0e}: at "
@@ -112,15 +112,15 @@ def solve_rod(rod: PlanarRod, cantilever: Cantilever) -> CentreLine:
     )
 
 
-def _shape(rod: PlanarRod, n: int) -> RodShape:
-    grid = _grid(n)
-    phi = _newton(rod, grid)
-    curvature = _moment(grid.coefficients @ rod.bending(grid.s, phi))
-    axial, transverse = (_from_root(grid.coefficients @ rate) for rate in rod.strain(grid.s, phi))
-    return RodShape(_from_root(curvature), curvature, axial, transverse)
+def _solve_shape(rod: PlanarRod, n: int) -> RodShape:
+    grid = _make_grid(n)
+    phi = _solve_rotations(rod, grid)
+    curvature = _integrate_to_tip(grid.coefficients @ rod.bending(grid.s, phi))
+    axial, transverse = (_integrate_from_root(grid.coefficients @ rate) for rate in rod.strain(grid.s, phi))
+    return RodShape(_integrate_from_root(curvature), curvature, axial, transverse)
 
 
-def _newton(rod: PlanarRod, grid: Grid) -> Array:
+def _solve_rotations(rod: PlanarRod, grid: Grid) -> Array:
     phi = np.full(len(grid.s), np.pi / 2)
     steps: list[float] = []
     for _ in range(NEWTON_STEPS):
@@ -134,44 +134,44 @@ def _newton(rod: PlanarRod, grid: Grid) -> Array:
     raise NotSolved(f"Newton's method did not converge in {NEWTON_STEPS} iterations", tuple(steps))
 
 
-def _between_axis_and_gravity(shape: RodShape, changes: list[float]) -> None:
+def _check_slope_range(shape: RodShape, changes: list[float]) -> None:
     """Raise NotSolved unless the slope is in the range of uniqueness, 0 to pi/2, which a coarse grid may overshoot."""
-    phi = _value(np.linspace(-1, 1, 401), shape.phi)
+    phi = _chebyshev_value(np.linspace(-1, 1, 401), shape.phi)
     if phi.min() < -ACCURACY or phi.max() > np.pi / 2 + ACCURACY:
         raise NotSolved("the rotation exceeds the angle between the axis and gravity", tuple(changes))
 
 
 @lru_cache(maxsize=len(RESOLUTIONS))
-def _grid(n: int) -> Grid:
+def _make_grid(n: int) -> Grid:
     z = -np.cos(np.pi * (np.arange(n) + 0.5) / n)
     T = np.polynomial.chebyshev.chebvander(z, n - 1)  # (n, n)
     coefficients = T.T * np.where(np.arange(n) == 0, 1.0, 2.0)[:, None] / n  # discrete orthogonality
-    G = _value(z, _from_root(_moment(coefficients))).T
+    G = _chebyshev_value(z, _integrate_from_root(_integrate_to_tip(coefficients))).T
     return Grid((1 + z) / 2, coefficients, G)
 
 
-def _moment(g: Array) -> Array:
+def _integrate_to_tip(g: Array) -> Array:
     """Return the Chebyshev series of the integral of the series g from s to 1."""
     return -np.asarray(np.polynomial.chebyshev.chebint(g, lbnd=1, scl=0.5), dtype=float)
 
 
-def _from_root(rate: Array) -> Array:
+def _integrate_from_root(rate: Array) -> Array:
     """Return the Chebyshev series of the integral of the series `rate` from 0 to s."""
     return np.asarray(np.polynomial.chebyshev.chebint(rate, lbnd=-1, scl=0.5), dtype=float)
 
 
-def _value(z: Array, series: Array) -> Array:
+def _chebyshev_value(z: Array, series: Array) -> Array:
     return np.asarray(np.polynomial.chebyshev.chebval(z, series), dtype=float)
 
 
-def _change(coarse: RodShape, fine: RodShape) -> tuple[float, float]:
+def _largest_change(coarse: RodShape, fine: RodShape) -> tuple[float, float]:
     """Return the largest difference between two shapes, and the largest value, both scaled by the length."""
     s = (1 - np.cos(np.linspace(0, np.pi, 401))) / 2  # denser at the ends, where a stiff load bends the rod
     values = fine.at(s)
     return float(np.abs(coarse.at(s) - values).max()), float(np.abs(values).max())
 
 
-def _centre_line(shape: RodShape, cantilever: Cantilever, error: float) -> CentreLine:
+def _make_centre_line(shape: RodShape, cantilever: Cantilever, error: float) -> CentreLine:
     L = cantilever.length
 
     def along(series: Array, scale: float) -> np.polynomial.Chebyshev:
@@ -182,6 +182,6 @@ def _centre_line(shape: RodShape, cantilever: Cantilever, error: float) -> Centr
         axial=along(shape.axial, L),
         transverse=along(shape.transverse, L),
         rotation=along(shape.phi, 1.0),
-        root_curvature=float(_value(np.array([-1.0]), shape.curvature)[0]) / L,
+        root_curvature=float(_chebyshev_value(np.array([-1.0]), shape.curvature)[0]) / L,
         estimated_error=error * L,
     )

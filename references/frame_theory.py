@@ -55,9 +55,9 @@ class FrameMember:
         Results are
         in the axes of the member.
         """
-        t, w = _rule(PLACES)
+        t, w = _gauss_rule(PLACES)
         places, weights = s[:, None] * t, s[:, None] * w  # (n, g)
-        arm = _along(self.length - places)  # (n, g, 3, 3)
+        arm = _axial_cross_matrices(self.length - places)  # (n, g, 3, 3)
         n = np.broadcast_to(force[:3], (*places.shape, *force[:3].shape))
         return self._integrated(s, places, weights, n, force[3:] + arm @ n)
 
@@ -66,21 +66,21 @@ class FrameMember:
 
         The member is a cantilever clamped at its start.
         """
-        t, w = _rule(PLACES)
+        t, w = _gauss_rule(PLACES)
         places, weights = s[:, None] * t, s[:, None] * w
-        beyond, also = _rule(FEW)
+        beyond, also = _gauss_rule(FEW)
         rest = self.length - places
         there = places[..., None] + rest[..., None] * beyond  # (n, g, f)
         q = (self.load(there.ravel()) @ self.frame.T).reshape(*there.shape, 3)
         share = rest[..., None] * also
         n = np.einsum("ngf,ngfi->ngi", share, q)
-        m = np.einsum("ngf,ngfij,ngfj->ngi", share, _along(there - places[..., None]), q)
+        m = np.einsum("ngf,ngfij,ngfj->ngi", share, _axial_cross_matrices(there - places[..., None]), q)
         return self._integrated(s, places, weights, n[..., None], m[..., None])[..., 0]
 
     def _integrated(self, s: Array, places: Array, weights: Array, n: Array, m: Array) -> Array:
         C = self.stiffness(places.ravel()).reshape(*places.shape, 6, 1)
         gamma, kappa = n / C[..., :3, :], m / C[..., 3:, :]
-        lever = -_along(s[:, None] - places)  # kappa x (s - t) e1
+        lever = -_axial_cross_matrices(s[:, None] - places)  # kappa x (s - t) e1
         u = np.einsum("ng,ngik->nik", weights, gamma + lever @ kappa)
         return np.concatenate([u, np.einsum("ng,ngik->nik", weights, kappa)], axis=1)
 
@@ -99,9 +99,9 @@ class FrameMember:
     @cached_property
     def carried(self) -> Array:
         """Resultant force and moment (6,) of the distributed load about the start, in the member's axes."""
-        t, w = _rule(FEW)
+        t, w = _gauss_rule(FEW)
         q = self.load(self.length * t) @ self.frame.T
-        moments = np.einsum("f,fij,fj->i", self.length * w, _along(self.length * t), q)
+        moments = np.einsum("f,fij,fj->i", self.length * w, _axial_cross_matrices(self.length * t), q)
         found: Array = np.concatenate([self.length * w @ q, moments])
         return found
 
@@ -109,7 +109,7 @@ class FrameMember:
     def shift(self) -> Array:
         """Matrix (6, 6) from a motion of the member's start to the rigid motion of its end."""
         found = np.eye(6)
-        found[:3, 3:] = -_along(np.array([self.length]))[0]
+        found[:3, 3:] = -_axial_cross_matrices(np.array([self.length]))[0]
         return found
 
     @cached_property
@@ -148,14 +148,14 @@ class FrameMember:
 
         `first` is the motion of its start, and `force` the force and moment on its end.
         """
-        s = self.length * _rule(FEW)[0]
+        s = self.length * _gauss_rule(FEW)[0]
         s = np.concatenate([[0.0], s, [self.length]])
         found: Array = (self.moved(s, force[:, None])[..., 0] + self.motions_under_own_load(s))[:, 3:] + first[3:]
         return found
 
     def compute_lengthening(self, turns: Array) -> float:
         """Return the second-order lengthening of the member's axis, m, due to `turns`, rotations along the member."""
-        w = _rule(FEW)[1]
+        w = _gauss_rule(FEW)[1]
         found: Array = 0.5 * self.length * w @ (turns[1:-1, 1:] ** 2).sum(axis=1)
         return float(found)
 
@@ -166,11 +166,11 @@ class FrameMember:
         For sections rotated by exp(theta), theta = (phi, -w', v'), with Hermite bending, it is the second derivative of
         N (v'^2 + w'^2) / 2 + (V2 w' - V3 v') phi / 2 - M . (theta x theta') / 2.
         """
-        t, weights = _rule(FEW)
+        t, weights = _gauss_rule(FEW)
         found, L = np.zeros((12, 12)), self.length
         for place, weight in zip(t.tolist(), (L * weights).tolist(), strict=True):
             N, V2, V3, T, M2, M3 = self._inside(place, force, loaded)
-            B, S = _hermite(place, L), np.zeros((6, 6))  # of v', w', phi, v'', w'', phi'
+            B, S = _hermite_matrix(place, L), np.zeros((6, 6))  # of v', w', phi, v'', w'', phi'
             S[0, 0] = S[1, 1] = 0.5 * N
             S[1, 2], S[0, 2] = 0.5 * V2, -0.5 * V3
             S[1, 3], S[0, 4] = 0.5 * T, -0.5 * T
@@ -189,15 +189,15 @@ class FrameMember:
         n = np.concatenate([force[:3], force[3:] + rest * np.cross([1.0, 0.0, 0.0], force[:3])])
         if not loaded:
             return n
-        t, w = _rule(FEW)
+        t, w = _gauss_rule(FEW)
         q = self.load(self.length * place + rest * t) @ self.frame.T
         share = rest * w
         n[:3] += share @ q
-        n[3:] += np.einsum("f,fij,fj->i", share, _along(rest * t), q)
+        n[3:] += np.einsum("f,fij,fj->i", share, _axial_cross_matrices(rest * t), q)
         return n
 
 
-def _hermite(t: float, L: float) -> Array:
+def _hermite_matrix(t: float, L: float) -> Array:
     """Return the matrix (6, 12) from motions of both ends to v', w', phi, v'', w'' and phi' at the fraction t."""
     steep = np.array(
         [6.0 * t * (t - 1.0) / L, 1.0 - 4.0 * t + 3.0 * t * t, 6.0 * t * (1.0 - t) / L, 3.0 * t * t - 2.0 * t]
@@ -212,7 +212,7 @@ def _hermite(t: float, L: float) -> Array:
 
 
 @cache
-def _rule(count: int) -> tuple[Array, Array]:
+def _gauss_rule(count: int) -> tuple[Array, Array]:
     """Return points and weights of the Gauss rule with `count` points on [0, 1]."""
     x, w = np.polynomial.legendre.leggauss(count)
     places: Array = 0.5 * (1.0 + x)
@@ -220,7 +220,7 @@ def _rule(count: int) -> tuple[Array, Array]:
     return places, weights
 
 
-def _along(d: Array) -> Array:
+def _axial_cross_matrices(d: Array) -> Array:
     """Return the matrices (..., 3, 3) of the cross product d e1 x, for distances d along the member."""
     found: Array = np.zeros((*d.shape, 3, 3))
     found[..., 1, 2], found[..., 2, 1] = -d, d

@@ -75,15 +75,15 @@ class PulledBar:
 
     def _above(self, s: Array) -> Array:
         """Return the mass per area beyond s, int_s^L rho dt (n,), kg/m^2."""
-        whole = _integral(self.density, self.length, np.array([self.length]))
-        found: Array = whole - _integral(self.density, self.length, s)
+        whole = _cumulative_integral(self.density, self.length, np.array([self.length]))
+        found: Array = whole - _cumulative_integral(self.density, self.length, s)
         return found
 
     def stretched(self) -> StretchedBar:
         """Return the solution. Raises NotApplicable if its integrals cannot be computed."""
         from scipy import integrate  # adaptive, and no code of the panels: it checks them
 
-        whole = float(_integral(self.strain, self.length, np.array([self.length]))[0])
+        whole = float(_cumulative_integral(self.strain, self.length, np.array([self.length]))[0])
         again, left, *_ = integrate.quad(
             lambda s: float(self.strain(np.array([s]))[0]), 0.0, self.length, epsrel=TIGHT, epsabs=0.0, limit=MOST,
             full_output=1,
@@ -105,12 +105,12 @@ class StretchedBar:
     def displacement(self, X: Array) -> Array:
         """Return displacements (n, 3), m, of points X (n, 3) of the undeformed body. Raises NotApplicable."""
         s = (as_points(X) - np.asarray(self.bar.root)) @ np.asarray(self.bar.axis)
-        u = _integral(self.bar.strain, self.bar.length, np.clip(s, 0.0, self.bar.length))
+        u = _cumulative_integral(self.bar.strain, self.bar.length, np.clip(s, 0.0, self.bar.length))
         found: Array = u[:, None] * np.asarray(self.bar.axis)
         return found
 
 
-def _integral(f: Along, length: float, s: Array) -> Array:
+def _cumulative_integral(f: Along, length: float, s: Array) -> Array:
     """Return int_0^s f dt (n,) by Gauss's rule, over whole panels and a part of the last panel."""
     t, w = np.polynomial.legendre.leggauss(POINTS)
     t, w = 0.5 * (1.0 + t), 0.5 * w

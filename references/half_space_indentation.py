@@ -289,12 +289,12 @@ def potential(n: int, a: float, r: Array, z: Array) -> tuple[Array, Array, Array
     g is zero beyond the contact radius a. The derivatives are evaluated at radii r > 0 and depths z >= 0 (k,), m.
     """
     first, last = z + 0j, z + 1j * a
-    sums = _integrals(n + 1, a, r, z)
+    sums = _potential_integrals(n + 1, a, r, z)
 
     def ends(high: Complex, low: Complex) -> Complex:  # [t^n f]
         return a**n * high - low if n == 0 else a**n * high
 
-    s0, s1 = (_root(r, zeta) for zeta in (first, last))
+    s0, s1 = (_complex_distance(r, zeta) for zeta in (first, last))
     with_zeta = [z * sums[k] + 1j * sums[k + 1] for k in range(n + 1)]
     by_r: Array = (a ** (n + 1) / (n + 1) - with_zeta[n].real) / r
     by_zz = -1j * ends(1.0 / s1, 1.0 / s0)
@@ -308,17 +308,17 @@ def potential(n: int, a: float, r: Array, z: Array) -> tuple[Array, Array, Array
     return by_r, by_z, rz, zz
 
 
-def _root(r: Array, zeta: Complex) -> Complex:
+def _complex_distance(r: Array, zeta: Complex) -> Complex:
     """Return sqrt(r^2 + zeta^2) on the branch that equals r at zeta = 0; it is never 0."""
     found = np.sqrt(r**2 + zeta**2 + 0j)
     return np.where(np.abs(found) < 1e-12 * r, 1e-12 * r, found)
 
 
-def _integrals(most: int, a: float, r: Array, z: Array) -> list[Complex]:
+def _potential_integrals(most: int, a: float, r: Array, z: Array) -> list[Complex]:
     """Return int_0^a t^n / sqrt(r^2 + (z + i t)^2) dt (k,) for n = 0 to `most`, as sums of elementary integrals."""
     ends = []
     for zeta in (z + 0j, z + 1j * a):
-        s = _root(r, zeta)
+        s = _complex_distance(r, zeta)
         log = np.log(zeta + s)
         ends.append([log, s, 0.5 * (zeta * s - r**2 * log), s**3 / 3.0 - r**2 * s])
     whole = [last - first for first, last in zip(*ends, strict=True)]

@@ -8,8 +8,9 @@ size is known. In n dimensions, 2 or 3, with m = tr T / n, S = T - m I, q = x.S 
     u = P x / (n lam + 2 mu) + C x / r^n   of the mean m,       u = F(r) S x + G(r) q x   of the deviator S,
     F = sum c f r^p, G = sum c g r^(p - 2)   over p in 2, 0, -n, -n - 2, of which a core has the first two
 
-with (f, g) from Navier's equation (1 - 2 nu) lap u + grad div u = 0 for each p (`_modes`). The coefficients c make
-displacements and tractions continuous at the core, and the tractions equal to T n at the border of the body.
+with (f, g) from Navier's equation (1 - 2 nu) lap u + grad div u = 0 for each p (`_displacement_modes`). The
+coefficients c make displacements and tractions continuous at the core, and the tractions equal to T n at the border of
+the body.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ class Hookean:
         return (1.0 - 2.0 * self.poisson) / (2.0 * self.shear_modulus * (1.0 + (n - 2) * self.poisson))
 
 
-def _modes(n: int, nu: float) -> tuple[Mode, Mode, Mode, Mode]:
+def _displacement_modes(n: int, nu: float) -> tuple[Mode, Mode, Mode, Mode]:
     """Return the modes for p = 2, 0, -n and -n - 2: two that are finite at the centre, and two that vanish far away."""
     k = 1.0 - 2.0 * nu
     grown = (2.0 * k + 2.0 + n, -k * (2.0 + n) - 2.0)
@@ -117,8 +118,8 @@ class RoundCore:
         The third item is the amplification of rounding errors.
         """
         n, end = self.n, self.outer / self.inner
-        mine = [] if self.core is None else list(_modes(n, self.core.poisson)[:2])
-        theirs = _modes(n, self.matrix.poisson)
+        mine = [] if self.core is None else list(_displacement_modes(n, self.core.poisson)[:2])
+        theirs = _displacement_modes(n, self.matrix.poisson)
         known = [] if math.isfinite(end) else [(0.5 / self.matrix.shear_modulus, theirs[1])]
         sought = [m for m in theirs if m[0] < 0 or not known]
         rows = [_mode_at_radius(m, self.core, 1.0) for m in mine] + [
@@ -258,9 +259,9 @@ class RoundCore:
         if C:
             u = u + C * x / r[:, None] ** self.n
         for c, (p, f, g, _) in modes:
-            u = u + c * f * _power(r, p)[:, None] * S * x
+            u = u + c * f * _radius_power(r, p)[:, None] * S * x
             if g:
-                u = u + c * g * _power(r, p - 2)[:, None] * q * x
+                u = u + c * g * _radius_power(r, p - 2)[:, None] * q * x
         found: Array = u
         return found
 
@@ -276,15 +277,15 @@ class RoundCore:
         S = self._deviator
         q, Sx, xx = x**2 @ S, S * x, x[:, :, None] * x[:, None, :]
         for c, (p, f, g, grown) in modes:
-            H += c * (f * _power(r, p))[:, None, None] * np.diag(S)
+            H += c * (f * _radius_power(r, p))[:, None, None] * np.diag(S)
             if p:
-                H += c * (f * p * _power(r, p - 2))[:, None, None] * Sx[:, :, None] * x[:, None, :]
+                H += c * (f * p * _radius_power(r, p - 2))[:, None, None] * Sx[:, :, None] * x[:, None, :]
             if g:
                 whole = 2.0 * x[:, :, None] * Sx[:, None, :] + q[:, None, None] * eye
-                H += c * (g * _power(r, p - 2))[:, None, None] * whole
+                H += c * (g * _radius_power(r, p - 2))[:, None, None] * whole
             if g and p != 2:
-                H += c * (g * (p - 2) * q * _power(r, p - 4))[:, None, None] * xx
-            pressed += c * mu * grown * q * _power(r, p - 2) if grown else 0.0
+                H += c * (g * (p - 2) * q * _radius_power(r, p - 4))[:, None, None] * xx
+            pressed += c * mu * grown * q * _radius_power(r, p - 2) if grown else 0.0
         sigma = pressed[:, None, None] * eye + mu * (H + H.swapaxes(1, 2))
         if self.n == 2:
             self._across(H, sigma, solid)
@@ -305,7 +306,7 @@ class RoundCore:
         return found
 
 
-def _power(r: Array, p: int) -> Array:
+def _radius_power(r: Array, p: int) -> Array:
     """Return r^p; for p = 0 it is 1, also at the centre."""
     found: Array = r**p if p else np.ones_like(r)
     return found

@@ -68,7 +68,7 @@ class CurveFromFile(Reference):
     @property
     def span(self) -> tuple[float, float]:
         """Lowest and highest x of the curve, SI. Raises Unreadable."""
-        return _common(self.read()[0])
+        return _common_x_range(self.read()[0])
 
     def unfit(self) -> tuple[str, str] | None:
         """Return the reason why the table does not contain a curve, and the remedy; None if it does."""
@@ -92,7 +92,7 @@ class CurveFromFile(Reference):
                 found.append(one)
                 if left_out:
                     notes.append(f"{table.name}: {left_out}")
-        low, high = _common(found)
+        low, high = _common_x_range(found)
         if not low < high:
             raise Unreadable(
                 self.path[0], "the repeats have no common range of x", "remove the one that does not overlap"
@@ -102,7 +102,7 @@ class CurveFromFile(Reference):
     def load(self, beside: Path | None = None) -> MeasuredCurve:
         """Return the curve, the mean of all repeats, in SI, with its uncertainty. Raises Unreadable."""
         repeats, notes = self.read(beside)
-        x = _joint(repeats)
+        x = _joint_x_values(repeats)
         values, own = (np.array([np.interp(x, one.sorted[0], one.sorted[i]) for one in repeats]) for i in (1, 2))
         y = values.mean(axis=0)
         spread = values.std(axis=0, ddof=1) if len(repeats) > 1 else np.zeros_like(x)
@@ -134,8 +134,8 @@ class CurveFromFile(Reference):
 
     def _repeat(self, table: Columns, name: str) -> tuple[Repeat, str]:
         """Return one experiment on the requested branch, and a note on the omitted rows. Raises Unreadable."""
-        x = [self.x_unit.value * v + _value(self.x_origin) for v in table.numbers[self.x]]
-        y = [self.y_unit.value * v + _value(self.y_origin) for v in table.numbers[name]]
+        x = [self.x_unit.value * v + _value_or_zero(self.x_origin) for v in table.numbers[self.x]]
+        y = [self.y_unit.value * v + _value_or_zero(self.y_origin) for v in table.numbers[name]]
         u = self._uncertain(table, name)
         turn = max(range(len(x)), key=lambda i: abs(x[i] - x[0]))
         parts = {"loading": slice(0, turn + 1), "unloading": slice(turn, None)}
@@ -204,10 +204,10 @@ class Loop:
 
         The fraction is 1 - work of unloading / work of loading.
         """
-        there, back = (_area(way, low, high, 1) for way in (self.there, self.back))
+        there, back = (_area_below_rows(way, low, high, 1) for way in (self.there, self.back))
         if not math.isfinite(there) or there == 0.0:
             return None
-        off = [_area(way, low, high, 2) for way in (self.there, self.back)]
+        off = [_area_below_rows(way, low, high, 2) for way in (self.there, self.back)]
         return 1.0 - back / there, (off[1] + abs(back / there) * off[0]) / abs(there)
 
 
@@ -278,7 +278,7 @@ class MeasuredCurve:
         return float(self.u.max())
 
 
-def _common(repeats: list[Repeat]) -> tuple[float, float]:
+def _common_x_range(repeats: list[Repeat]) -> tuple[float, float]:
     """Return the lower and upper end of the range of x that all repeats cover.
 
     The range is empty if the lower end is not below the upper one.
@@ -286,7 +286,7 @@ def _common(repeats: list[Repeat]) -> tuple[float, float]:
     return max(one.ends[0] for one in repeats), min(one.ends[1] for one in repeats)
 
 
-def _value(amount: Any) -> float:
+def _value_or_zero(amount: Any) -> float:
     return 0.0 if amount is None else float(amount.value)
 
 
@@ -314,7 +314,7 @@ def _is_monotone(rows: list[Any]) -> bool:
     return bool(steps) and (min(steps) > 0.0 or max(steps) < 0.0)
 
 
-def _area(rows: list[Row], low: float, high: float, column: int) -> float:
+def _area_below_rows(rows: list[Row], low: float, high: float, column: int) -> float:
     """Return the area below the piecewise linear column 1 (y) or 2 (its uncertainty), for x from `low` to `high`."""
     area = 0.0
     for one, other in pairwise(rows):
@@ -326,8 +326,8 @@ def _area(rows: list[Row], low: float, high: float, column: int) -> float:
     return area
 
 
-def _joint(repeats: list[Repeat]) -> Array:
+def _joint_x_values(repeats: list[Repeat]) -> Array:
     """Return every x of the rows of all repeats, sorted, within the range that all repeats cover."""
-    low, high = _common(repeats)
+    low, high = _common_x_range(repeats)
     every = np.unique(np.concatenate([np.asarray(one.sorted[0]) for one in repeats]))
     return every[(every >= low) & (every <= high)]

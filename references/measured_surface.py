@@ -116,10 +116,13 @@ class SurfaceScan(Reference):
         found = (
             self._clamped(measured, onto) if self.register == "clamp" else icp(measured.points, SurfaceSearch(*onto))
         )
-        note = f"registered ({self.register}): moved by {_words(found, measured)}, {found.residual.words}"
+        note = (
+            f"registered ({self.register}): moved by {_describe_registration(found, measured)}, {found.residual.words}"
+        )
         note += "" if found.converged else f"; not converged after {found.steps} steps"
-        return replace(measured, points=found.motion(measured.points), residual=found.residual,
-                       notes=(*measured.notes, note))  # fmt: skip
+        return replace(
+            measured, points=found.motion(measured.points), residual=found.residual, notes=(*measured.notes, note)
+        )
 
     def _clamped(self, measured: MeasuredSurface, held: Triangulated) -> Registration:
         """Return the rigid motion of the measured face onto the fixed face `held` of the body.
@@ -151,7 +154,7 @@ class SurfaceScan(Reference):
         return face
 
 
-def _words(found: Registration, measured: MeasuredSurface) -> str:
+def _describe_registration(found: Registration, measured: MeasuredSurface) -> str:
     middle = measured.points.mean(axis=0)
     shift = float(np.linalg.norm(found.motion(middle[None])[0] - middle))
     return f"{1e3 * shift:.3g} mm and {math.degrees(found.motion.angle):.3g} degrees"
@@ -220,7 +223,7 @@ def read_surface(file: Path) -> tuple[Array, Ints]:
     if file.is_dir():
         raise Unreadable(str(file), "it is a folder", "give the path of a file")
     _require_complete(file)
-    points, triangles = (_by_trimesh if file.suffix.lower() in TRIMESH else _by_meshio)(file)
+    points, triangles = (_read_by_trimesh if file.suffix.lower() in TRIMESH else _read_by_meshio)(file)
     if not len(triangles):
         raise Unreadable(file.name, "it has no triangles", "write the surface as triangles")
     wrong = ((triangles < 0) | (triangles >= len(points))).any(axis=1)
@@ -249,7 +252,7 @@ def _require_complete(file: Path) -> None:
                              "write the file again")  # fmt: skip
 
 
-def _by_trimesh(file: Path) -> tuple[Any, Any]:
+def _read_by_trimesh(file: Path) -> tuple[Any, Any]:
     try:
         trimesh = importlib.import_module("trimesh")
     except ImportError:
@@ -269,8 +272,8 @@ def _by_trimesh(file: Path) -> tuple[Any, Any]:
     return getattr(mesh, "vertices", np.zeros((0, 3))), getattr(mesh, "faces", np.zeros((0, 3), dtype=int))
 
 
-def _by_meshio(file: Path) -> tuple[Any, Any]:
-    data = _meshio(file)
+def _read_by_meshio(file: Path) -> tuple[Any, Any]:
+    data = _read_meshio_mesh(file)
     blocks = [_TRIANGLES[b.type](np.asarray(b.data)) for b in data.cells if b.type in _TRIANGLES]
     if not blocks:
         kinds = ", ".join(sorted({b.type for b in data.cells})) or "none"
@@ -285,7 +288,7 @@ _TRIANGLES = {
 }
 
 
-def _meshio(file: Path) -> Any:
+def _read_meshio_mesh(file: Path) -> Any:
     """Return the mesh that meshio reads from a file, in one of the formats of its suffix. Raises Unreadable."""
     try:
         with limited_resources(file):

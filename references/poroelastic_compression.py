@@ -90,7 +90,7 @@ class CompressedPorousBody:
             if not self.force:
                 return -0.5 * x * np.sin(x)
             return -0.5 * x * (np.sin(x) + g * np.cos(x) / x - g * np.sin(x) / x**2)
-        j0, j1 = _waves(2, x)
+        j0, j1 = _mode_functions(2, x)
         a, b = (3.0, 8.0) if self.force else (1.0, 2.0)
         found: Array = -0.5 * (a * x * j1 - b * g * (2.0 * j1 / x - j0))
         return found
@@ -117,20 +117,20 @@ class CompressedPorousBody:
         x, g = self.roots, self.g
         if self.dimension == 1:
             return ModalResponse(one / (4.0 * (1.0 - g)), (0.25 * np.cos(x) / self._weights)[None], one / 4.0)
-        j0, j1 = _waves(2, x)
+        j0, j1 = _mode_functions(2, x)
         share = (j0 - 2.0 * g * j1 / x) / self._weights
         return ModalResponse(one * (1.0 - g) / (3.0 - 4.0 * g), share[None], one / 3.0)
 
     def _shape(self, r: Array) -> Array:
         """Return the mode shapes (k, n) at distances r from the axis or middle plane (k,), m."""
-        return _waves(self.dimension, self.roots * (r / self.half)[:, None])[0]
+        return _mode_functions(self.dimension, self.roots * (r / self.half)[:, None])[0]
 
     def _within(self, r: Array) -> Array:
         """Return the means (k, n) of the mode shapes over the region within distances r (k,), m."""
         arguments = self.roots * (r / self.half)[:, None]
         small = arguments == 0.0
         safe = np.where(small, 1.0, arguments)
-        found: Array = np.where(small, 1.0, self.dimension * _waves(self.dimension, safe)[1] / safe)
+        found: Array = np.where(small, 1.0, self.dimension * _mode_functions(self.dimension, safe)[1] / safe)
         return found
 
     def _told(self, followed: ModalResponse) -> Array:
@@ -222,20 +222,20 @@ def find_mode_roots(dimension: int, g: float, force: bool, count: int) -> Array:
         ends = np.pi * np.arange(count + 1)
         right = g if force else 0.0
     else:
-        ends = np.concatenate([[0.0], _zeros(count)])
+        ends = np.concatenate([[0.0], _bessel_zeros(count)])
         right = 8.0 * g / 3.0 if force else 2.0 * g
     low, high = ends[:-1] + 1e-13, ends[1:] * (1.0 - 1e-15)
     sign = np.where(np.arange(count) % 2 == 0, 1.0, -1.0)  # of sin x or J1 within the interval
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        even, odd = _waves(dimension, middle)
+        even, odd = _mode_functions(dimension, middle)
         positive = sign * (middle * even - right * odd) > 0.0
         low, high = np.where(positive, middle, low), np.where(positive, high, middle)
     found: Array = 0.5 * (low + high)
     return found
 
 
-def _zeros(count: int) -> Array:
+def _bessel_zeros(count: int) -> Array:
     """Return the zeros of J1 (count,): the first ones from a table, later ones by McMahon's expansion."""
     from scipy.special import jn_zeros
 
@@ -246,7 +246,7 @@ def _zeros(count: int) -> Array:
     return far
 
 
-def _waves(dimension: int, x: Array) -> tuple[Array, Array]:
+def _mode_functions(dimension: int, x: Array) -> tuple[Array, Array]:
     """Return cos x and sin x for a slab, or J0(x) and J1(x) for a cylinder."""
     if dimension == 1:
         return np.cos(x), np.sin(x)

@@ -26,7 +26,7 @@ HALVINGS = 200
 LEAST, MOST = 1e-3, 1e2  # stretches between which one is looked for
 
 
-def _stable(c: Constants, J: Array) -> Array:
+def _stable_neo_hookean_stress(c: Constants, J: Array) -> Array:
     m, l = 4.0 / 3.0 * c["mu"], c["lam"] + 5.0 / 6.0 * c["mu"]
     found: Array = m * (1.0 - 1.0 / (J * J + 3.0)) * J + l * (J - 1.0 - 0.75 * m / l)
     return found
@@ -36,7 +36,7 @@ def _stable(c: Constants, J: Array) -> Array:
 WHOLE: dict[str, Callable[[Constants, Array], Array]] = {
     "neo_hookean": lambda c, J: c["mu"] * (J - 1.0 / J) + c["lam"] * np.log(J) / J,
     "st_venant_kirchhoff": lambda c, J: (0.5 * c["lam"] + c["mu"]) * J * (J * J - 1.0),
-    "stable_neo_hookean": _stable,
+    "stable_neo_hookean": _stable_neo_hookean_stress,
 }
 
 # (K/2 g^2)' / K by J

@@ -28,12 +28,12 @@ INCOMPRESSIBLE = 0.5
 CHAINS = (1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673750.0)
 
 
-def _chains(c: Constants, i: Any, k: Any) -> Any:
+def _arruda_boyce_energy(c: Constants, i: Any, k: Any) -> Any:
     I = 3.0 + i
     return sum(c["m"] * a / c["limit"] ** (2 * n - 2) * (I**n - 3.0**n) for n, a in enumerate(CHAINS, 1))
 
 
-def _chains_slopes(c: Constants, i: Any, k: Any) -> Any:
+def _arruda_boyce_derivatives(c: Constants, i: Any, k: Any) -> Any:
     I = 3.0 + i
     return sum(c["m"] * a * n / c["limit"] ** (2 * n - 2) * I ** (n - 1) for n, a in enumerate(CHAINS, 1)), 0.0
 
@@ -57,7 +57,7 @@ LAWS: dict[str, tuple[Of, Of]] = {
         lambda c, i, k: c["c"] * np.expm1(c["a"] * i) - 0.5 * c["c"] * c["a"] * k,
         lambda c, i, k: (c["c"] * c["a"] * np.exp(c["a"] * i), -0.5 * c["c"] * c["a"]),
     ),
-    "arruda_boyce": (_chains, _chains_slopes),
+    "arruda_boyce": (_arruda_boyce_energy, _arruda_boyce_derivatives),
 }
 KNOWN = (*LAWS, "ogden")
 

@@ -55,7 +55,7 @@ class Disc:
     radius: float  # m
 
     def __post_init__(self) -> None:
-        _refuse_unless_positive("radius", self.radius)
+        _check_positive("radius", self.radius)
 
     @property
     def extents(self) -> tuple[float, float]:
@@ -85,8 +85,8 @@ class Ring:
     inner: float  # m
 
     def __post_init__(self) -> None:
-        _refuse_unless_positive("inner", self.inner)
-        _refuse_unless_positive("wall", self.radius - self.inner)
+        _check_positive("inner", self.inner)
+        _check_positive("wall", self.radius - self.inner)
 
     @property
     def extents(self) -> tuple[float, float]:
@@ -121,8 +121,8 @@ class Rectangle:
     width: float  # m
 
     def __post_init__(self) -> None:
-        _refuse_unless_positive("height", self.height)
-        _refuse_unless_positive("width", self.width)
+        _check_positive("height", self.height)
+        _check_positive("width", self.width)
 
     @property
     def extents(self) -> tuple[float, float]:
@@ -161,13 +161,13 @@ class Cantilever:
     gravity: Vector  # m/s^2
 
     def __post_init__(self) -> None:
-        _refuse_unless_positive("length", self.length)
-        _refuse_unless_positive("Young's modulus", self.young)
-        _refuse_unless_positive("density", self.density)
-        _refuse_poisson(self.poisson)
-        _refuse_unless_finite("root", self.root)
-        _refuse_axis(self.axis)
-        _refuse_gravity(self.gravity, self.axis)
+        _check_positive("length", self.length)
+        _check_positive("Young's modulus", self.young)
+        _check_positive("density", self.density)
+        _check_poisson(self.poisson)
+        _check_finite("root", self.root)
+        _check_axis(self.axis)
+        _check_gravity(self.gravity, self.axis)
 
     @property
     def weight_per_length(self) -> float:
@@ -206,29 +206,29 @@ class Cantilever:
         return (self.gravity[0] / g, self.gravity[1] / g, self.gravity[2] / g)
 
 
-def _refuse_unless_positive(name: str, value: float) -> None:
+def _check_positive(name: str, value: float) -> None:
     if not (math.isfinite(value) and value > 0):
         raise NotApplicable(f"the {name} is {value:g}", f"give a {name} that is finite and above zero")
 
 
-def _refuse_unless_finite(name: str, vector: Vector) -> None:
+def _check_finite(name: str, vector: Vector) -> None:
     if not all(map(math.isfinite, vector)):
         raise NotApplicable(f"the {name} is {vector}", f"give a {name} of three finite numbers")
 
 
-def _refuse_poisson(poisson: float) -> None:
+def _check_poisson(poisson: float) -> None:
     if not -1 < poisson <= 0.5:
         raise NotApplicable(f"Poisson's ratio is {poisson:g}", "give one above -1 and at most 0.5")
 
 
-def _refuse_axis(axis: Vector) -> None:
-    _refuse_unless_finite("axis", axis)
+def _check_axis(axis: Vector) -> None:
+    _check_finite("axis", axis)
     if abs(math.hypot(*axis) - 1) > ALIGNMENT:
         raise NotApplicable(f"the axis has length {math.hypot(*axis):.10g}", "normalize it")
 
 
-def _refuse_gravity(gravity: Vector, axis: Vector) -> None:
-    _refuse_unless_finite("gravity", gravity)
+def _check_gravity(gravity: Vector, axis: Vector) -> None:
+    _check_finite("gravity", gravity)
     g = math.hypot(*gravity)
     if g == 0:
         raise NotApplicable("gravity is zero, so nothing bends the beam", "add a gravity load across the axis")

@@ -45,7 +45,7 @@ def areas(points: Array, triangles: Ints) -> Array:
 
 def unit_normals(points: Array, triangles: Ints) -> Array:
     """Return the outward unit normal of each triangle, (t, 3); zero for a triangle without area."""
-    return _units(area_vectors(points, triangles))
+    return _unit_vectors(area_vectors(points, triangles))
 
 
 def vertex_normals(points: Array, triangles: Ints) -> Array:
@@ -57,10 +57,10 @@ def vertex_normals(points: Array, triangles: Ints) -> Array:
     normals = unit_normals(points, triangles)
     total = np.zeros_like(points)
     for i in range(3):
-        e, f = (_units(corners[:, (i + k) % 3] - corners[:, i]) for k in (1, 2))
+        e, f = (_unit_vectors(corners[:, (i + k) % 3] - corners[:, i]) for k in (1, 2))
         angle = np.arccos(np.clip(np.einsum("ti,ti->t", e, f), -1, 1))
         np.add.at(total, triangles[:, i], angle[:, None] * normals)
-    return _units(total)
+    return _unit_vectors(total)
 
 
 def signed_volume(points: Array, triangles: Ints) -> float:
@@ -108,7 +108,7 @@ def drop_unused_points(points: Array, triangles: Ints) -> tuple[Array, Ints]:
     return points[kept], renumbered.reshape(triangles.shape).astype(np.int64)
 
 
-def _units(vectors: Array) -> Array:
+def _unit_vectors(vectors: Array) -> Array:
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return vectors / np.where(lengths > 0, lengths, 1.0)
 
@@ -258,12 +258,13 @@ def ray_distances(origins: Array, directions: Array, points: Array, triangles: I
     ab, ac = points[triangles[:, 1]] - a, points[triangles[:, 2]] - a
     rows = max(1, PAIRS // max(1, len(triangles)))
     found = [
-        _ray_block(origins[i : i + rows], directions[i : i + rows], a, ab, ac) for i in range(0, len(origins), rows)
+        _ray_block_distances(origins[i : i + rows], directions[i : i + rows], a, ab, ac)
+        for i in range(0, len(origins), rows)
     ]
     return np.concatenate(found) if found else np.zeros(0)
 
 
-def _ray_block(o: Array, d: Array, a: Array, ab: Array, ac: Array) -> Array:
+def _ray_block_distances(o: Array, d: Array, a: Array, ab: Array, ac: Array) -> Array:
     h = np.cross(d[:, None], ac)  # (n, t, 3)
     determinant = np.einsum("nti,ti->nt", h, ab)
     scale = np.linalg.norm(h, axis=2) * np.linalg.norm(ab, axis=1)

@@ -30,14 +30,14 @@ def taubin(points: Array, triangles: Ints, steps: int) -> Array:
     Source: Taubin 1995, SIGGRAPH, 351-358.
     """
     growth = 1 / (PASS_BAND - 1 / FACTOR)
-    mean = _neighbour_mean(len(points), triangles)
+    mean = _neighbour_mean_matrix(len(points), triangles)
     for _ in range(steps):
         for factor in (FACTOR, growth):
             points = points + factor * (mean @ points - points)
     return points
 
 
-def _neighbour_mean(count: int, triangles: Ints) -> Any:
+def _neighbour_mean_matrix(count: int, triangles: Ints) -> Any:
     """Return the sparse matrix (n, n) that averages the neighbours of each point; isolated points stay in place."""
     from scipy.sparse import coo_matrix, diags_array
 

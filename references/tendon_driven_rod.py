@@ -151,26 +151,26 @@ class RodEquations:
 
     def _rates(self, s: Array, y: Array, routes: Sequence[TendonRoute]) -> Array:
         v, u = self.strains(y)
-        R = _rotation(y[3:7])
+        R = _rotation_matrices(y[3:7])
         n, m = y[7:10], y[10:13]
         left = np.zeros((len(s), 6, 6))
         left[:] = np.diag(self.C)
-        force = -_cross(u, n) - np.einsum("jik,j->ik", R, self.weight)
-        moment = -_cross(u, m) - _cross(v, n)
+        force = -_cross_products(u, n) - np.einsum("jik,j->ik", R, self.weight)
+        moment = -_cross_products(u, m) - _cross_products(v, n)
         for route in routes:
             a, slope, bend = route.beside(s)
-            way = v + _cross(u, a) + slope
+            way = v + _cross_products(u, a) + slope
             size = np.sqrt((way * way).sum(axis=0))
             A = np.einsum("ik,jk->kij", -way, way) + (size**2)[:, None, None] * np.eye(3)
             A *= (route.tension / size**3)[:, None, None]
-            hat = _hat(a)
+            hat = _cross_matrices(a)
             left[:, :3, :3] += A
             left[:, :3, 3:] -= A @ hat
             left[:, 3:, :3] += hat @ A
             left[:, 3:, 3:] -= hat @ A @ hat
-            known = np.einsum("kij,jk->ik", A, _cross(u, way) + _cross(u, slope) + bend)
+            known = np.einsum("kij,jk->ik", A, _cross_products(u, way) + _cross_products(u, slope) + bend)
             force -= known
-            moment -= _cross(a, known)
+            moment -= _cross_products(a, known)
         slopes = np.linalg.solve(left, np.concatenate([force, moment]).T[:, :, None])[:, :, 0].T
         turning = 0.5 * _quaternion_rate(y[3:7], u)
         return np.concatenate([np.einsum("ijk,jk->ik", R, v), turning, self.C[:, None] * slopes])
@@ -193,7 +193,7 @@ class RodEquations:
         for k, (here, there) in enumerate(itertools.pairwise(self.stretches)):
             found.append(b[k][:7] - a[k + 1][:7])
             found.append(self.carried(here.end, b[k], here.routes) - self.carried(there.begin, a[k + 1], there.routes))
-        tip = _rotation(b[-1][3:7, None])[:, :, 0].T @ self.tip
+        tip = _rotation_matrices(b[-1][3:7, None])[:, :, 0].T @ self.tip
         free = self.carried(1.0, b[-1], self.stretches[-1].routes)
         return np.concatenate([*found, free - np.concatenate([tip, np.zeros(3)])])
 
@@ -222,7 +222,7 @@ class DrivenRodSolution:
         s = np.clip(offset[:, 0] / L, 0.0, 1.0)
         y = states_at(self.stretches, self.solution, s)
         offset[:, 0] = 0.0
-        moved = L * y[:3].T + np.einsum("ijk,kj->ki", _rotation(y[3:7]), offset)
+        moved = L * y[:3].T + np.einsum("ijk,kj->ki", _rotation_matrices(y[3:7]), offset)
         found: Array = np.array(self.rod.root) + moved @ frame - points
         return found
 
@@ -248,15 +248,15 @@ def solve_driven_rod(rod: DrivenRod) -> DrivenRodSolution:
     share, step = 0.0, 0.25
     while share < 1.0:
         there = min(1.0, share + step)
-        found = _solve(RodEquations(rod, there), z, y, ROUGH, MOST_ROUGH)
+        found = _solve_boundary_problem(RodEquations(rod, there), z, y, ROUGH, MOST_ROUGH)
         if found.status == 0:
             share, y, step = there, found.sol(z), 2.0 * step
         elif (step := 0.5 * step) < SHORTEST:
             raise NotSolved(f"the load could only be raised to {100 * share:.3g} %: {found.message}", (share,))
     full = RodEquations(rod, 1.0)
-    coarse = _solve(full, z, y, FINE)
+    coarse = _solve_boundary_problem(full, z, y, FINE)
     halved = np.sort(np.concatenate([coarse.x, 0.5 * (coarse.x[1:] + coarse.x[:-1])]))
-    fine = _solve(full, halved, coarse.sol(halved), FINE)
+    fine = _solve_boundary_problem(full, halved, coarse.sol(halved), FINE)
     if fine.status != 0:
         raise NotSolved(f"the residual does not reach {FINE:.0e}: {fine.message}", tuple(coarse.rms_residuals[-1:]))
     s = np.linspace(0.0, 1.0, 201)
@@ -265,7 +265,9 @@ def solve_driven_rod(rod: DrivenRod) -> DrivenRodSolution:
     return DrivenRodSolution(rod, tuple(full.stretches), fine.sol, error * rod.length)
 
 
-def _solve(equations: RodEquations, z: Array, y: Array, tolerance: float, most: int = MOST_NODES) -> Any:
+def _solve_boundary_problem(
+    equations: RodEquations, z: Array, y: Array, tolerance: float, most: int = MOST_NODES
+) -> Any:
     from scipy.integrate import solve_bvp
 
     with np.errstate(all="ignore"):
@@ -278,19 +280,19 @@ def _scale_route(route: TendonRoute, length: float, force: float) -> TendonRoute
     return TendonRoute(route.begin / length, route.end / length, first, last, route.winding, force * route.tension)
 
 
-def _cross(a: Array, b: Array) -> Array:
+def _cross_products(a: Array, b: Array) -> Array:
     """Return the cross products a x b (3, k)."""
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
-def _hat(a: Array) -> Array:
+def _cross_matrices(a: Array) -> Array:
     """Return the matrices (k, 3, 3) of the cross product a x, for vectors a (3, k)."""
     found = np.zeros((a.shape[1], 3, 3))
     found[:, 0, 1], found[:, 0, 2], found[:, 1, 2] = -a[2], a[1], -a[0]
     return found - found.swapaxes(1, 2)
 
 
-def _rotation(q: Array) -> Array:
+def _rotation_matrices(q: Array) -> Array:
     """Return the rotation matrices R (3, 3, k) of quaternions q (4, k), scalar first, of any length."""
     w, x, y, z = q / np.sqrt((q * q).sum(axis=0))
     return np.array([

@@ -174,10 +174,10 @@ def read_table(file: Path) -> MarkerTable:
     if at is None:
         raise Unreadable(file.name, "its header has no columns x0, y0, z0 for the positions at rest",
                          "name the columns x0, y0, z0, x1, y1, z1 and so on")  # fmt: skip
-    return MarkerTable(file.name, _columns(file.name, [c.lower() for c in rows[at]], rows[at + 1 :]))
+    return MarkerTable(file.name, _parse_columns(file.name, [c.lower() for c in rows[at]], rows[at + 1 :]))
 
 
-def _columns(name: str, header: list[str], rows: Iterable[list[str]]) -> dict[str, tuple[str, ...]]:
+def _parse_columns(name: str, header: list[str], rows: Iterable[list[str]]) -> dict[str, tuple[str, ...]]:
     if twice := next((c for c in header if c and header.count(c) > 1), None):
         numbers = ", ".join(str(i + 1) for i, c in enumerate(header) if c == twice)
         raise Unreadable(name, f"several columns are called `{twice}`: number {numbers}", "give each its own name")

@@ -127,7 +127,7 @@ def scan(points: Array, triangles: Ints, scanner: Scanner, shape: tuple[int, int
     """
     if len(triangles) == 0 or count_open_edges(triangles):
         raise Unreadable(NAME, "the scanned surface is not closed", "scan the whole surface of a body")
-    origin, size = _grid(points[np.unique(triangles)], scanner, shape)
+    origin, size = _voxel_grid(points[np.unique(triangles)], scanner, shape)
     values = coverage(points, triangles, origin, np.asarray(scanner.voxel), size)
     if scanner.blur > 0:
         from scipy.ndimage import gaussian_filter
@@ -138,7 +138,9 @@ def scan(points: Array, triangles: Ints, scanner: Scanner, shape: tuple[int, int
     return VoxelVolume(values, np.diag(scanner.voxel), origin)
 
 
-def _grid(body: Array, scanner: Scanner, shape: tuple[int, int, int] | None) -> tuple[Array, tuple[int, int, int]]:
+def _voxel_grid(
+    body: Array, scanner: Scanner, shape: tuple[int, int, int] | None
+) -> tuple[Array, tuple[int, int, int]]:
     """Return the centre of the first voxel (3,), m, and the number of voxels along each axis."""
     voxel = np.asarray(scanner.voxel)
     low, high = body.min(axis=0), body.max(axis=0)
@@ -170,22 +172,22 @@ def coverage(points: Array, triangles: Ints, origin: Array, voxel: Array, size: 
     corner = (origin - voxel / 2)[order]
     P = (points[:, order] - corner) / voxel[order]  # in voxels; the voxel (i, j, k) is [i, i + 1] x ...
     filled = np.zeros((n[0] * n[1], n[2] + 1))
-    for block in _blocks(P, triangles):
-        column, height, sign = _crossings(P, block, n[0], n[1])
-        _fill(filled, column, np.clip(height, 0, n[2]), sign)
+    for block in _triangle_blocks(P, triangles):
+        column, height, sign = _ray_crossings(P, block, n[0], n[1])
+        _add_crossings(filled, column, np.clip(height, 0, n[2]), sign)
     whole = np.cumsum(filled[:, ::-1], axis=1)[:, ::-1][:, 1:] / RAYS**2  # below: every voxel under a crossing
     values = whole.reshape(n) * np.sign(signed_volume(points, triangles))
     return np.ascontiguousarray(np.moveaxis(values, (0, 1, 2), order))
 
 
-def _blocks(P: Array, triangles: Ints) -> list[Ints]:
+def _triangle_blocks(P: Array, triangles: Ints) -> list[Ints]:
     """Return the triangles in blocks of about PAIRS rays."""
     extent = np.ptp(P[triangles][:, :, :2], axis=1) * RAYS + 2
     group = np.cumsum(extent[:, 0] * extent[:, 1]) // PAIRS
     return np.split(triangles, np.flatnonzero(np.diff(group)) + 1)
 
 
-def _crossings(P: Array, triangles: Ints, nx: int, ny: int) -> tuple[Ints, Array, Array]:
+def _ray_crossings(P: Array, triangles: Ints, nx: int, ny: int) -> tuple[Ints, Array, Array]:
     """Return the crossings of rays and triangles: the column of voxels (c,), the height (c,), and the sign (c,).
 
     The sign is +1 for leaving, -1 for entering. A ray is at ((p + 1/2) / RAYS, (q + 1/2) / RAYS). A ray that meets an
@@ -204,7 +206,7 @@ def _crossings(P: Array, triangles: Ints, nx: int, ny: int) -> tuple[Ints, Array
     corners = Q[triangles[t]]  # (r, 3, 3)
     sides = [_side_of_line(corners[:, i, :2], corners[:, (i + 1) % 3, :2], ray) for i in range(3)]
     hit = (sides[0] == sides[1]) & (sides[1] == sides[2])
-    height = _height(corners[hit], ray[hit])
+    height = _crossing_height(corners[hit], ray[hit])
     column = (ray[hit, 0] // RAYS) * ny + ray[hit, 1] // RAYS
     return column, height, sides[0][hit]
 
@@ -221,7 +223,7 @@ def _side_of_line(a: Array, b: Array, p: Array) -> Array:
     return np.where(left != swapped, 1.0, -1.0)
 
 
-def _height(corners: Array, p: Array) -> Array:
+def _crossing_height(corners: Array, p: Array) -> Array:
     """Return the height at which a ray crosses the plane of a triangle, limited by the heights of its corners.
 
     The limits matter for a steep triangle.
@@ -236,7 +238,7 @@ def _height(corners: Array, p: Array) -> Array:
     return np.clip(height, corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1))
 
 
-def _fill(filled: Array, column: Ints, height: Array, sign: Array) -> None:
+def _add_crossings(filled: Array, column: Ints, height: Array, sign: Array) -> None:
     """Add crossings to the columns `filled` (c, nz + 1), where entry k + 1 counts for the voxels up to k.
 
     A crossing in the voxel m fills the fraction height - m of it, and all of the m voxels below. In sums from above,

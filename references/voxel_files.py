@@ -60,9 +60,11 @@ def read_volume(file: Path, spacing: Vector | None = None, unit: float | None = 
     `spacing`, m, replaces the voxel size of the file and is required if the file has none (NumPy). `unit`, m, likewise
     replaces the unit of the file's lengths. Raises Unreadable.
     """
-    read = _reader(file)
+    read = _select_reader(file)
     try:
-        with nullcontext() if read in (_dicom, _nrrd) else limited_resources(file):  # these are of several files
+        with (
+            nullcontext() if read in (_read_dicom, _read_nrrd) else limited_resources(file)
+        ):  # these are of several files
             volume = read(file, spacing, unit)
         volume = _check_volume(file.name, _with_spacing(volume, spacing))
     except Unreadable:
@@ -73,10 +75,10 @@ def read_volume(file: Path, spacing: Vector | None = None, unit: float | None = 
     return volume
 
 
-def _reader(file: Path) -> Callable[[Path, Vector | None, float | None], VoxelVolume]:
+def _select_reader(file: Path) -> Callable[[Path, Vector | None, float | None], VoxelVolume]:
     name = file.name.lower()
     if file.is_dir() or name.endswith((".dcm", ".ima")):
-        return _dicom
+        return _read_dicom
     for ending, reader in _READERS.items():
         if name.endswith(ending):
             return reader
@@ -84,7 +86,7 @@ def _reader(file: Path) -> Callable[[Path, Vector | None, float | None], VoxelVo
     raise Unreadable(file.name, reason, "convert the file to one of these formats")
 
 
-def _numpy(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
+def _read_numpy(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
     if spacing is None:
         raise Unreadable(file.name, "a NumPy file does not give the size of its voxels",
                          "give `spacing`, such as `spacing = (0.425 mm, 0.425 mm, 0.62 mm)`")  # fmt: skip
@@ -98,12 +100,12 @@ def _numpy(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolum
         return VoxelVolume(found[found.files[0]], np.diag(spacing), np.zeros(3))
 
 
-def _nrrd(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
+def _read_nrrd(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
     nrrd = import_package("nrrd", file.name)
     with open_regular(file) as opened:
         with limited_resources(file):
             header = nrrd.read_header(opened)
-            data = _data_file(file, header)
+            data = _find_data_file(file, header)
         size = sum(one.stat().st_size for one in (file, data) if one is not None)
         own = {key: value for key, value in header.items() if key not in ("datafile", "data file")}
         with limited_resources(file, size):
@@ -118,11 +120,11 @@ def _nrrd(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume
     else:
         raise Unreadable(file.name, "it does not give the size of its voxels", "give `spacing`")
     origin = np.asarray(header.get("space origin", np.zeros(3)), dtype=float)
-    length = unit or _length(file.name, said)
+    length = unit or _unit_length(file.name, said)
     return VoxelVolume(values, length * axes, length * origin)
 
 
-def _data_file(file: Path, header: Mapping[str, Any]) -> Path | None:
+def _find_data_file(file: Path, header: Mapping[str, Any]) -> Path | None:
     """Return the separate file that holds the voxels of an NRRD file, None if they follow the header.
 
     Raises Unreadable.
@@ -140,14 +142,14 @@ def _data_file(file: Path, header: Mapping[str, Any]) -> Path | None:
         raise Unreadable(file.name, reason, "put both files into one folder") from None
 
 
-def _nifti(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
+def _read_nifti(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
     image: Any = import_package("nibabel", file.name).load(str(file))
-    length = unit or _length(file.name, [image.header.get_xyzt_units()[0]])
+    length = unit or _unit_length(file.name, [image.header.get_xyzt_units()[0]])
     affine = length * np.asarray(image.affine, dtype=float)
     return VoxelVolume(np.asarray(image.get_fdata(dtype=np.float32)), affine[:3, :3], affine[:3, 3])
 
 
-def _length(name: str, said: Iterable[str] | None) -> float:
+def _unit_length(name: str, said: Iterable[str] | None) -> float:
     """Return the length, m, of the unit that a file names. Raises Unreadable if it names none."""
     words = {str(word).strip().lower() for word in said or ()}
     if len(words) == 1 and (word := words.pop()) in UNITS:
@@ -156,16 +158,16 @@ def _length(name: str, said: Iterable[str] | None) -> float:
     raise Unreadable(name, reason, "give `unit`, such as `unit = 1 mm`")
 
 
-def _dicom(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
+def _read_dicom(file: Path, spacing: Vector | None, unit: float | None) -> VoxelVolume:
     """Return the voxels of the DICOM series in a folder, or of the series to which a file belongs.
 
     Source: DICOM PS3.3, C.7.6.2.1.1 (mm).
     """
-    with limited_resources(file, sum(one.stat().st_size for one in _slices(file))):
-        return _of_slices(file, _series(file))
+    with limited_resources(file, sum(one.stat().st_size for one in _list_slice_files(file))):
+        return _volume_from_slices(file, _read_series_slices(file))
 
 
-def _of_slices(file: Path, slices: list[Any]) -> VoxelVolume:
+def _volume_from_slices(file: Path, slices: list[Any]) -> VoxelVolume:
     if not slices:
         raise Unreadable(
             file.name,
@@ -176,17 +178,17 @@ def _of_slices(file: Path, slices: list[Any]) -> VoxelVolume:
     places = np.array([s.ImagePositionPatient for s in slices], dtype=float)
     order = np.argsort(places @ np.cross(across, down))
     rows, columns = (float(v) for v in slices[0].PixelSpacing)
-    values = np.stack([_pixels(slices[i]) for i in order], axis=-1)  # (row, column, slice)
-    step = _step(file.name, places[order])
+    values = np.stack([_slice_values(slices[i]) for i in order], axis=-1)  # (row, column, slice)
+    step = _slice_step(file.name, places[order])
     axes = np.stack([rows * down, columns * across, step], axis=1)
     return VoxelVolume(values, 1e-3 * axes, 1e-3 * places[order[0]])
 
 
-def _series(file: Path) -> list[Any]:
+def _read_series_slices(file: Path) -> list[Any]:
     """Return the slices of one DICOM series: that of the file, or the only one in the folder. Raises Unreadable."""
     pydicom = import_package("pydicom", file.name)
     found: dict[str, list[Any]] = {}
-    for one in _slices(file):
+    for one in _list_slice_files(file):
         try:
             with open_regular(one) as opened:
                 slice_ = pydicom.dcmread(opened)
@@ -203,7 +205,7 @@ def _series(file: Path) -> list[Any]:
     return next(iter(found.values()))
 
 
-def _slices(file: Path) -> list[Path]:
+def _list_slice_files(file: Path) -> list[Path]:
     """Return the regular files in the folder of a series, sorted by name. Raises Unreadable if one leads elsewhere."""
     folder = file if file.is_dir() else file.parent
     found: list[Path] = []
@@ -219,7 +221,7 @@ def _slices(file: Path) -> list[Path]:
     return found
 
 
-def _step(name: str, places: Array) -> Array:
+def _slice_step(name: str, places: Array) -> Array:
     """Return the vector from slice to slice (3,), mm. Raises Unreadable if slices are not equally spaced."""
     if len(places) < 2:
         raise Unreadable(name, "the series has only one slice", "give the whole series")
@@ -232,19 +234,19 @@ def _step(name: str, places: Array) -> Array:
     return np.asarray(step)
 
 
-def _pixels(slice_: Any) -> Values:
+def _slice_values(slice_: Any) -> Values:
     """Return the values of a slice (rows, columns), in the modality's unit: stored value times slope plus intercept."""
     slope, intercept = (float(getattr(slice_, f"Rescale{k}", v)) for k, v in (("Slope", 1), ("Intercept", 0)))
     return np.asarray(slice_.pixel_array, dtype=np.float32) * slope + intercept
 
 
 _READERS: dict[str, Callable[[Path, Vector | None, float | None], VoxelVolume]] = {
-    ".npy": _numpy,
-    ".npz": _numpy,
-    ".nrrd": _nrrd,
-    ".nhdr": _nrrd,
-    ".nii": _nifti,
-    ".nii.gz": _nifti,
+    ".npy": _read_numpy,
+    ".npz": _read_numpy,
+    ".nrrd": _read_nrrd,
+    ".nhdr": _read_nrrd,
+    ".nii": _read_nifti,
+    ".nii.gz": _read_nifti,
 }
 
 

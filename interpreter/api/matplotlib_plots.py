@@ -84,10 +84,12 @@ def _requested_drawing(findings: ReportSummary, name: str | None, kind: str | No
     for k, found in known.items():
         if kind in (None, k) and (name in found or (name is None and found)):
             return found[name if name is not None else next(iter(found))]()
-    raise api_arguments.BadArgument(_refusal(findings, name, kind, known))
+    raise api_arguments.BadArgument(_unavailable_plot_message(findings, name, kind, known))
 
 
-def _refusal(findings: ReportSummary, name: str | None, kind: str | None, known: Mapping[str, Found]) -> str:
+def _unavailable_plot_message(
+    findings: ReportSummary, name: str | None, kind: str | None, known: Mapping[str, Found]
+) -> str:
     """Return the error message for a plot that cannot be drawn: the reason, and the names that can be drawn."""
     drawn = [f"`{n}` ({k})" for k, found in known.items() for n in found]
     can = (
@@ -113,7 +115,7 @@ def _refusal(findings: ReportSummary, name: str | None, kind: str | None, known:
 # ------------------------------------------------------------------ what can be drawn
 
 
-def _lines(findings: ReportSummary) -> Found:
+def _deformed_line_drawings(findings: ReportSummary) -> Found:
     """Return the drawings of deformed lines by probe, each in the plane in which the line bends."""
 
     def made(number: int, probe: str) -> Drawing:
@@ -169,7 +171,7 @@ def _clip_curve(name: str, curve: PlottedCurve, low: float, high: float) -> Trac
     return Trace(name, curve.x[own], curve.y[own], *(edge[own] for edge in band))
 
 
-def _states(findings: ReportSummary) -> Found:
+def _metric_by_state_drawings(findings: ReportSummary) -> Found:
     """Return the drawings of metrics from state to state, by name."""
 
     def made(metric: Any, curves: Mapping[str, Any]) -> Drawing:
@@ -182,7 +184,7 @@ def _states(findings: ReportSummary) -> Found:
 
 
 KINDS: Mapping[str, Callable[[ReportSummary], Found]] = {
-    "line": _lines, "history": _histories, "curve": _curves, "states": _states,
+    "line": _deformed_line_drawings, "history": _histories, "curve": _curves, "states": _metric_by_state_drawings,
 }  # fmt: skip
 
 
@@ -191,14 +193,14 @@ KINDS: Mapping[str, Callable[[ReportSummary], Found]] = {
 
 def _draw(drawing: Drawing, known: Mapping[str, CurveStyle], ax: Any) -> None:
     """Draw the lines of a drawing into `ax`, with a legend and units on both axes."""
-    x = choose_scale(_all(t.x for t in drawing.traces), drawing.x[1], percent=True)
-    y = choose_scale(_all(t.y for t in drawing.traces), drawing.y[1], percent=True)
+    x = choose_scale(_flatten_values(t.x for t in drawing.traces), drawing.x[1], percent=True)
+    y = choose_scale(_flatten_values(t.y for t in drawing.traces), drawing.y[1], percent=True)
     for trace in drawing.traces:
         style = _style(known.get(trace.name), len(trace.x))
-        ax.plot(_over(trace.x, x.factor), _over(trace.y, y.factor), label=trace.name, **style)
+        ax.plot(_divide_values(trace.x, x.factor), _divide_values(trace.y, y.factor), label=trace.name, **style)
         if trace.low is not None and trace.high is not None:
-            band = (_over(trace.low, y.factor), _over(trace.high, y.factor))
-            ax.fill_between(_over(trace.x, x.factor), *band, color=style["color"], alpha=0.18, linewidth=0)
+            band = (_divide_values(trace.low, y.factor), _divide_values(trace.high, y.factor))
+            ax.fill_between(_divide_values(trace.x, x.factor), *band, color=style["color"], alpha=0.18, linewidth=0)
     ax.set(xlabel=x.heading(drawing.x[0]), ylabel=y.heading(drawing.y[0]), title=drawing.title)
     if drawing.equal:
         ax.set_aspect("equal", adjustable="datalim")
@@ -206,11 +208,11 @@ def _draw(drawing: Drawing, known: Mapping[str, CurveStyle], ax: Any) -> None:
     ax.legend(fontsize="small")
 
 
-def _all(values: Iterable[Values]) -> list[float]:
+def _flatten_values(values: Iterable[Values]) -> list[float]:
     return [float(v) for own in values for v in own]
 
 
-def _over(values: Values, factor: float) -> list[float]:
+def _divide_values(values: Values, factor: float) -> list[float]:
     return [float(v) / factor for v in values]
 
 

@@ -48,11 +48,11 @@ def rows(report: Report) -> Iterator[Row]:
     verdicts = _verdicts(report)
     for result in report.outcomes:
         for name in result.metrics or ((None,) if result.name in report.models else ()):
-            own = _row(report, result, name) | {"verdict": verdicts.get((result.name, name))}
+            own = _row_without_values(report, result, name) | {"verdict": verdicts.get((result.name, name))}
             yield from _rows_of_states(result, name, own)
 
 
-def _row(report: Report, result: ModelResult | ReferenceResult, name: str | None) -> Row:
+def _row_without_values(report: Report, result: ModelResult | ReferenceResult, name: str | None) -> Row:
     row: Row = dict.fromkeys(COLUMNS) | {"model": result.name, "kind": "model", "status": result.status}
     if isinstance(result, ModelResult):
         clock = result.time.get("solve_s")
@@ -64,10 +64,10 @@ def _row(report: Report, result: ModelResult | ReferenceResult, name: str | None
     stated = result.stated.get(name) if isinstance(result, ModelResult) else None
     declared = report.names.declared.get(name)
     row |= {"metric": name, "stated_error": None if stated is None else stated.value}
-    return row | _number(result.metrics[name]) | {"reference": None if declared is None else declared.against}
+    return row | _metric_columns(result.metrics[name]) | {"reference": None if declared is None else declared.against}
 
 
-def _number(metric: MetricResult) -> Row:
+def _metric_columns(metric: MetricResult) -> Row:
     return {"value": metric.value, "unit": metric.unit, "uncertainty": metric.uncertainty,
             "published": metric.published, "reason": metric.reason}  # fmt: skip
 
@@ -84,7 +84,7 @@ def _rows_of_states(result: ModelResult | ReferenceResult, name: str | None, row
     for number, (state, own) in enumerate(zip(result.states, each, strict=True)):
         last = number == len(result.states) - 1
         metric = own.metrics.get(name)
-        known = _number(metric) if metric is not None else {"value": None, "reason": own.message}
+        known = _metric_columns(metric) if metric is not None else {"value": None, "reason": own.message}
         yield row | known | {"state": float(state), "stated_error": row["stated_error"] if last else None}
 
 

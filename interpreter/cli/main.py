@@ -70,11 +70,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run_guarded(arguments: list[str]) -> int:
     """Run a command and return its exit status; every exception is reported and becomes an exit status."""
     try:
-        status = _dispatch(arguments)
+        status = _run_command(arguments)
         sys.stdout.flush()
         return _clear_pending_interrupt(status)
     except KeyboardInterrupt:
-        _complain("interrupted")
+        _print_error("interrupted")
         return _clear_pending_interrupt(130)
     except BrokenPipeError:  # the reader of a pipe has gone, as in `dsl list | head`
         _redirect_to_null(1, 2)
@@ -84,12 +84,12 @@ def _run_guarded(arguments: list[str]) -> int:
             raise
         if said := exit_signals.exhausted_resource(error):
             _redirect_to_null(1)
-            _complain(f"error: {said}")
+            _print_error(f"error: {said}")
             return 3
         if said := _plugin_error_message(error):
-            _complain(f"error: {said}")
+            _print_error(f"error: {said}")
             return 3
-        _complain(
+        _print_error(
             f"error: softmark itself failed ({type(error).__name__}: {error})"
             "\nThis is a defect: please report it with the scene. SOFTMARK_DEBUG=1 shows where it happened."
         )
@@ -103,7 +103,7 @@ def _plugin_error_message(error: Exception) -> str | None:
     return f"{said}\n`dsl conformance` checks all of a plugin." if said else None
 
 
-def _complain(text: str) -> None:
+def _print_error(text: str) -> None:
     """Print an error message on standard error; do nothing if that fails."""
     try:
         print(text, file=sys.stderr, flush=True)
@@ -135,7 +135,7 @@ def _clear_pending_interrupt(status: int) -> int:
     return status
 
 
-def _dispatch(arguments: list[str]) -> int:
+def _run_command(arguments: list[str]) -> int:
     if arguments[:1] in (["--version"], ["-V"]):
         from softmark import __version__
 

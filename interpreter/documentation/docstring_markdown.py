@@ -33,20 +33,24 @@ def escape_markup(text: str, linked: Linked = no_links) -> str:
 
 def docstring_to_markdown(doc: str, linked: Linked = no_links) -> str:
     """Return a docstring as Markdown: paragraphs, and blocks of formulas."""
-    blocks = (block for part in re.split(r"\n\s*\n", doc) for block in _blocks(part.split("\n")))
+    blocks = (block for part in re.split(r"\n\s*\n", doc) for block in _group_formulas_and_paragraphs(part.split("\n")))
     return "\n\n".join(
         _formula_block(lines) if formula else escape_markup(" ".join(lines), linked) for formula, lines in blocks
     )
 
 
-def _blocks(lines: list[str]) -> Iterator[tuple[bool, list[str]]]:
+def _group_formulas_and_paragraphs(lines: list[str]) -> Iterator[tuple[bool, list[str]]]:
     """Yield groups of lines, each with whether it is a formula: a run of formulas, or the lines of one paragraph."""
     own: list[str] = []
     before = ""
     kind = False
     for line, after in zip(lines, [*lines[1:], ""], strict=True):
-        formula = bool(FORMULA.match(line)) and not _continues(before, line) and not (after and _continues(line, after))
-        new = formula != kind or (not formula and not _continues(before, line)) or bool(OWN.match(line))
+        formula = (
+            bool(FORMULA.match(line))
+            and not _continues_sentence(before, line)
+            and not (after and _continues_sentence(line, after))
+        )
+        new = formula != kind or (not formula and not _continues_sentence(before, line)) or bool(OWN.match(line))
         if own and new:
             yield kind, own
             own = []
@@ -56,7 +60,7 @@ def _blocks(lines: list[str]) -> Iterator[tuple[bool, list[str]]]:
         yield kind, own
 
 
-def _continues(before: str, line: str) -> bool:
+def _continues_sentence(before: str, line: str) -> bool:
     """Return whether `line` continues the sentence of the line before it, which was only wrapped at the margin."""
     return len(before) + 1 + len(line.split(" ", 1)[0]) > WRAPPED and not line.startswith(" ")
 

@@ -22,7 +22,7 @@ def page() -> str:
         *_synonym_rows(),
         ":::",
         EARLIER,
-        *_earlier_rows(),
+        *_renamed_word_rows(),
         ELSE,
         *_unavailable_rows(),
     ]
@@ -34,10 +34,12 @@ def _synonym_rows() -> list[str]:
     for table in (foreign_aliases.WORDS, foreign_aliases.SYNONYMS, foreign_aliases.CHOICES):
         for other, ours in table.items():
             found.setdefault(ours, []).append(other)
-    return [f"{_own_word(word)}\n: {_listed(dict.fromkeys(others))}" for word, others in sorted(found.items())]
+    return [
+        f"{_own_word(word)}\n: {_join_words_as_code(dict.fromkeys(others))}" for word, others in sorted(found.items())
+    ]
 
 
-def _earlier_rows() -> list[str]:
+def _renamed_word_rows() -> list[str]:
     pairs = sorted(renamed_words.present_names().items(), key=lambda pair: pair[1])
     return [f"{_own_word(new)}\n: `{old}`" for old, new in pairs]
 
@@ -47,7 +49,7 @@ def _own_word(word: str) -> str:
     return link_to_word(word) or (f"{{word}}`{word}`" if element else f"`{word}`")
 
 
-def _listed(others: dict[str, None]) -> str:
+def _join_words_as_code(others: dict[str, None]) -> str:
     return ", ".join(f"`{other}`" for other in others)
 
 
@@ -60,7 +62,7 @@ def _unavailable_rows() -> list[str]:
         elif line.strip():
             said.append((line, []))
     return [
-        f"{escape_markup(_sentence(text), link_to_word)}\n: {_listed(dict.fromkeys(words))}"
+        f"{escape_markup(_sentence(text), link_to_word)}\n: {_join_words_as_code(dict.fromkeys(words))}"
         for text, words in said
         if words
     ]

@@ -51,7 +51,7 @@ def pages() -> dict[str, str]:
     tree = "\n".join(["```{toctree}", ":maxdepth: 1", "", *folders, "```"])
     cards = [f"## {folder.capitalize()}\n\n{_cards(folder, names, kept)}" for folder, names in folders.items()]
     overview = "\n\n".join([SIGN, tree, *cards]) + "\n"
-    own = {f"{FOLDER}/{f}.md": _page(f, names, kept) for f, names in folders.items()}
+    own = {f"{FOLDER}/{f}.md": _folder_page(f, names, kept) for f, names in folders.items()}
     return {f"{FOLDER}/index.md": overview, **own}
 
 
@@ -71,7 +71,7 @@ def _picture(name: str) -> str:
     return f"../{PICTURES.relative_to(ROOM).as_posix()}/{name}.png"
 
 
-def _page(folder: str, names: list[str], kept: dict[str, Json]) -> str:
+def _folder_page(folder: str, names: list[str], kept: dict[str, Json]) -> str:
     return "\n\n".join([f"# {folder.capitalize()}", *(section(name, kept.get(name)) for name in names)]) + "\n"
 
 
@@ -90,11 +90,17 @@ def section(name: str, record: Json | None) -> str:
     )
     return "\n\n".join(
         [
-            *head, f"**{escape_markup(record['title'])}**", *stale, *picture, _verdict(name, record), _table(record),
-            *_descriptions(record), collapsible("What it expects", _expectations(record)),
+            *head,
+            f"**{escape_markup(record['title'])}**",
+            *stale,
+            *picture,
+            _expectation_summary(name, record),
+            _table(record),
+            *_descriptions(record),
+            collapsible("What it expects", _expectations(record)),
             collapsible("Its text", code_block("scene", text)),
         ]
-    )  # fmt: skip
+    )
 
 
 def _caption(record: Json) -> str:
@@ -109,7 +115,7 @@ def _caption(record: Json) -> str:
     return f"{names}. Colour: {colour['words']}, from {ends[0]} to {ends[1]}."
 
 
-def _verdict(name: str, record: Json) -> str:
+def _expectation_summary(name: str, record: Json) -> str:
     judged = [e for e in record["expectations"] if not e["left_out"]]
     met = sum(e["verdict"] == "met" for e in judged)
     said = f"all {met} expectations met" if met == len(judged) else f"{met} of {len(judged)} expectations met"
@@ -130,18 +136,19 @@ def _table(record: Json) -> str:
     clocked = {m for m, found in measured if found.get("clock")}  # frame times are valid only for one machine
     metrics = [m for m in dict.fromkeys(m for m, _ in measured) if m not in clocked]
     columns = {
-        f"`{m}`": [_cell(own["metrics"].get(m), _largest(everyone, m)) for own in everyone.values()] for m in metrics
+        f"`{m}`": [_cell(own["metrics"].get(m), _largest_metric_value(everyone, m)) for own in everyone.values()]
+        for m in metrics
     }
     columns["CPU time"] = [_seconds(own.get("cpu")) for own in everyone.values()]
     columns[""] = ["" if own["status"] in QUIET else own["status"] for own in everyone.values()]
     told = {head: column for head, column in columns.items() if any(column)}
     names = [f"`{n}`" for n in everyone]
     if len(metrics) > len(everyone):
-        return _grid(["", *names], [[head, *column] for head, column in told.items()])
-    return _grid(["", *told], [list(row) for row in zip(names, *told.values(), strict=True)])
+        return _markdown_table(["", *names], [[head, *column] for head, column in told.items()])
+    return _markdown_table(["", *told], [list(row) for row in zip(names, *told.values(), strict=True)])
 
 
-def _largest(everyone: dict[str, Json], metric: str) -> float:
+def _largest_metric_value(everyone: dict[str, Json], metric: str) -> float:
     own = (r["metrics"].get(metric, {}).get("value") for r in everyone.values())
     return max((abs(v) for v in own if v is not None), default=0.0)
 
@@ -153,7 +160,7 @@ def _cell(found: Json | None, largest: float) -> str:
     return "0" if is_negligible(value, largest, unit) else format_quantity(value, unit, 4, percent=True)
 
 
-def _grid(head: list[str], rows: list[list[str]]) -> str:
+def _markdown_table(head: list[str], rows: list[list[str]]) -> str:
     ruled = ["---", *["---:"] * (len(head) - 1)]
     return "\n".join("| " + " | ".join(row) + " |" for row in (head, ruled, *rows))
 

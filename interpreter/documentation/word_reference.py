@@ -28,8 +28,12 @@ SIGN = "# The words of the language\n\nThese pages contain the text that `dsl ex
 
 def pages() -> dict[str, str]:
     """Return Markdown by file name: one page for each kind, one for other words, one for the material library."""
-    kinds = {f"{FOLDER}/{kind}.md": _kind(kind) for kind in CATALOGUE}
-    others = {f"{FOLDER}/words.md": _words(), f"{FOLDER}/units.md": _units(), f"{FOLDER}/library.md": _library()}
+    kinds = {f"{FOLDER}/{kind}.md": _kind_page(kind) for kind in CATALOGUE}
+    others = {
+        f"{FOLDER}/words.md": _reserved_words_page(),
+        f"{FOLDER}/units.md": _units(),
+        f"{FOLDER}/library.md": _library(),
+    }
     names = [path.removeprefix(f"{FOLDER}/").removesuffix(".md") for path in (*kinds, *others)] + ["others"]
     tree = "\n".join(["```{toctree}", ":maxdepth: 1", "", *names, "```"])
     return {f"{FOLDER}/index.md": f"{SIGN}\n\n{tree}\n", **kinds, **others}
@@ -65,7 +69,7 @@ def _anchor(name: str) -> str:
     return f"```{{word}} {name}\n```"
 
 
-def _kind(kind: str) -> str:
+def _kind_page(kind: str) -> str:
     own = [c for name in CATALOGUE[kind] if (c := CATALOGUE.constructor(kind, name))]
     rows = [f"{{word}}`{c.name} <{target(c)}>`\n: {escape_markup(c.summary)}" for c in own]
     fields = [
@@ -91,7 +95,7 @@ def constructor_section(c: Constructor) -> str:
         return None if word == c.name else link_to_word(word)
 
     parts.append(docstring_to_markdown(inspect.getdoc(c.cls) or "", others))
-    parts += ["**Fields**, in this order:" if c.fields else "It has no fields.", *(_field(f) for f in c.fields)]
+    parts += ["**Fields**, in this order:" if c.fields else "It has no fields.", *(_field_entry(f) for f in c.fields)]
     parts += ["**Example**", code_block("scene", f"{c.kind} NAME = {example(c)}")]
     if issubclass(c.cls, Reference):
         about = f"{c.cls.usually()}, {c.cls.means}" if c.cls.means else c.cls.usually()
@@ -107,12 +111,12 @@ def _index(entries: list[str]) -> str:
     return "\n".join(["```{indexed}", *entries, "```"])
 
 
-def _field(f: Field) -> str:
+def _field_entry(f: Field) -> str:
     facts = word_pages.field_facts(f).strip(" []")
     return f"{_name(f)}\n: {escape_markup(f.doc, link_to_word)}\n\n  {{.facts}}\n  {escape_markup(facts)}"
 
 
-def _words() -> str:
+def _reserved_words_page() -> str:
     """Return the page of reserved words, functions, predefined names and elements."""
     parts = ["# Reserved words, functions, elements", "## Reserved words"]
     parts += [f"{_anchor(name)}\n\n`{name}`\n: {escape_markup(text)}" for name, text in RESERVED.items()]
@@ -127,12 +131,12 @@ def _words() -> str:
 def _units() -> str:
     """Return the page section of units, with the quantities that they measure and their size in SI."""
     said = [(name, unit_page(name)) for name in units.UNITS if name != "1"]
-    rows = [f"`{name}`\n: {escape_markup(_size(name, page))}" for name, page in said if page]
+    rows = [f"`{name}`\n: {escape_markup(_unit_size_and_prefixes(name, page))}" for name, page in said if page]
     prefixes = f"Some take prefixes: {', '.join(f'`{p}`' for p in units.PREFIXES)}."
     return "\n\n".join(["# Units", prefixes, ":::{container} words", *rows, ":::"]) + "\n"
 
 
-def _size(name: str, page: str) -> str:
+def _unit_size_and_prefixes(name: str, page: str) -> str:
     """Return the size of a unit, the first line of its page, and whether it takes prefixes."""
     said = page.split("\n\n", 1)[1].split("\n")[0].removeprefix("It ").removeprefix("measures ")
     return said.removesuffix(".") + ("; takes prefixes" if units.UNITS[name][2] else "")

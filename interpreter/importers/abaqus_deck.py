@@ -229,7 +229,7 @@ class _Reader:
         found = body.deck
         found.static = self.static
         found.parts = list(self._parts(body))
-        found.strain = "finite" if self.finite or any(_is_rubber(p.law) for p in found.parts) else "small"
+        found.strain = "finite" if self.finite or any(_is_nonlinear_law(p.law) for p in found.parts) else "small"
         if found.strain == "finite":
             found.parts = [abaqus_materials.with_finite_strain_law(part) for part in found.parts]
         found.left += [NotImported(own.what, own.why, own.line) for own in mesh.ignored]
@@ -347,7 +347,7 @@ class _Reader:
                 )
 
 
-def _is_rubber(law: ImportedLaw | None) -> bool:
+def _is_nonlinear_law(law: ImportedLaw | None) -> bool:
     return law is not None and law.word != "linear_elastic"
 
 

@@ -176,14 +176,14 @@ class AccumulatedLoads:
             yield NotImported(f"direction {beyond} of *BOUNDARY on `{row[0]}`", why, card.line)
 
     def _move(self, who: str, component: int, value: float, card: Card) -> None:
-        key = _target(who, card), component
+        key = _target_key(who, card), component
         self.moved.pop(key, None)
         self.moved[key] = PrescribedDisplacement(who, value, card, self.step)
 
     def _force(self, card: Card, row: list[str], factor: float) -> Iterator[NotImported]:
         component, value = read_integer(row[1], card), factor * read_number(row[2], card) if len(row) > 2 else 0.0
         if 1 <= component <= 3:
-            key = _target(row[0], card), component - 1
+            key = _target_key(row[0], card), component - 1
             before = self.forced.get(key)
             added = before.value if before is not None and before.step == self.step else 0.0
             self.forced[key] = NodalForce(row[0], value + added, card, self.step)
@@ -259,7 +259,7 @@ class AccumulatedLoads:
         return group_equal_forces(sorted(total.items()))
 
 
-def _target(who: str, card: Card) -> Target:
+def _target_key(who: str, card: Card) -> Target:
     return who.upper(), f"{card.scope.kind}:{card.scope.name}" if card.scope is not None else ""
 
 

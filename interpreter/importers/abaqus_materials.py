@@ -73,9 +73,9 @@ def read_law(told: MaterialCards, left: list[NotImported]) -> ImportedLaw | None
             if len(card.lines) > 1:
                 left.append(NotImported(f"*DENSITY of `{told.name}`", "only its first line is used", card.line))
         elif card.keyword == "ELASTIC":
-            found = _elastic(card)
+            found = _elastic_law_or_reason(card)
         elif card.keyword == "HYPERELASTIC":
-            found = _hyperelastic(card)
+            found = _hyperelastic_law_or_reason(card)
         elif card.keyword in NEUTRAL:
             left.append(
                 NotImported(
@@ -98,7 +98,7 @@ def _numbers(card: Card) -> list[float]:
     return [read_number(w, card) for row in card.each_row() for w in row if w]
 
 
-def _elastic(card: Card) -> ImportedLaw | str:
+def _elastic_law_or_reason(card: Card) -> ImportedLaw | str:
     kind, values = card.options.get("TYPE", "ISOTROPIC").upper(), _numbers(card)
     if unknown := card.unknown_options(frozenset({"TYPE"})):
         return f"its option {unknown[0]} is not supported"
@@ -109,7 +109,7 @@ def _elastic(card: Card) -> ImportedLaw | str:
     return ImportedLaw("linear_elastic", {"young": values[0]}, {"poisson": values[1]})
 
 
-def _hyperelastic(card: Card) -> ImportedLaw | str:
+def _hyperelastic_law_or_reason(card: Card) -> ImportedLaw | str:
     """Return the law of a strain energy, or the reason why it is not imported.
 
     The energy has an isochoric part, and the volumetric part sum (J - 1)^(2i) / D_i with K = 2 / D_1.
@@ -143,10 +143,10 @@ def _hyperelastic(card: Card) -> ImportedLaw | str:
         return MORE_D if any(0.0 < d < VOID for d in D[1:]) else NO_MORE_D
     if len(values) > sum(counts) and values[-1] < 0.0:
         return "its constants are not a single set of numbers"
-    return _with_bulk(form, degree, C, 2.0 / D[0])
+    return _law_with_bulk_modulus(form, degree, C, 2.0 / D[0])
 
 
-def _with_bulk(form: str, degree: int, C: list[float], bulk: float) -> ImportedLaw | str:
+def _law_with_bulk_modulus(form: str, degree: int, C: list[float], bulk: float) -> ImportedLaw | str:
     if form == "NEOHOOKE":
         mu = 2.0 * C[0]
         if mu <= 0.0:

@@ -75,24 +75,24 @@ class FileUnits:
 
     def of_length(self, value: float) -> str:
         """Format a length for a scene."""
-        return _written(value, self.length)
+        return _format_with_unit(value, self.length)
 
     def of_stress(self, value: float) -> str:
         """Format a stress for a scene. Raises MissingUnit."""
-        return _written(value, self._stress("stresses"))
+        return _format_with_unit(value, self._stress("stresses"))
 
     def of_force(self, value: float) -> float:
         """Return a force in N. Raises MissingUnit."""
-        return _format_size(value * self._stress("forces").factor * self.length.factor**2)
+        return _require_finite(value * self._stress("forces").factor * self.length.factor**2)
 
     def of_density(self, value: float) -> str:
         """Format a density for a scene. Raises MissingUnit."""
         whole = self._stress("densities").factor * (self._time("densities") / self.length.factor) ** 2
-        return f"{_format_size(value * whole)!r} kg/m^3"
+        return f"{_require_finite(value * whole)!r} kg/m^3"
 
     def of_acceleration(self, value: float) -> float:
         """Return an acceleration in m/s^2. Raises MissingUnit."""
-        return _format_size(value * self.length.factor / self._time("accelerations") ** 2)
+        return _require_finite(value * self.length.factor / self._time("accelerations") ** 2)
 
     def _stress(self, of: str) -> FileUnit:
         if self.stress is None:
@@ -107,14 +107,14 @@ class FileUnits:
         return self.time.factor
 
 
-def _format_size(value: float) -> float:
+def _require_finite(value: float) -> float:
     if not math.isfinite(value):
         raise MissingUnit("a number of the file is out of range in these units", "give the units of the file")
     return value
 
 
-def _written(value: float, one: FileUnit) -> str:
-    _format_size(value * one.factor)
+def _format_with_unit(value: float, one: FileUnit) -> str:
+    _require_finite(value * one.factor)
     number, unit = one.text.split(" ")
     return f"{value!r} {unit}" if number == "1" else f"{value!r} * {one.text}"
 

@@ -37,7 +37,7 @@ LIMIT = 1_000_000  # numbers of a list
 def read(path: Path) -> Deck:
     """Read a model and its loads. Raises Unreadable, NotImportable."""
     words = NumberParser(path.name)
-    found, place = _model(parse_xml(path.name, read_regular(path), "physicalModel"), path.name, words)
+    found, place = _read_model(parse_xml(path.name, read_regular(path), "physicalModel"), path.name, words)
     beside = path.with_suffix(".lml")
     if beside.exists():
         beside = resolve_within_folder(path.name, path.parent, beside.name)
@@ -51,14 +51,14 @@ def read(path: Path) -> Deck:
 # ---------------------------------------------------------------------- PML
 
 
-def _model(top: ElementT, name: str, words: NumberParser) -> tuple[Deck, dict[int, int]]:
+def _read_model(top: ElementT, name: str, words: NumberParser) -> tuple[Deck, dict[int, int]]:
     points: dict[int, list[float]] = {}
     for atom in top.iterfind("atoms//atomProperties"):
         points[words.whole(atom.get("index"))] = [words.number(atom.get(c)) for c in "xyz"]
     left: list[NotImported] = []
     blocks: dict[str, list[list[int]]] = {}
     parts: list[tuple[ElementT, int, int]] = []
-    for body in _bodies(top, left):
+    for body in _finite_element_components(top, left):
         rows: list[list[int]] = []
         for kind, row in _cells(body, words, left):
             blocks.setdefault(kind, []).append(row)
@@ -75,17 +75,17 @@ def _model(top: ElementT, name: str, words: NumberParser) -> tuple[Deck, dict[in
         raise words.wrong(f"a cell refers to the missing atom {missing[0]}")
     X: Floats = np.array([points[n] for n in used.tolist()], dtype=np.float64)
     found = Deck(name, KINDS[kind][0], X, cells.reshape(len(table), -1).astype(np.int64), [], left=left)
-    strains = {_strain(body, found) for body, _, _ in parts}
+    strains = {_read_strain_setting(body, found) for body, _, _ in parts}
     if len(strains) > 1:
         raise NotImportable(f"{name} has bodies with different values of `deformation`", "write one file for each")
     found.strain = strains.pop()
-    found.parts = [_part(body, first, last, words, left) for body, first, last in parts]
+    found.parts = [_read_material_part(body, first, last, words, left) for body, first, last in parts]
     if kind == "HEXAHEDRON":
         found.taken.append("hexahedra are kept; SOFA's reader split each into five tetrahedra")
     return found, {n: i for i, n in enumerate(used.tolist())}
 
 
-def _bodies(top: ElementT, left: list[NotImported]) -> Iterator[ElementT]:
+def _finite_element_components(top: ElementT, left: list[NotImported]) -> Iterator[ElementT]:
     """Yield the exclusive components of a model that consist of finite elements."""
     for body in top.iterfind("exclusiveComponents//structuralComponent"):
         kind = body.get("bodyType", "FEM")
@@ -110,7 +110,7 @@ def _cells(body: ElementT, words: NumberParser, left: list[NotImported]) -> Iter
     left += [NotImported(f"{n} cells {kind[:40]}", "not supported as solid cells") for kind, n in odd.items()]
 
 
-def _strain(body: ElementT, found: Deck) -> str:
+def _read_strain_setting(body: ElementT, found: Deck) -> str:
     word = body.get("deformation", "LARGE").upper()
     if word != "SMALL":
         told = f"deformation = {word[:20]}" if "deformation" in body.attrib else "no value of `deformation`"
@@ -122,7 +122,9 @@ def _strain(body: ElementT, found: Deck) -> str:
     return STRAINS.get(word, "corotational")
 
 
-def _part(body: ElementT, first: int, last: int, words: NumberParser, left: list[NotImported]) -> MaterialPart:
+def _read_material_part(
+    body: ElementT, first: int, last: int, words: NumberParser, left: list[NotImported]
+) -> MaterialPart:
     name = body.get("name", "")
     if "mass" in body.attrib:
         left.append(NotImported(f"the mass of `{name[:60]}`", "a scene needs a density: give `--density`"))
@@ -145,8 +147,8 @@ def _loads(top: ElementT, words: NumberParser, found: Deck, place: dict[int, int
         kind = load.get("type", "")
         what = f"load {number} of {words.name}, {kind[:40]}"
         nodes = _import_load(load, words, place, found, what)
-        vector = _vector(load, words)
-        value = _value(load, words)
+        vector = _load_direction(load, words)
+        value = _final_load_value(load, words)
         if kind not in ("Translation", "Force") or vector is None or value is None:
             found.left.append(NotImported(what, "only translations and forces along a direction are supported"))
         elif kind == "Force":
@@ -180,7 +182,7 @@ def _import_load(load: ElementT, words: NumberParser, place: dict[int, int], fou
     return np.array(sorted(place[n] for n in numbers if n in place), dtype=np.int64)
 
 
-def _vector(load: ElementT, words: NumberParser) -> list[float | None] | None:
+def _load_direction(load: ElementT, words: NumberParser) -> list[float | None] | None:
     own = load.find("direction")
     if own is None:
         return None
@@ -188,7 +190,7 @@ def _vector(load: ElementT, words: NumberParser) -> list[float | None] | None:
     return [None if w.upper() == "NULL" else words.number(w) for w in told]
 
 
-def _value(load: ElementT, words: NumberParser) -> float | None:
+def _final_load_value(load: ElementT, words: NumberParser) -> float | None:
     """Return the value of a load at its last event, after which it stays constant."""
     events = [(words.number(e.get("date")), words.number(e.get("value"))) for e in load.iterfind("valueEvent")]
     return max(events, key=lambda event: event[0])[1] if events else None

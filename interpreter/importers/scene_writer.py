@@ -90,7 +90,7 @@ def write_scene(deck: Deck, units: FileUnits, filled: SuppliedValues, mesh_name:
             deck.kind, deck.points, deck.cells, writer.sets, writer.surfaces, writer.node_sets
         )
     left, turned, taken = (
-        _count_repeated(deck.left),
+        _merge_repeated(deck.left),
         _report_inverted_cells(deck, units),
         tuple(dict.fromkeys(deck.taken)),
     )
@@ -100,7 +100,7 @@ def write_scene(deck: Deck, units: FileUnits, filled: SuppliedValues, mesh_name:
     return WrittenScene(scene, mesh, left, turned, taken, tuple(dict.fromkeys(deck.ended)))
 
 
-def _count_repeated(every: Sequence[NotImported]) -> tuple[NotImported, ...]:
+def _merge_repeated(every: Sequence[NotImported]) -> tuple[NotImported, ...]:
     """Return the items that were not imported, equal ones merged into one with their number."""
     return tuple(
         own if many == 1 else replace(own, what=f"{own.what}, {many} times") for own, many in Counter(every).items()
@@ -184,7 +184,7 @@ class _Writer:
         """Yield the declarations of the scene. Raises MissingUnit, MissingValue."""
         deck = self.deck
         system = f" ({self.units.system})" if self.units.system else ""
-        yield from ("softmark 1", f"scene {_quoted(deck.title)}", "")
+        yield from ("softmark 1", f"scene {_quote_text(deck.title)}", "")
         yield from _comment(f"Imported from {deck.title}{system}; parts that were not imported are listed at the end.")
         yield ""
         parts = sorted(deck.parts, key=lambda part: -len(part.cells))
@@ -196,17 +196,17 @@ class _Writer:
         if kept:
             deck.taken.append(f"{len(self.doubled)} nodes coincide with others but are not connected to them")
         kept += ", pieces = keep" if deck.pieces > 1 else ""
-        yield f"body body = solid(mesh({_quoted(self.mesh_name)}, unit = {unit}{kept}), {materials[0]})"
+        yield f"body body = solid(mesh({_quote_text(self.mesh_name)}, unit = {unit}{kept}), {materials[0]})"
         for name, part in zip(materials[1:], parts[1:], strict=True):
             region = self.name("part", part.name)
             self.sets[region] = part.cells
-            yield f"region {region} = group(body, {_quoted(region)}, material = {name})"
+            yield f"region {region} = group(body, {_quote_text(region)}, material = {name})"
         for told in deck.groups:
-            yield f"region {self.name('group', told)} = group(body, {_quoted(told)})"
+            yield f"region {self.name('group', told)} = group(body, {_quote_text(told)})"
         for own in deck.named:
             region = self.name("group", own.name)
             {"cells": self.sets, "faces": self.surfaces, "nodes": self.node_sets}[own.kind][region] = own.members
-            yield f"region {region} = group(body, {_quoted(region)})"
+            yield f"region {region} = group(body, {_quote_text(region)})"
         yield ""
         yield from self._acting()
         yield ""
@@ -249,7 +249,7 @@ class _Writer:
                 raise MissingValue(f"{cells} cells (`{part}`) have no imported material{why}",
                               "give their material: `--material 'neo_hookean(young = 60 kPa, poisson = 0.45, "
                               "density = 1000 kg/m^3)'`")  # fmt: skip
-            return _constructor(self.filled.material)
+            return _supplied_constructor(self.filled.material)
         fields = [f"{name} = {self.units.of_stress(value)}" for name, value in law.stresses.items()]
         fields += [f"{name} = {value!r}" for name, value in law.plain.items()]
         fields += [f"{name} = [{', '.join(map(self.units.of_stress, own))}]" for name, own in law.stress_lists.items()]
@@ -275,12 +275,12 @@ class _Writer:
             self.node_sets[where] = hold.nodes
         else:
             self.surfaces[where] = faces
-        yield f"region {where} = group(body, {_quoted(where)})"
+        yield f"region {where} = group(body, {_quote_text(where)})"
         by = [0.0, 0.0, 0.0]
         for c, value in zip(hold.components, hold.values, strict=True):
             by[c] = value
         moves = any(by)
-        along = "" if hold.components == (0, 1, 2) else f", components = {_axes(hold.components)}"
+        along = "" if hold.components == (0, 1, 2) else f", components = {_format_components(hold.components)}"
         vector = f", by = {_vector(by)} {self._unit()}" if moves else ""
         word = "displaced" if moves else "fixed"
         yield f"support {self.name('held', hold.name)} = {word}(body, where = {where}{vector}{along})"
@@ -299,7 +299,7 @@ class _Writer:
     def _push(self, push: FaceLoad) -> Iterator[str]:
         region = self.name("at", push.name)
         self.surfaces[region] = push.faces
-        yield f"region {region} = group(body, {_quoted(region)})"
+        yield f"region {region} = group(body, {_quote_text(region)})"
         name = self.name("load", push.name)
         if push.pressure is not None:
             magnitude = self.units.of_stress(push.pressure)
@@ -344,7 +344,7 @@ class _Writer:
         return told
 
 
-def _constructor(told: str) -> str:
+def _supplied_constructor(told: str) -> str:
     """Return the constructor that the user supplied for a material. Raises MissingValue."""
     tree, problems = parse(Source("--material", f"material told = {told}\n"))
     if problems or len(tree.declarations) != 1 or "\n" in told:
@@ -353,7 +353,7 @@ def _constructor(told: str) -> str:
     return told
 
 
-def _axes(components: tuple[int, ...]) -> str:
+def _format_components(components: tuple[int, ...]) -> str:
     names = ["xyz"[c] for c in components]
     return names[0] if len(names) == 1 else f"({', '.join(names)})"
 
@@ -362,7 +362,7 @@ def _vector(values: Sequence[float]) -> str:
     return f"({', '.join(map(repr, values))})"
 
 
-def _quoted(text: str) -> str:
+def _quote_text(text: str) -> str:
     return '"' + make_visible(text).replace("\\", "\\\\").replace('"', '\\"')[:390] + '"'
 
 

@@ -408,9 +408,9 @@ class Binder:
     def _direction(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         match node:
             case tree.Name(parts=(("x" | "y" | "z") as axis,)):
-                return _unit(axis, 1.0)
+                return _axis_unit_vector(axis, 1.0)
             case tree.Unary(operator="+" | "-" as sign, operand=tree.Name(parts=(("x" | "y" | "z") as axis,))):
-                return _unit(axis, -1.0 if sign == "-" else 1.0)
+                return _axis_unit_vector(axis, -1.0 if sign == "-" else 1.0)
             case tree.Name() if node.text in foreign_aliases.DIRECTIONS:
                 low, usual = node.text.lower(), foreign_aliases.DIRECTIONS[node.text]
                 hint = Remedy(f"name a direction by coordinates: {usual}", Fix(low) if low in "xyz" else None)
@@ -496,5 +496,5 @@ class Binder:
         raise place.fail("E203", node.span, f"there is no element `{node.text}`", "unknown element", hint)
 
 
-def _unit(axis: str, sign: float) -> tuple[float, ...]:
+def _axis_unit_vector(axis: str, sign: float) -> tuple[float, ...]:
     return tuple(sign if name == axis else 0.0 for name in "xyz")

@@ -83,10 +83,10 @@ def _recompile(scene: Scene, known: ModuleTable, more: Sequence[Override]) -> tu
     given = parameter_overrides.read_overrides(scene.overrides, diagnostics) + added
     other, found = _compile(table, scene.path, given, diagnostics, texts, scene.made)
     other = replace(other, chosen=scene.chosen, varied=scene.varied + varied)
-    return _in_state_of(scene.state, other), found
+    return _select_state(scene.state, other), found
 
 
-def _in_state_of(state: int | None, scene: Scene) -> Scene:
+def _select_state(state: int | None, scene: Scene) -> Scene:
     """Return the scene in the state with this index, or unchanged if it has fewer states or `state` is None."""
     return scene if state is None or state >= len(states_of(scene)) else in_state(scene, state)
 
@@ -113,7 +113,7 @@ def restore_scene(
     scene, found = _compile(known, path, parameter_overrides.read_overrides(texts, diagnostics), diagnostics, texts)
     if errors := [d for d in found if d.severity == "error"]:  # a file that it names is no longer there
         raise SceneError(errors)
-    return _in_state_of(state, replace(scene, chosen=chosen))
+    return _select_state(state, replace(scene, chosen=chosen))
 
 
 def _compile(
@@ -127,7 +127,7 @@ def _compile(
     with diagnostics.bounded():
         compiler.replaced = parameter_overrides.assign_overrides(given, table)
         scope.touched = frozenset(n for name in compiler.replaced for n in (name, name.rpartition(".")[0]))
-        title = _title(main)
+        title = _find_title(main)
         if not diagnostics.full:
             parameter_evaluation.evaluate_parameters(scope, compiler.replaced)
             compiler.run()
@@ -148,7 +148,7 @@ def _compile(
     return scene, diagnostics.closed()
 
 
-def _title(module: Module) -> str:
+def _find_title(module: Module) -> str:
     titles = [d for d in module.tree.declarations if isinstance(d, tree.Title)]
     for extra in titles[1:]:
         module.place.fail("E208", extra.span, "the scene has two titles", "the second title", "keep one title")
@@ -170,12 +170,12 @@ def _remove_unknown_kinds(table: ModuleTable) -> None:
     for name, symbol in list(table.symbols.items()):
         node = symbol.node
         if isinstance(node, tree.Declare) and node.kind not in table.vocabulary:
-            _unknown_kind(table.vocabulary, node, symbol.module.place)
+            _report_unknown_kind(table.vocabulary, node, symbol.module.place)
             table.broken.add(name)
             del table.symbols[name]
 
 
-def _unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Place) -> None:
+def _report_unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Place) -> None:
     kinds = (*vocabulary, *STATEMENTS)
     if (present := renamed_words.KINDS.get(node.kind)) is not None:
         problem = f"`{node.kind}` is not a kind of declaration"

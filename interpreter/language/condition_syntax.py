@@ -33,7 +33,7 @@ def read_condition(node: tree.Expression, evaluator: Evaluator, named: Named = l
                 op, read_condition(left, evaluator, named), read_condition(right, evaluator, named)
             )
         case tree.Compare():
-            return _comparison(node, evaluator)
+            return _read_comparison(node, evaluator)
         case tree.Name() if isinstance(region := named(node), Condition):
             return region
     help: str | Remedy = "compare a coordinate with a length: `x <= 0 mm`, `x >= L and z > 0 mm`"
@@ -57,8 +57,8 @@ def format_condition(node: tree.Expression, evaluator: Evaluator, named: Named =
     )
 
 
-def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
-    terms = [_term(operand, evaluator) for operand in node.operands]
+def _read_comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
+    terms = [_read_term(operand, evaluator) for operand in node.operands]
     if not any(term.varies for term, _ in terms):
         raise evaluator.place.fail(
             "E207", node.span, "the condition does not depend on x, y or z", "the same everywhere",
@@ -89,7 +89,7 @@ def _join_conditions(steps: list[Condition]) -> Condition:
     )
 
 
-def _term(node: tree.Expression, evaluator: Evaluator) -> tuple[Term, Dimension]:
+def _read_term(node: tree.Expression, evaluator: Evaluator) -> tuple[Term, Dimension]:
     """Return an arithmetic term that may contain coordinates, and its dimension. Raises EvaluationError."""
     if not _has_coordinate(node):
         q = evaluator.quantity(node)
@@ -98,12 +98,12 @@ def _term(node: tree.Expression, evaluator: Evaluator) -> tuple[Term, Dimension]
         case tree.Name(parts=(axis,)):
             return Term.coordinate(COORDINATES.index(axis)), LENGTH
         case tree.Unary(operator="+" | "-" as op, operand=operand):
-            term, dimension = _term(operand, evaluator)
+            term, dimension = _read_term(operand, evaluator)
             return (term.negated() if op == "-" else term), dimension
         case tree.Binary(operator="+" | "-" | "*" | "/" | "^"):
-            return _combined(node, evaluator)
+            return _combine_terms(node, evaluator)
         case tree.Call(function=tree.Name(parts=("sqrt" | "abs" as name,)), arguments=(argument,)):
-            term, dimension = _term(argument.value, evaluator)
+            term, dimension = _read_term(argument.value, evaluator)
             halved = evaluator.halved(dimension, argument.span) if name == "sqrt" else dimension
             return term.function(name), halved
         case tree.Call():
@@ -118,8 +118,8 @@ def _term(node: tree.Expression, evaluator: Evaluator) -> tuple[Term, Dimension]
     )  # fmt: skip
 
 
-def _combined(node: tree.Binary, evaluator: Evaluator) -> tuple[Term, Dimension]:
-    (a, da), (b, db) = _term(node.left, evaluator), _term(node.right, evaluator)
+def _combine_terms(node: tree.Binary, evaluator: Evaluator) -> tuple[Term, Dimension]:
+    (a, da), (b, db) = _read_term(node.left, evaluator), _read_term(node.right, evaluator)
     match node.operator:
         case "^" if db != NONE or b.varies or b.value not in EXPONENTS:
             raise evaluator.place.fail(

@@ -26,22 +26,22 @@ class Enclosure:
     high: float
 
     def __add__(self, other: Enclosure | float) -> Enclosure:
-        o = _range(other)
+        o = _as_interval(other)
         return _smallest_interval(self.low + o.low, self.high + o.high)
 
     def __neg__(self) -> Enclosure:
         return Enclosure(-self.high, -self.low)
 
     def __sub__(self, other: Enclosure | float) -> Enclosure:
-        return self + -_range(other)
+        return self + -_as_interval(other)
 
     def __mul__(self, other: Enclosure | float) -> Enclosure:
-        o = _range(other)
+        o = _as_interval(other)
         products = [a * b for a in (self.low, self.high) for b in (o.low, o.high)]
         return _smallest_interval(*products)
 
     def __truediv__(self, other: Enclosure | float) -> Enclosure:
-        o = _range(other)
+        o = _as_interval(other)
         if o.low <= 0 <= o.high:
             return EVERYTHING
         return self * _smallest_interval(1 / o.high, 1 / o.low)
@@ -68,7 +68,7 @@ def _smallest_interval(*values: float) -> Enclosure:
     return EVERYTHING if any(map(math.isnan, values)) else Enclosure(min(values), max(values))
 
 
-def _range(value: Enclosure | float) -> Enclosure:
+def _as_interval(value: Enclosure | float) -> Enclosure:
     return value if isinstance(value, Enclosure) else Enclosure(value, value)
 
 
@@ -144,9 +144,9 @@ def _add_planes(one: Plane | None, other: Plane | None) -> Plane | None:
 
 _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
     "+": lambda a, b: b + a if isinstance(b, Enclosure) else a + b,
-    "-": lambda a, b: a - b if not isinstance(b, Enclosure) else _range(a) - b,
+    "-": lambda a, b: a - b if not isinstance(b, Enclosure) else _as_interval(a) - b,
     "*": lambda a, b: b * a if isinstance(b, Enclosure) else a * b,
-    "/": lambda a, b: _range(a) / b if isinstance(b, Enclosure) else a / _nonzero_divisor(b),
+    "/": lambda a, b: _as_interval(a) / b if isinstance(b, Enclosure) else a / _nonzero_divisor(b),
     "^": lambda a, b: a**b if isinstance(a, Enclosure) else _integer_power(a, b),
 }
 
@@ -161,18 +161,18 @@ def _nonzero_divisor(divisor: Any) -> Any:
     return divisor + (divisor == 0) * 1e-300
 
 
-def _root(a: Any) -> Any:
+def _square_root(a: Any) -> Any:
     """Return the square root, or zero for negative numbers, which round-off causes at the edge of a disc."""
     if isinstance(a, Enclosure):
         return a.root()
     return (0.5 * (a + abs(a))) ** 0.5
 
 
-def _absolute(a: Any) -> Any:
+def _absolute_value(a: Any) -> Any:
     return a.magnitude() if isinstance(a, Enclosure) else abs(a)
 
 
-_FUNCTIONS = {"sqrt": _root, "abs": _absolute}
+_FUNCTIONS = {"sqrt": _square_root, "abs": _absolute_value}
 
 Point = tuple[float, float, float]  # m
 Truth = tuple[bool, bool]  # (may be false somewhere, may be true somewhere)
@@ -192,7 +192,7 @@ class Border:
     def over(self, low: Point, high: Point) -> Enclosure:
         """Return bounds of the level over a box, m^power."""
         x, y, z = (Enclosure(a, b) for a, b in zip(low, high, strict=True))
-        return _range(self.level.at((x, y, z)))
+        return _as_interval(self.level.at((x, y, z)))
 
     @property
     def plane(self) -> Plane | None:
@@ -250,7 +250,7 @@ class Condition:
     @staticmethod
     def comparison(operator: str, a: Term, b: Term, length_power: int) -> Condition:
         """Return the condition of a comparison such as a < b, whose operands have the dimension length^length_power."""
-        if (both := _between_planes(operator, a, b, length_power)) is not None:
+        if (both := _rewrite_absolute_comparison(operator, a, b, length_power)) is not None:
             return both
 
         def tolerance(extent: float) -> float:
@@ -260,7 +260,7 @@ class Condition:
             return _SIGN[operator](a.at(p) - b.at(p), tolerance(extent))
 
         def bound(box: tuple[Enclosure, Enclosure, Enclosure], extent: float) -> Truth:
-            d = _range(a.at(box)) - b.at(box)
+            d = _as_interval(a.at(box)) - b.at(box)
             return _BOUND[operator](d.low, d.high, tolerance(extent))
 
         def told(levels: Sequence[Any], extent: float) -> Any:
@@ -293,10 +293,10 @@ class Condition:
             return true, false
 
         def test(p: tuple[Any, Any, Any], extent: float) -> Any:
-            return _not(a._test(p, extent))
+            return _negate_truth(a._test(p, extent))
 
         def told(levels: Sequence[Any], extent: float) -> Any:
-            return _not(a._told(levels, extent))
+            return _negate_truth(a._told(levels, extent))
 
         def known(members: Mapping[str, bool]) -> Condition:
             return Condition.negation(a.with_group_membership(members))
@@ -337,7 +337,7 @@ class Condition:
 TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
 
 
-def _between_planes(operator: str, a: Term, b: Term, length_power: int) -> Condition | None:
+def _rewrite_absolute_comparison(operator: str, a: Term, b: Term, length_power: int) -> Condition | None:
     """Rewrite |t| < c and similar comparisons as conditions on t, bounded by two planes if t is linear.
 
     One border for |t| would be curved, and cells cut along it would get straight pieces.
@@ -357,15 +357,15 @@ class MembersUnknown(Exception):
     """Exception for membership in a mesh file's group that is needed at a point; the argument is the group."""
 
 
-def _constant(value: bool) -> Condition:
+def _constant_condition(value: bool) -> Condition:
     """Return a condition that is either true everywhere or false everywhere."""
     return Condition(lambda p, extent: value, lambda box, extent: (not value, value), lambda levels, extent: value)
 
 
-EVERYWHERE, NOWHERE = _constant(True), _constant(False)
+EVERYWHERE, NOWHERE = _constant_condition(True), _constant_condition(False)
 
 
-def _not(held: Any) -> Any:
+def _negate_truth(held: Any) -> Any:
     return ~held if hasattr(held, "dtype") else not held
 
 

@@ -41,7 +41,7 @@ class Expectations:
     def check(self, node: tree.Expression) -> None:
         """Report all errors in a condition. Raises EvaluationError."""
         broken: EvaluationError | None = None
-        for part in _parts(node):
+        for part in _split_comparisons(node):
             try:
                 is_satisfied(part, Evaluator(self.place, self._lookup, self.compiler.table.vocabulary, self._at))
             except EvaluationError as bad:
@@ -215,14 +215,14 @@ def find_stateless_metrics(node: tree.Expression) -> Iterator[str]:
             yield part.parts[1]
 
 
-def _parts(node: tree.Expression) -> Iterator[tree.Expression]:
+def _split_comparisons(node: tree.Expression) -> Iterator[tree.Expression]:
     """Yield the comparisons that `and`, `or` and `not` join in an expression."""
     match node:
         case tree.Unary(operator="not", operand=operand):
-            yield from _parts(operand)
+            yield from _split_comparisons(operand)
         case tree.Binary(operator="and" | "or", left=left, right=right):
-            yield from _parts(left)
-            yield from _parts(right)
+            yield from _split_comparisons(left)
+            yield from _split_comparisons(right)
         case _:
             yield node
 
@@ -249,14 +249,14 @@ def is_satisfied(node: tree.Expression, evaluator: Evaluator) -> bool:
             first, second = is_satisfied(left, evaluator), is_satisfied(right, evaluator)
             return first or second
         case tree.Compare():
-            return _compare(node, evaluator)
+            return _is_comparison_satisfied(node, evaluator)
     raise evaluator.place.fail(
         "E215", node.span, f"expected a comparison, found {describe_expression(node)}", "not a comparison",
         "compare a metric with a value: `expect rod.eta < 5 %`",
     )  # fmt: skip
 
 
-def _compare(node: tree.Compare, evaluator: Evaluator) -> bool:
+def _is_comparison_satisfied(node: tree.Compare, evaluator: Evaluator) -> bool:
     values = [evaluator.quantity(operand) for operand in node.operands]
     for value, operand in zip(values[1:], node.operands[1:], strict=True):
         if value.dimension != values[0].dimension:
@@ -267,7 +267,7 @@ def _compare(node: tree.Compare, evaluator: Evaluator) -> bool:
                 given = "one, or with a percentage"
             raise evaluator.place.fail(
                 "E204", operand.span, f"expected {due}, found {found}", found,
-                f"`{_text(evaluator, node.operands[0])}` is {due}; compare it with {given}",
+                f"`{_text_operand(evaluator, node.operands[0])}` is {due}; compare it with {given}",
             )  # fmt: skip
     return all(
         _TESTS[operator](a.value, b.value)
@@ -275,5 +275,5 @@ def _compare(node: tree.Compare, evaluator: Evaluator) -> bool:
     )
 
 
-def _text(evaluator: Evaluator, node: tree.Expression) -> str:
+def _text_operand(evaluator: Evaluator, node: tree.Expression) -> str:
     return evaluator.place.source.text[node.span.start : node.span.end]

@@ -111,7 +111,7 @@ class Evaluator:
                 return self._vector(node)
             case tree.Unary(operator="-", operand=operand):
                 value = self.value(operand)
-                return _map(lambda c: -c, value, value.dimension)
+                return _map_components(lambda c: -c, value, value.dimension)
             case tree.Unary(operator="+", operand=operand):
                 return self.value(operand)
             case tree.Binary(operator=op) if op not in ("and", "or"):
@@ -212,13 +212,13 @@ class Evaluator:
         match node.operator:
             case "+" | "-" if a == b and len(value_components(left)) == len(value_components(right)):
                 sign = 1 if node.operator == "+" else -1
-                return _zip(left, right, sign)
+                return _add_components(left, right, sign)
             case "*" if isinstance(right, Quantity):
-                return _map(lambda c: c * right.value, left, units.multiply_dimensions(a, b))
+                return _map_components(lambda c: c * right.value, left, units.multiply_dimensions(a, b))
             case "*" if isinstance(left, Quantity):
-                return _map(lambda c: c * left.value, right, units.multiply_dimensions(a, b))
+                return _map_components(lambda c: c * left.value, right, units.multiply_dimensions(a, b))
             case "/" if isinstance(right, Quantity):
-                return _map(lambda c: c / right.value, left, units.multiply_dimensions(a, b, -1))
+                return _map_components(lambda c: c / right.value, left, units.multiply_dimensions(a, b, -1))
             case "^" if isinstance(left, Quantity) and isinstance(right, Quantity) and b == NONE:
                 return self._power(node, left, right)
         raise self.unlike(node, left, right)
@@ -387,13 +387,13 @@ def value_components(value: Value) -> tuple[float, ...]:
     return (value.value,) if isinstance(value, Quantity) else value.values
 
 
-def _map(f: Callable[[float], float], value: Value, dimension: Dimension) -> Value:
+def _map_components(f: Callable[[float], float], value: Value, dimension: Dimension) -> Value:
     if isinstance(value, Quantity):
         return Quantity(f(value.value), dimension)
     return VectorValue(tuple(f(v) for v in value.values), dimension)
 
 
-def _zip(a: Value, b: Value, sign: int) -> Value:
+def _add_components(a: Value, b: Value, sign: int) -> Value:
     if isinstance(a, Quantity) and isinstance(b, Quantity):
         return Quantity(a.value + sign * b.value, a.dimension)
     return VectorValue(

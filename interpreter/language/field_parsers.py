@@ -73,13 +73,13 @@ def parse_points(binder: Binder, field: Field, node: tree.Expression, place: Pla
     """
     if not isinstance(node, tree.List):
         raise binder.wrong(field, node, place)
-    return tuple(_point(binder, field, item, node.unit, place) for item in node.items)
+    return tuple(_parse_point(binder, field, item, node.unit, place) for item in node.items)
 
 
-def _point(
+def _parse_point(
     binder: Binder, field: Field, item: tree.Expression, unit: tree.Unit | None, place: Place
 ) -> tuple[float, float]:
-    item = _in_unit(item, unit)
+    item = _with_list_unit(item, unit)
     if isinstance(item, tree.String | tree.Compare | tree.List):
         raise binder.wrong(field, item, place)
     value = binder.compiler.scope.evaluator(binder.module, place).value(item)
@@ -116,10 +116,10 @@ def parse_vectors(binder: Binder, field: Field, node: tree.Expression, place: Pl
     if not isinstance(node, tree.List) or not node.items:
         raise binder.wrong(field, node, place)
     one = replace(field, form="vector")
-    return tuple(binder.value(one, _in_unit(item, node.unit), place) for item in node.items)
+    return tuple(binder.value(one, _with_list_unit(item, node.unit), place) for item in node.items)
 
 
-def _in_unit(item: tree.Expression, unit: tree.Unit | None) -> tree.Expression:
+def _with_list_unit(item: tree.Expression, unit: tree.Unit | None) -> tree.Expression:
     return replace(item, unit=unit) if isinstance(item, tree.Vector) and item.unit is None else item
 
 

@@ -57,7 +57,7 @@ class Interval(Range):
 
     def words(self, dimension: Dimension) -> str:
         """Return the range in words: `greater than 0`, `between -1 and 0.5 (exclusive)`."""
-        low, high = (_bound(v, dimension) for v in (self.low, self.high))
+        low, high = (_format_bound(v, dimension) for v in (self.low, self.high))
         if self.high == float("inf"):
             return f"{'greater than' if self.low_open else 'at least'} {low}"
         if self.low == -float("inf"):
@@ -67,7 +67,7 @@ class Interval(Range):
         return f"between {low} and {high}{ends.get((self.low_open, self.high_open), one)}"
 
 
-def _bound(value: float, dimension: Dimension) -> str:
+def _format_bound(value: float, dimension: Dimension) -> str:
     return "0" if value == 0 else units.format_value(value, dimension)
 
 
@@ -207,7 +207,7 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         return Vocabulary(self._places, self._elements, (*self.plugins, plugin))
 
     def __getitem__(self, kind: str) -> Mapping[str, type[Any]]:
-        found: Mapping[str, type[Any]] = _table(*self._places[kind])
+        found: Mapping[str, type[Any]] = _load_table(*self._places[kind])
         for plugin in self.plugins:
             if kind in plugin.words:
                 found = {**found, **plugin.words[kind]}
@@ -224,7 +224,7 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
 
     def words(self) -> Mapping[str, type[Any]]:
         """Constructors without arguments that are written as bare words: the finite elements."""
-        return _table(*self._elements)
+        return _load_table(*self._elements)
 
     def constructor(self, kind: str, name: str) -> Constructor | None:
         """Return the constructor with a kind and a name, or None."""
@@ -237,7 +237,7 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
 
     def _chosen(self, kind: str, name: str, cls: type[Any]) -> tuple[Field, ...]:
         """Return the fields of a constructor, including the choices that plugins add."""
-        found = _fields(cls)
+        found = _fields_of_class(cls)
         for plugin in self.plugins:
             more = {f: o for (k, n, f), o in plugin.choices.items() if (k, n) == (kind, name)}
             if more:
@@ -266,31 +266,31 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         return [c for c in found if c is not None]
 
 
-def _table(module: str, name: str) -> Mapping[str, type[Any]]:
+def _load_table(module: str, name: str) -> Mapping[str, type[Any]]:
     found: Mapping[str, type[Any]] = getattr(import_module(f"softmark.{module}"), name)
     return found
 
 
-def _fields(cls: type[Any]) -> tuple[Field, ...]:
+def _fields_of_class(cls: type[Any]) -> tuple[Field, ...]:
     hints = get_type_hints(cls, include_extras=True)
     ordered = sorted(dataclasses.fields(cls), key=lambda f: bool(f.kw_only))  # base class fields last
     described = (f for f in ordered if f.init and get_origin(hints[f.name]) is not None)  # others follow from these
     varying = getattr(cls, "varying", ())
-    return tuple(_field(f, hints[f.name], f.name in varying) for f in described)
+    return tuple(_make_field(f, hints[f.name], f.name in varying) for f in described)
 
 
-def _field(f: dataclasses.Field[Any], hint: Any, varies: bool) -> Field:
+def _make_field(f: dataclasses.Field[Any], hint: Any, varies: bool) -> Field:
     base, *facts = get_args(hint)
     spec, doc = facts if len(facts) == 2 else ("", facts[0])
     required = f.default is dataclasses.MISSING
-    made = _shape(base, spec)
+    made = _field_properties(base, spec)
     return Field(
         f.name.rstrip("_"), f.name, doc=doc, required=required, default=None if required else f.default,
         varies=varies, **made,
     )  # fmt: skip
 
 
-def _shape(base: Any, spec: str) -> dict[str, Any]:
+def _field_properties(base: Any, spec: str) -> dict[str, Any]:
     """Return the properties of a field, such as its form and range, from its type and its specification."""
     if get_origin(base) is Literal:
         return {"form": "choice", "options": get_args(base)}

@@ -34,11 +34,11 @@ class Values:
 
     def combined(self, other: Values, low: Floats, high: Floats) -> Values:
         """Return `low` and `high` as bounds of a function of this and another value, undefined where either is."""
-        return _make_values(low, high, self.may | other.may, self.none | other.none)
+        return _make_bounds(low, high, self.may | other.may, self.none | other.none)
 
     def without(self, may: Bools, none: Bools, low: Floats, high: Floats) -> Values:
         """Return `low` and `high` as bounds of a function of this value that is undefined at more places."""
-        return _make_values(low, high, self.may | may | none, self.none | none)
+        return _make_bounds(low, high, self.may | may | none, self.none | none)
 
     @property
     def zero(self) -> Bools:
@@ -62,16 +62,16 @@ def bound_expression(node: Node, low: Floats, high: Floats, fields: FieldBounds 
     `fields` returns bounds of data fields; if it is None, they are unbounded.
     """
     with np.errstate(all="ignore"):
-        return _bound(node, low, high, fields)
+        return _bound_node(node, low, high, fields)
 
 
-def _make_values(low: Floats, high: Floats, may: Bools, none: Bools) -> Values:
+def _make_bounds(low: Floats, high: Floats, may: Bools, none: Bools) -> Values:
     """Return bounds as Values, in which bounds that are nan become infinite."""
     odd = np.isnan(low) | np.isnan(high)
     return Values(np.where(odd, -np.inf, low), np.where(odd, np.inf, high), may, none)
 
 
-def _bound(node: Node, low: Floats, high: Floats, fields: FieldBounds | None) -> Values:
+def _bound_node(node: Node, low: Floats, high: Floats, fields: FieldBounds | None) -> Values:
     nowhere = np.zeros(len(low), dtype=np.bool_)
     match node.do:
         case "number":
@@ -83,7 +83,7 @@ def _bound(node: Node, low: Floats, high: Floats, fields: FieldBounds | None) ->
             return Values(*fields(node.value, low, high), nowhere, nowhere)
         case "field":
             return Values(np.full(len(low), -np.inf), np.full(len(low), np.inf), ~nowhere, nowhere)
-    parts = [_bound(part, low, high, fields) for part in node.parts]
+    parts = [_bound_node(part, low, high, fields) for part in node.parts]
     a, b = parts[0], parts[-1]
     match node.do:
         case "+":
@@ -95,7 +95,7 @@ def _bound(node: Node, low: Floats, high: Floats, fields: FieldBounds | None) ->
         case "*":
             return _bound_monotonic(a, b, np.multiply)
         case "/":
-            return _bound_monotonic(a, _inverse(b), np.multiply)
+            return _bound_monotonic(a, _bound_inverse(b), np.multiply)
         case "^":
             return _bound_power(a, b, node.parts[1])
         case "min" | "max":
@@ -104,7 +104,7 @@ def _bound(node: Node, low: Floats, high: Floats, fields: FieldBounds | None) ->
             for part in parts[1:]:
                 found = found.combined(part, f(found.low, part.low), f(found.high, part.high))
             return found
-    return _function(node.do, a)
+    return _bound_function(node.do, a)
 
 
 def _bound_monotonic(a: Values, b: Values, f: np.ufunc) -> Values:
@@ -113,7 +113,7 @@ def _bound_monotonic(a: Values, b: Values, f: np.ufunc) -> Values:
     return a.combined(b, each.min(axis=0), each.max(axis=0))
 
 
-def _inverse(a: Values) -> Values:
+def _bound_inverse(a: Values) -> Values:
     through = (a.low <= 0.0) & (a.high >= 0.0)
     low, high = (np.where(through, s * np.inf, 1.0 / x) for s, x in ((-1.0, a.high), (1.0, a.low)))
     return a.without(through, (a.low == 0.0) & (a.high == 0.0), low, high)
@@ -124,7 +124,7 @@ def _bound_power(a: Values, b: Values, exponent: Node) -> Values:
     n = exponent.value if exponent.do == "number" else None
     if n is not None and n == int(n):
         if n < 0:
-            return _bound_power(_inverse(a), b, constant_node(-n))
+            return _bound_power(_bound_inverse(a), b, constant_node(-n))
         each = np.array([a.low**n, a.high**n])
         low, high = each.min(axis=0), each.max(axis=0)
         through = (a.low < 0.0) & (a.high > 0.0)
@@ -133,7 +133,7 @@ def _bound_power(a: Values, b: Values, exponent: Node) -> Values:
     return _bound_monotonic(base, b, np.power)
 
 
-def _function(name: str, a: Values) -> Values:
+def _bound_function(name: str, a: Values) -> Values:
     if name == "sqrt":
         return a.without(a.low < 0.0, a.high < 0.0, np.sqrt(np.maximum(a.low, 0.0)), np.sqrt(np.maximum(a.high, 0.0)))
     if name == "log":
@@ -157,4 +157,4 @@ def _bound_cosine(a: Values, late: float) -> Values:
     ends = np.array([np.cos(2.0 * np.pi * low), np.cos(2.0 * np.pi * high)])
     top = np.floor(high) >= np.ceil(low)
     bottom = np.floor(high - 0.5) >= np.ceil(low - 0.5)
-    return _make_values(np.where(bottom, -1.0, ends.min(axis=0)), np.where(top, 1.0, ends.max(axis=0)), a.may, a.none)
+    return _make_bounds(np.where(bottom, -1.0, ends.min(axis=0)), np.where(top, 1.0, ends.max(axis=0)), a.may, a.none)

@@ -57,10 +57,10 @@ def merge_repeated(found: Iterable[Diagnostic]) -> list[Diagnostic]:
     first: dict[object, list[Diagnostic]] = {}
     for d in found:
         first.setdefault((d.code, d.message, d.source, d.also) if d.also else d, []).append(d)
-    return [_one(group) for group in first.values()]
+    return [_merge_group(group) for group in first.values()]
 
 
-def _one(group: list[Diagnostic]) -> Diagnostic:
+def _merge_group(group: list[Diagnostic]) -> Diagnostic:
     lines = sorted({d.span.line for d in group[1:] if d.span is not None})
     if not lines:
         return group[0]

@@ -111,7 +111,7 @@ class Scope:
         wanted = frozenset(kinds)
         return [
             n.removeprefix(module.prefix) for n, s in self.table.symbols.items()
-            if n.startswith(module.prefix) and _kind(s) in wanted
+            if n.startswith(module.prefix) and _kind_of_symbol(s) in wanted
         ]  # fmt: skip
 
     def _hint(self, name: tree.Name, module: Module, kind: str) -> str | Remedy:
@@ -122,8 +122,8 @@ class Scope:
         everything = self.names(module, ["param", *self.table.vocabulary])
         if close := nearest(name.text, fitting) or nearest(name.text, everything):
             return did_you_mean(close)
-        word = _word(self.table.vocabulary, name.text, kind)
-        return self._dotted(name, module) or word or _advice(name, kind, fitting)
+        word = _explain_word(self.table.vocabulary, name.text, kind)
+        return self._dotted(name, module) or word or _unknown_name_advice(name, kind, fitting)
 
     def _dotted(self, name: tree.Name, module: Module) -> str:
         first = name.parts[0]
@@ -131,7 +131,7 @@ class Scope:
         if len(name.parts) < 2:
             return ""
         if symbol is not None:
-            owner = f"`{first}` is {_phrase(_kind(symbol))}, whose fields cannot be read"
+            owner = f"`{first}` is {_kind_with_article(_kind_of_symbol(symbol))}, whose fields cannot be read"
             return f"{owner}; define the value as a `param`"
         if module.prefix + first in self.table.aliases:
             own = [
@@ -143,15 +143,15 @@ class Scope:
         return f'`{first}` is not the name of a scene; `use "file.scene" as {first}` would define it'
 
 
-def _kind(symbol: Symbol) -> str:
+def _kind_of_symbol(symbol: Symbol) -> str:
     return symbol.node.kind if isinstance(symbol.node, tree.Declare) else "param"
 
 
-def _phrase(kind: str) -> str:
+def _kind_with_article(kind: str) -> str:
     return "a parameter" if kind == "param" else f"{field_schema.article(kind)} {kind}"
 
 
-def _word(vocabulary: Vocabulary, text: str, kind: str) -> str:
+def _explain_word(vocabulary: Vocabulary, text: str, kind: str) -> str:
     """Return an explanation if `text` is a unit or constructor where a declared name is expected, else ""."""
     made = vocabulary.find(text)
     if made:
@@ -174,7 +174,7 @@ def _is_unit(text: str) -> bool:
     return True
 
 
-def _advice(name: tree.Name, kind: str, fitting: list[str]) -> str:
+def _unknown_name_advice(name: tree.Name, kind: str, fitting: list[str]) -> str:
     if kind and fitting:
         return f"declared {field_schema.plural(kind)}: {field_schema.join_names(fitting)}"
     if kind:

@@ -77,7 +77,7 @@ class _Order:
         if full in self.replaced:
             texts.append((self.replaced[full].node, self.replaced[full].place))
         for expression, place in texts:
-            for name in _names(expression):
+            for name in _names_in_expression(expression):
                 known = self.scope.table.symbols.get(symbol.module.prefix + name.text)
                 if known is not None and isinstance(known.node, tree.Param):
                     yield _Need(symbol.module.prefix + name.text, name.span, place)
@@ -110,7 +110,7 @@ class _Need:
     place: Place
 
 
-def _names(expression: tree.Expression) -> list[tree.Name]:
+def _names_in_expression(expression: tree.Expression) -> list[tree.Name]:
     """Return the names in an expression, without function names."""
     parts = [part for part, _ in tree.walk(expression)]
     functions = {id(part.function) for part in parts if isinstance(part, tree.Call)}

@@ -80,14 +80,14 @@ def assign_overrides(overrides: Sequence[Override], table: ModuleTable) -> dict[
             found[override.name] = override
         elif declared is not None and isinstance(declared.node, tree.Declare):
             if isinstance(declared.node.value, tree.Name):
-                _alias(override, owner, declared.node.value)
+                _report_alias_override(override, owner, declared.node.value)
             found[override.name] = override
         else:
-            _unknown(override, table)
+            _report_unknown_override(override, table)
     return found
 
 
-def _alias(override: Override, owner: str, original: tree.Name) -> None:
+def _report_alias_override(override: Override, owner: str, original: tree.Name) -> None:
     field = override.name.rpartition(".")[2]
     problem = f"`{owner}` has no fields of its own, it is another name for `{original.text}`"
     override.place.fail(
@@ -99,7 +99,7 @@ def _alias(override: Override, owner: str, original: tree.Name) -> None:
     )
 
 
-def _unknown(override: Override, table: ModuleTable) -> None:
+def _report_unknown_override(override: Override, table: ModuleTable) -> None:
     parameters = [n for n, s in table.symbols.items() if isinstance(s.node, tree.Param)]
     known = table.symbols.get(override.name)
     if known is not None and isinstance(known.node, tree.Declare):

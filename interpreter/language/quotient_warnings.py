@@ -32,16 +32,16 @@ def suggest_quotient(
     if given != tuple(-power for power in due):
         return None
     if named is None:
-        instead = _meant(node, text, due)
+        instead = _guess_intended_quotient(node, text, due)
         return None if instead is None else Remedy(f"{RULE}; write `{instead}`", Fix(instead))
     value, _ = parse_expression(Source(named.name, named.text))
-    instead = None if value is None else _meant(value, named.text, due)
+    instead = None if value is None else _guess_intended_quotient(value, named.text, due)
     return None if instead is None else Remedy(f"{RULE}; write `{named.name} = {instead}`")
 
 
-def _meant(node: tree.Expression, text: str, due: units.Dimension) -> str | None:
+def _guess_intended_quotient(node: tree.Expression, text: str, due: units.Dimension) -> str | None:
     if isinstance(node, tree.Unary) and node.operator in "+-":
-        inner = _meant(node.operand, text, due)
+        inner = _guess_intended_quotient(node.operand, text, due)
         return None if inner is None else f"{node.operator}{inner}"
     if not (isinstance(node, tree.Binary) and node.operator == "/" and isinstance(node.right, tree.Number)):
         return None

@@ -52,28 +52,28 @@ def remedy(new: str) -> Remedy:
 
 def upgrade(text: str, parsed: tree.Tree) -> str:
     """Return the text of a scene with every earlier word replaced by its present name, and nothing else changed."""
-    for start, end, new in sorted(set(_replacements(parsed)), reverse=True):
+    for start, end, new in sorted(set(_find_replacements(parsed)), reverse=True):
         text = text[:start] + new + text[end:]
     return text
 
 
-def _replacements(parsed: tree.Tree) -> Iterator[tuple[int, int, str]]:
+def _find_replacements(parsed: tree.Tree) -> Iterator[tuple[int, int, str]]:
     """Yield start and end of each earlier word, and its present name."""
     names = {d.name: d for d in parsed.declarations if isinstance(d, tree.Declare | tree.Param)}
     for declaration in parsed.declarations:
         if isinstance(declaration, tree.Declare):
             if declaration.kind in KINDS:
                 yield declaration.kind_span.start, declaration.kind_span.end, KINDS[declaration.kind]
-            yield from _bare(declaration.value, names)
+            yield from _bare_word_replacement(declaration.value, names)
         for root in tree.expressions(declaration):
             for part, _ in tree.walk(root):
                 if isinstance(part, tree.Call):
-                    yield from _in_call(part, names)
+                    yield from _replacements_in_call(part, names)
                 elif isinstance(part, tree.Name):
-                    yield from _field_of_declared(part, names)
+                    yield from _dotted_field_replacement(part, names)
 
 
-def _in_call(call: tree.Call, names: Container[str]) -> Iterator[tuple[int, int, str]]:
+def _replacements_in_call(call: tree.Call, names: Container[str]) -> Iterator[tuple[int, int, str]]:
     """Yield the earlier words in a call: its constructor, its fields, and amplitudes given by name only."""
     present = CONSTRUCTORS.get(call.function.text, call.function.text)
     if present != call.function.text:
@@ -83,16 +83,16 @@ def _in_call(call: tree.Call, names: Container[str]) -> Iterator[tuple[int, int,
         if new and argument.name_span is not None:
             yield argument.name_span.start, argument.name_span.end, new
         if argument.name in (*FIELDS, *FIELDS.values()):
-            yield from _bare(argument.value, names)
+            yield from _bare_word_replacement(argument.value, names)
 
 
-def _bare(value: tree.Expression, names: Container[str]) -> Iterator[tuple[int, int, str]]:
+def _bare_word_replacement(value: tree.Expression, names: Container[str]) -> Iterator[tuple[int, int, str]]:
     """Yield the earlier word of a constructor that is written without brackets and that the scene does not declare."""
     if isinstance(value, tree.Name) and value.text in CONSTRUCTORS and value.text not in names:
         yield value.span.start, value.span.end, CONSTRUCTORS[value.text]
 
 
-def _field_of_declared(
+def _dotted_field_replacement(
     name: tree.Name, names: Mapping[str, tree.Declare | tree.Param]
 ) -> Iterator[tuple[int, int, str]]:
     """Yield the earlier name of a field in `coarse.size`, the form in which studies name what they vary.

@@ -132,13 +132,13 @@ def read_scene_file(path: Path, shown: str | None = None) -> Source:
     name = shown or str(path)
     try:
         if not os.path.isfile(path):
-            raise _no_file(path, name)
+            raise _missing_file_error(path, name)
         with open_regular(path) as file:
             data = read_limited(file, name)
     except (OSError, ValueError) as error:
         reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
         raise UnreadableScene(f"cannot read {name}: {reason[:1].lower()}{reason[1:]}") from error
-    return Source(name, _text(data, name))
+    return Source(name, _decode_text(data, name))
 
 
 def find_quoted_paths(text: str, folder: Path) -> Iterator[Path]:
@@ -150,7 +150,7 @@ def find_quoted_paths(text: str, folder: Path) -> Iterator[Path]:
                 yield path
 
 
-def _no_file(path: Path, name: str) -> UnreadableScene:
+def _missing_file_error(path: Path, name: str) -> UnreadableScene:
     if os.path.isdir(path):
         return UnreadableScene(f"{name} is a folder")
     if os.path.exists(path):
@@ -171,7 +171,7 @@ def read_limited(file: BinaryIO, name: str) -> bytes:
     return data
 
 
-def _text(data: bytes, name: str) -> str:
+def _decode_text(data: bytes, name: str) -> str:
     """Return UTF-8 data as text; the parser later refuses a NUL character at its place."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise UnreadableScene(f"{name} is in UTF-16, not in UTF-8", "save it as UTF-8")
@@ -220,17 +220,17 @@ def _load_module(
     chain = (*chain, file.resolve()) if file else chain
     for node in syntax.declarations:
         if isinstance(node, tree.Use):
-            _use(table, module, node, chain)
+            _load_used_scene(table, module, node, chain)
         elif isinstance(node, tree.Param | tree.Declare):
-            _declare(table, module, node)
+            _declare_symbol(table, module, node)
 
 
-def _declare(table: ModuleTable, module: Module, node: tree.Param | tree.Declare) -> None:
-    if _is_free(table, module, node.name, node.name_span):
+def _declare_symbol(table: ModuleTable, module: Module, node: tree.Param | tree.Declare) -> None:
+    if _check_name_is_free(table, module, node.name, node.name_span):
         table.symbols[module.prefix + node.name] = Symbol(node, module)
 
 
-def _is_free(table: ModuleTable, module: Module, name: str, span: Span) -> bool:
+def _check_name_is_free(table: ModuleTable, module: Module, name: str, span: Span) -> bool:
     """Return whether a name can be declared in a module, and report it otherwise."""
     if name in PREDEFINED:
         module.place.fail(
@@ -249,8 +249,8 @@ def _is_free(table: ModuleTable, module: Module, name: str, span: Span) -> bool:
     return False
 
 
-def _use(table: ModuleTable, module: Module, node: tree.Use, chain: tuple[Path, ...]) -> None:
-    if not _is_free(table, module, node.alias, node.alias_span):
+def _load_used_scene(table: ModuleTable, module: Module, node: tree.Use, chain: tuple[Path, ...]) -> None:
+    if not _check_name_is_free(table, module, node.alias, node.alias_span):
         return
     alias = module.prefix + node.alias
     table.aliases[alias] = node
@@ -260,7 +260,9 @@ def _use(table: ModuleTable, module: Module, node: tree.Use, chain: tuple[Path, 
     try:
         source = _read_used_scene(node, path, shown)
     except UnreadableScene as missing:
-        module.place.fail("E401", node.path_span, missing.reason, "not usable", _remedy(node, path, missing))
+        module.place.fail(
+            "E401", node.path_span, missing.reason, "not usable", _missing_scene_remedy(node, path, missing)
+        )
         table.broken.add(alias)
         return
     if (problem := _check_use_limits(table, path, chain, len(source.text))) is not None:
@@ -285,7 +287,7 @@ def _read_used_scene(node: tree.Use, path: Path, shown: str) -> Source:
     return read_scene_file(path, shown)
 
 
-def _remedy(node: tree.Use, path: Path, missing: UnreadableScene) -> str | Remedy:
+def _missing_scene_remedy(node: tree.Use, path: Path, missing: UnreadableScene) -> str | Remedy:
     if missing.remedy:
         return missing.remedy
     known = [f"std/{p.relative_to(ROOT).as_posix()}" for p in sorted(ROOT.rglob(f"*{SUFFIX}"))]

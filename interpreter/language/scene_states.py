@@ -31,7 +31,7 @@ def in_state(scene: Scene, number: int) -> Scene:
     key = in_state, number
     if key not in scene.known:
         value = states_of(scene)[number]
-        declared = {name: _in_state(d, number, value) for name, d in scene.declared.items()}
+        declared = {name: _declaration_in_state(d, number, value) for name, d in scene.declared.items()}
         scene.known[key] = replace(scene, declared=declared, state=number)
     found: Scene = scene.known[key]
     return found
@@ -49,6 +49,6 @@ def find_time_dependent(scene: Scene) -> list[Declared]:
     return [*driven, *(m for m in scene.of_kind("material").values() if hasattr(m.thing, "amplitude"))]
 
 
-def _in_state(declared: Declared, number: int, value: float) -> Declared:
+def _declaration_in_state(declared: Declared, number: int, value: float) -> Declared:
     changes = getattr(declared.thing, "in_state", None)
     return declared if changes is None else replace(declared, thing=changes(number, value))

@@ -64,13 +64,13 @@ class Profile:
 
         X = np.asarray(X, dtype=np.float64)
         with np.errstate(all="ignore"):
-            found = _on_arrays(self.root, X, read, np)
+            found = _evaluate_on_arrays(self.root, X, read, np)
         return np.array(np.broadcast_to(found, len(X)), dtype=np.float64)
 
     def value(self, place: Sequence[float]) -> float:
         """Return the value at one point, m, without numpy; NaN where it is undefined or needs a data field."""
         try:
-            found = _at_place(self.root, place)
+            found = _evaluate_at_point(self.root, place)
             return float(found) if isinstance(found, float | int) else math.nan
         except (ArithmeticError, ValueError):
             return math.nan
@@ -105,7 +105,7 @@ def constant_node(value: float) -> Node:
     return Node("number", value=value)
 
 
-def _at_place(node: Node, place: Sequence[float]) -> Any:
+def _evaluate_at_point(node: Node, place: Sequence[float]) -> Any:
     match node.do:
         case "number":
             return node.value
@@ -113,10 +113,10 @@ def _at_place(node: Node, place: Sequence[float]) -> Any:
             return place[node.value]
         case "field":
             return math.nan
-    return _PLAIN[node.do](*(_at_place(part, place) for part in node.parts))
+    return _PLAIN[node.do](*(_evaluate_at_point(part, place) for part in node.parts))
 
 
-def _on_arrays(node: Node, X: Any, read: Reading | None, np: Any) -> Any:
+def _evaluate_on_arrays(node: Node, X: Any, read: Reading | None, np: Any) -> Any:
     match node.do:
         case "number":
             return node.value
@@ -126,7 +126,7 @@ def _on_arrays(node: Node, X: Any, read: Reading | None, np: Any) -> Any:
             if read is None:
                 raise ValueError("a field, and nothing that reads it")
             return read(node.value, X)
-    parts = [_on_arrays(part, X, read, np) for part in node.parts]
+    parts = [_evaluate_on_arrays(part, X, read, np) for part in node.parts]
     match node.do:
         case "min" | "max":
             return (np.minimum if node.do == "min" else np.maximum).reduce(np.broadcast_arrays(*parts))

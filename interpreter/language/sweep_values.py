@@ -61,13 +61,13 @@ def read_sweep_targets(binder: Binder, field: Field, node: tree.Expression, plac
     if not node.items:
         raise place.fail("E512", node.span, "the study varies nothing", "an empty list",
                          "name what to vary, or remove `over`, which varies every number")  # fmt: skip
-    found = [_one_target(binder, field, item, place) for item in node.items]
+    found = [_read_robustness_target(binder, field, item, place) for item in node.items]
     if None in found:
         raise EvaluationError
     return tuple(t for t in found if t is not None)
 
 
-def _one_target(binder: Binder, field: Field, item: tree.Expression, place: Place) -> SweepTarget | None:
+def _read_robustness_target(binder: Binder, field: Field, item: tree.Expression, place: Place) -> SweepTarget | None:
     try:
         return read_sweep_target(binder, field, item, place, "robustness(over = [{}])")
     except EvaluationError:
@@ -89,18 +89,21 @@ def read_variants(binder: Binder, field: Field, node: tree.Expression, place: Pl
     known: tuple[tree.Expression, tuple[Variant, ...]] | None = table.listed.get(id(node))
     if known is None or known[0] is not node:  # for instance in a copy of the table, with other list indices
         # each value is checked by compiling the whole scene again
-        known = table.listed[id(node)] = node, tuple(_variant(binder, item, node.unit, place) for item in node.items)
+        known = table.listed[id(node)] = (
+            node,
+            tuple(_read_sweep_value(binder, item, node.unit, place) for item in node.items),
+        )
     return known[1]
 
 
-def _variant(binder: Binder, item: tree.Expression, unit: tree.Unit | None, place: Place) -> Variant:
+def _read_sweep_value(binder: Binder, item: tree.Expression, unit: tree.Unit | None, place: Place) -> Variant:
     whole = item
-    if unit is not None and _is_plain(binder, item, place):
+    if unit is not None and _is_number_without_unit(binder, item, place):
         whole = with_unit(item, unit)
     return Variant(source_layout.format_on_one_line(whole), whole, Location(place.source, item.span))
 
 
-def _is_plain(binder: Binder, item: tree.Expression, place: Place) -> bool:
+def _is_number_without_unit(binder: Binder, item: tree.Expression, place: Place) -> bool:
     """Return whether a value in a list with a unit is a number without a unit of its own.
 
     Raises EvaluationError if it is not a number.

@@ -137,12 +137,12 @@ def si_unit(dimension: Dimension) -> str:
     for name, (factor, own, _) in UNITS.items():
         if own == dimension and factor == 1.0:
             return name
-    parts = [(s, n) for s, n in zip(("kg", "m", "s", "K", "rad"), _base_order(dimension), strict=True) if n]
-    top = "*".join(_power(s, n) for s, n in parts if n > 0)
-    bottom = [_power(s, -n) for s, n in parts if n < 0]
+    parts = [(s, n) for s, n in zip(("kg", "m", "s", "K", "rad"), _in_base_order(dimension), strict=True) if n]
+    top = "*".join(_format_power(s, n) for s, n in parts if n > 0)
+    bottom = [_format_power(s, -n) for s, n in parts if n < 0]
     if len(bottom) == 1 and top:
         return f"{top}/{bottom[0]}"
-    return "*".join(_power(s, n) for s, n in parts)
+    return "*".join(_format_power(s, n) for s, n in parts)
 
 
 def vector_unit(dimension: Dimension) -> str:
@@ -150,11 +150,11 @@ def vector_unit(dimension: Dimension) -> str:
     return {(2, 1, -2, 0, 0): "N*m", (0, 1, -2, 0, 0): "N/m"}.get(dimension) or si_unit(dimension)
 
 
-def _base_order(d: Dimension) -> Dimension:
+def _in_base_order(d: Dimension) -> Dimension:
     return (d[1], d[0], d[2], d[3], d[4])
 
 
-def _power(symbol: str, exponent: int) -> str:
+def _format_power(symbol: str, exponent: int) -> str:
     return symbol if exponent == 1 else f"{symbol}^{exponent}"
 
 
@@ -178,15 +178,15 @@ def parse_unit(text: str) -> Measure:
     """Parse a unit: `kg/m^3`, `N*m`, `J/(kg*K)`, `mm`, `%`. Raises UnitError."""
     parts = _PART.findall(text.replace("·", "*"))
     if not parts or "".join(operator + part for operator, part in parts) != text.replace("·", "*"):
-        raise _unreadable(text)
-    _refuse_names(parts, text)
+        raise _unreadable_unit_error(text)
+    _refuse_declared_names(parts, text)
     if any(operator == "/" for operator, _ in parts[:-1]):
         remedy = "put the divisor in brackets, as in `J/(kg*K)`, or use negative powers: `J*kg^-1*K^-1`"
         raise UnitError(f"`{text}` can be read in two ways", remedy)
     factor, dimension = 1.0, NONE
     for operator, part in parts:
         sign = -1 if operator == "/" else 1
-        one = parse_unit(part[1:-1]) if part.startswith("(") else _factor(part, text)
+        one = parse_unit(part[1:-1]) if part.startswith("(") else _parse_unit_symbol(part, text)
         factor *= one.factor**sign
         dimension = multiply_dimensions(dimension, one.dimension, sign)
         if not SMALLEST <= factor <= LARGEST:
@@ -195,27 +195,27 @@ def parse_unit(text: str) -> Measure:
     return Measure(factor, dimension)
 
 
-def _refuse_names(parts: list[tuple[str, str]], whole: str) -> None:
+def _refuse_declared_names(parts: list[tuple[str, str]], whole: str) -> None:
     """Refuse a unit such as `GPa*b^4` where `b` may be a declared name, since without blanks it reads as a unit."""
     for operator, part in parts:
         symbol = part.partition("^")[0]
         named = operator == "*" and re.fullmatch(r"[A-Za-z_]\w*", symbol)
-        if named and symbol not in _MEANT and not _is_known(symbol):
+        if named and symbol not in _MEANT and not _is_known_unit(symbol):
             first, _, rest = whole.partition(f"*{part}")
             meant = f"{first} * {part}{rest}"
             wrong, remedy = whole, f"if `{symbol}` is a name, put blanks around `*`: `{meant}`"
-            if nearest(symbol, _common()):
-                hint, meant = _hint(symbol)
+            if nearest(symbol, _all_prefixed_units()):
+                hint, meant = _unknown_symbol_advice(symbol)
                 wrong, remedy = symbol, f"{hint}; {remedy}"
             raise UnitError(f"`{symbol}` in `{whole}` is not a known unit", remedy, wrong, meant)
 
 
-def _factor(part: str, whole: str) -> Measure:
+def _parse_unit_symbol(part: str, whole: str) -> Measure:
     """Parse one unit symbol with its power. Raises UnitError."""
     match = _FACTOR.fullmatch(part)
     if match is None:
-        raise _unreadable(whole, part)
-    base, exponent = _simple(match[1], whole), int(match[2] or 1)
+        raise _unreadable_unit_error(whole, part)
+    base, exponent = _look_up_symbol(match[1], whole), int(match[2] or 1)
     if abs(exponent) > 12:
         raise UnitError(f"the power in `{whole}` is too large", "powers of units go up to 12")
     return Measure(base.factor**exponent, raise_dimension(base.dimension, exponent))
@@ -224,14 +224,14 @@ def _factor(part: str, whole: str) -> Measure:
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 
 
-def _unreadable(whole: str, part: str = "") -> UnitError:
+def _unreadable_unit_error(whole: str, part: str = "") -> UnitError:
     """Return the error for an unreadable unit, such as `m3` for `m^3` or a fractional power."""
     if re.search(r"\^[+-]?\d+\.", part):
         return UnitError(
             f"the power in `{whole}` is not a whole number", "units have whole powers: take a root with `sqrt(...)`"
         )
     meant = re.sub(r"([^\W\d_])(-?\d+)(?=$|[*/)])", r"\1^\2", whole.translate(_RAISED))
-    if meant != whole and _is_known(meant):
+    if meant != whole and _is_known_unit(meant):
         return UnitError(f"`{whole}` is not a unit", f"write `{meant}`", whole, meant)
     return UnitError(f"`{whole}` is not a unit", "units look like `kPa`, `kg/m^3` or `N*m`, without spaces")
 
@@ -243,7 +243,7 @@ _BRACKETS = re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$")
 def unit_in_column_name(column: str) -> Measure | None:
     """Return the unit at the end of a column's name, as in `Load (N)` or `t [ms]`; None if there is none."""
     found = _BRACKETS.search(column)
-    return parse_unit(inner) if found and _is_known(inner := found[1].strip()) else None
+    return parse_unit(inner) if found and _is_known_unit(inner := found[1].strip()) else None
 
 
 def has_conflicting_unit(column: str, factor: float, dimension: Dimension) -> bool:
@@ -252,7 +252,7 @@ def has_conflicting_unit(column: str, factor: float, dimension: Dimension) -> bo
     return said is not None and said.dimension == dimension and abs(said.factor / factor - 1.0) >= SAME
 
 
-def _is_known(text: str) -> bool:
+def _is_known_unit(text: str) -> bool:
     try:
         parse_unit(text)
     except UnitError:
@@ -260,7 +260,7 @@ def _is_known(text: str) -> bool:
     return True
 
 
-def _simple(symbol: str, whole: str) -> Measure:
+def _look_up_symbol(symbol: str, whole: str) -> Measure:
     if symbol in UNITS:
         factor, dimension, _ = UNITS[symbol]
         return Measure(factor, dimension)
@@ -269,7 +269,7 @@ def _simple(symbol: str, whole: str) -> Measure:
         factor, dimension, _ = UNITS[rest]
         return Measure(PREFIXES[prefix] * factor, dimension)
     place = f"`{symbol}`" if symbol == whole else f"`{symbol}` in `{whole}`"
-    hint, meant = _hint(symbol)
+    hint, meant = _unknown_symbol_advice(symbol)
     raise UnitError(f"{place} is not a known unit", hint, symbol, meant)
 
 
@@ -292,43 +292,43 @@ _MEANT = {
 }  # fmt: skip
 
 
-def _hint(symbol: str) -> tuple[str, str]:
+def _unknown_symbol_advice(symbol: str) -> tuple[str, str]:
     """Return advice about an unknown unit symbol, and the unit probably meant or an empty text."""
     if symbol in ("C", "degC", "°C", "F", "degF", "°F"):
         return "temperatures are in `K`: 20 °C are 293.15 K", ""
     if symbol in _MEANT:
         return f"write `{_MEANT[symbol]}`", _MEANT[symbol]
-    folded = [u for u in _common() if u.lower() == symbol.lower()]
+    folded = [u for u in _all_prefixed_units() if u.lower() == symbol.lower()]
     if folded:
         least = min(folded, key=lambda u: sum(a != b for a, b in zip(u, symbol, strict=True)))
         return f"write `{least}`: upper and lower case differ in units", least
-    if close := nearest(symbol, (*_common(), *_MEANT)):
+    if close := nearest(symbol, (*_all_prefixed_units(), *_MEANT)):
         return f"did you mean `{_MEANT.get(close, close)}`?", _MEANT.get(close, close)
     return "units look like `kPa`, `kg/m^3` or `N*m`; `dsl list units` shows them all", ""
 
 
 @lru_cache(maxsize=1)
-def _common() -> tuple[str, ...]:
+def _all_prefixed_units() -> tuple[str, ...]:
     """Return all units with all their prefixes."""
     return tuple(p + u for u, (_, _, prefixed) in UNITS.items() for p in ("", *(PREFIXES if prefixed else ())))
 
 
 def format_value(value: float, dimension: Dimension) -> str:
     """Format a value in SI with a suitable unit and six significant digits: `128.449 mm`, `60 kPa`, `30 deg`."""
-    factor, unit = _unit_for(value, dimension)
+    factor, unit = _choose_unit(value, dimension)
     return f"{value / factor:.6g} {unit}".removesuffix(" 1")
 
 
 def format_vector(values: Sequence[float], dimension: Dimension) -> str:
     """Format the components of a vector in one unit: `(178, 0, 0) mm`."""
     largest = max(values, key=abs)
-    factor, unit = _unit_for(largest, dimension)
+    factor, unit = _choose_unit(largest, dimension)
     return f"({', '.join(f'{v / factor:.6g}' for v in values)}) {unit}".removesuffix(" 1")
 
 
 def format_range(low: float, high: float, dimension: Dimension) -> str:
     """Format a range in one unit: `0 to 178 mm`."""
-    factor, unit = _unit_for(max(low, high, key=abs), dimension)
+    factor, unit = _choose_unit(max(low, high, key=abs), dimension)
     return f"{low / factor:.6g} to {high / factor:.6g} {unit}".removesuffix(" 1")
 
 
@@ -337,7 +337,7 @@ def format_volume_fraction(share: float) -> str:
     return "less than 0.01 %" if share < LITTLE else f"{100.0 * share:.3g} %"
 
 
-def _unit_for(value: float, dimension: Dimension) -> tuple[float, str]:
+def _choose_unit(value: float, dimension: Dimension) -> tuple[float, str]:
     """Return factor and name of the unit that suits the size of a value.
 
     It is the SI unit for zero, or if no listed unit is close.

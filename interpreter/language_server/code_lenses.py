@@ -22,10 +22,10 @@ def lenses(document: Document, params: types.CodeLensParams) -> list[types.CodeL
     """Return the lenses over the first declaration (run, compare), each model (run), and each study (compare)."""
     if document.file is None:
         return []
-    return [_lens(document, span, *words) for span, *words in _offers(document)]
+    return [_lens(document, span, *words) for span, *words in _lens_descriptions(document)]
 
 
-def _offers(document: Document) -> Iterator[tuple[tree.Span, str, str, *tuple[str, ...]]]:
+def _lens_descriptions(document: Document) -> Iterator[tuple[tree.Span, str, str, *tuple[str, ...]]]:
     """Yield place, title, command and options of each lens."""
     declared = [node for node in document.tree.declarations if isinstance(node, tree.Declare)]
     models = [node for node in declared if node.kind == "model"]

@@ -109,13 +109,13 @@ def _argument(here: CursorContext, frame: OpenBracket) -> Iterator[CompletionOff
                 yield CompletionOffer(f"{field.name} = ", Kind.Field, field.expected, doc, f"{field.name} = ")
         if frame.given:
             return
-    if frame.field is not None and _due(frame):
+    if frame.field is not None and _is_value_expected(frame):
         yield from field_value_items(here, frame.field)
 
 
 def _bracket_items(here: CursorContext, frame: OpenBracket) -> Iterator[CompletionOffer]:
     """Yield completions in a group, a list or the brackets of a numeric function such as `sin`."""
-    if not _due(frame):
+    if not _is_value_expected(frame):
         return
     call = here.call
     if frame.function or call is None or call.constructor is None:
@@ -126,7 +126,7 @@ def _bracket_items(here: CursorContext, frame: OpenBracket) -> Iterator[Completi
         yield from field_value_items(here, call.field)
 
 
-def _due(frame: OpenBracket) -> bool:
+def _is_value_expected(frame: OpenBracket) -> bool:
     """Return whether a value is expected, because none is written yet or the last token is an operator."""
     return not frame.value or frame.value[-1].kind in OPERATORS
 
@@ -215,11 +215,13 @@ def snippet(c: Constructor, known: dict[str, str]) -> str:
     required = [f for f in c.fields if f.required]
     if not c.fields:
         return f"{c.name}()"
-    given = (f"{f.name} = ${{{i}:{_escaped(known.get(f.kind) or sample(f))}}}" for i, f in enumerate(required, 1))
+    given = (
+        f"{f.name} = ${{{i}:{_escape_snippet(known.get(f.kind) or sample(f))}}}" for i, f in enumerate(required, 1)
+    )
     return f"{c.name}({', '.join(given) or '$1'})$0"
 
 
-def _escaped(text: str) -> str:
+def _escape_snippet(text: str) -> str:
     return text.replace("\\", "\\\\").replace("$", "\\$").replace("}", "\\}")
 
 
@@ -248,7 +250,7 @@ def _condition(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
         yield from numbers(here, units.LENGTH)
 
 
-def _target(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
+def _study_target_items(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
     """Yield completions of a quantity that a study varies: parameters, and fields of declarations as `name.field`."""
     scene = here.document.known
     for name, kind in find_declared_names(here.document).items():
@@ -260,7 +262,7 @@ def _target(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
                 yield CompletionOffer(f"{name}.{own.name}", Kind.Field, own.expected, own.doc)
 
 
-def _nothing(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
+def _no_items(here: CursorContext, field: Field) -> Iterator[CompletionOffer]:
     yield from ()
 
 
@@ -274,10 +276,10 @@ VALUES: dict[str, Callable[[CursorContext, Field], Iterator[CompletionOffer]]] =
     "fibres": _fibres,
     "components": _components,
     "condition": _condition,
-    "target": _target,
-    "targets": _target,
-    "text": _nothing,
-    "texts": _nothing,
-    "file": _nothing,
-    "files": _nothing,
+    "target": _study_target_items,
+    "targets": _study_target_items,
+    "text": _no_items,
+    "texts": _no_items,
+    "file": _no_items,
+    "files": _no_items,
 }

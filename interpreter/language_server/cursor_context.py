@@ -63,10 +63,10 @@ class CursorContext:
     def frames(self) -> tuple[OpenBracket, ...]:
         """Open brackets around the cursor, the innermost last."""
         found: list[OpenBracket] = []
-        opened = _open(self.before)[-DEEPEST:]
+        opened = _open_bracket_indices(self.before)[-DEEPEST:]
         for index in opened:
-            later = _later(self) if index == opened[-1] else []
-            found.append(_frame(self, index, found, later))
+            later = _arguments_after_cursor(self) if index == opened[-1] else []
+            found.append(_describe_open_bracket(self, index, found, later))
         return tuple(found)
 
     @property
@@ -106,7 +106,7 @@ def find_cursor_context(document: Document, offset: int) -> CursorContext | None
             start, count = token.start, count - 1
         elif token.text == "." and count > 1 and tokens[count - 2].kind in NAMES:
             start, count = tokens[count - 2].start, count - 2  # `rod.`, before anything of the next word
-    before = _declaration(tokens[max(0, count - LONGEST) : count], tokens[count - 1 : count], document, start)
+    before = _declaration_tokens(tokens[max(0, count - LONGEST) : count], tokens[count - 1 : count], document, start)
     return CursorContext(document, offset, start, document.text[start:offset], before, text)
 
 
@@ -117,7 +117,7 @@ def _is_word(token: Token) -> bool:
     return token.kind in ("UNIT", "FOREIGN_WORD", *NAMES) or token.text.isalpha()
 
 
-def _declaration(tokens: list[Token], last: list[Token], document: Document, start: int) -> tuple[Token, ...]:
+def _declaration_tokens(tokens: list[Token], last: list[Token], document: Document, start: int) -> tuple[Token, ...]:
     """Return the tokens of the declaration that continues at an offset; empty if a new one starts there."""
     if not tokens:
         return ()
@@ -129,7 +129,7 @@ def _declaration(tokens: list[Token], last: list[Token], document: Document, sta
     return () if ended and new_line else tuple(chunk.tokens)
 
 
-def _open(tokens: tuple[Token, ...]) -> list[int]:
+def _open_bracket_indices(tokens: tuple[Token, ...]) -> list[int]:
     """Return the indices of the opening brackets that are not closed."""
     found: list[int] = []
     for index, token in enumerate(tokens):
@@ -140,7 +140,9 @@ def _open(tokens: tuple[Token, ...]) -> list[int]:
     return found
 
 
-def _frame(here: CursorContext, index: int, outer: list[OpenBracket], later: list[tuple[Token, ...]]) -> OpenBracket:
+def _describe_open_bracket(
+    here: CursorContext, index: int, outer: list[OpenBracket], later: list[tuple[Token, ...]]
+) -> OpenBracket:
     """Return the open bracket with an index, described as far as it is written."""
     tokens = here.before
     called = index and tokens[index].kind == "LPAR" and tokens[index - 1].kind in NAMES
@@ -168,7 +170,7 @@ def _arguments(tokens: tuple[Token, ...]) -> list[tuple[Token, ...]]:
     return [tuple(argument) for argument in found]
 
 
-def _later(here: CursorContext) -> list[tuple[Token, ...]]:
+def _arguments_after_cursor(here: CursorContext) -> list[tuple[Token, ...]]:
     """Return the arguments after the cursor, up to the closing bracket or the end of the line."""
     tokens = here.document.tokens
     first = bisect_left(tokens, here.offset, key=lambda t: t.start)

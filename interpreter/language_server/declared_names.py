@@ -17,7 +17,7 @@ def find_declared_names(document: Document) -> dict[str, str]:
 
     Names are found by tokens, so that the text may have errors.
     """
-    found = dict(_written(document))
+    found = dict(_names_in_text(document))
     table = document.known.table
     for name, symbol in table.symbols.items() if table else ():
         if "." in name:
@@ -25,7 +25,7 @@ def find_declared_names(document: Document) -> dict[str, str]:
     return found
 
 
-def _written(document: Document) -> Iterator[tuple[str, str]]:
+def _names_in_text(document: Document) -> Iterator[tuple[str, str]]:
     tokens = document.tokens
     for index, token in enumerate(tokens):
         if token.kind in ("NAME", "PARAM") and starts_declaration(tokens, index) and index + 1 < len(tokens):

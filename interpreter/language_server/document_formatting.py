@@ -20,11 +20,11 @@ def format_document(document: Document, params: types.DocumentFormattingParams) 
     try:
         new = format_source(document.source)
     except CannotFormat as problem:
-        raise RequestRefused(_reason(problem)) from None
+        raise RequestRefused(_reason_not_formatted(problem)) from None
     return [] if new == document.text else [_difference(document, new)]
 
 
-def _reason(problem: CannotFormat) -> str:
+def _reason_not_formatted(problem: CannotFormat) -> str:
     first = next(iter(problem.diagnostics), None)
     if first is None or first.span is None:
         return f"not formatted: {problem.reason}"

@@ -31,7 +31,7 @@ def symbols(document: Document, params: types.DocumentSymbolParams) -> list[type
 def find_workspace_symbols(opened: OpenDocuments, params: types.WorkspaceSymbolParams) -> list[types.WorkspaceSymbol]:
     """Return the declarations of all open scenes whose names contain the letters of the query, in order."""
     return [
-        types.WorkspaceSymbol(types.Location(uri, document.range(name[1])), name[0], _picture(node))
+        types.WorkspaceSymbol(types.Location(uri, document.range(name[1])), name[0], _symbol_kind(node))
         for uri, document in opened.documents.items()
         for node in document.tree.declarations
         if (name := _outline_name(node)) and params.query.lower() in name[0].lower()
@@ -49,7 +49,7 @@ def folds(document: Document, params: types.FoldingRangeParams) -> list[types.Fo
 
 def _symbol(document: Document, node: tree.Declaration) -> types.DocumentSymbol:
     name, at = _outline_name(node) or ("", node.span)
-    return types.DocumentSymbol(name, _picture(node), document.range(node.span), document.range(at), _detail(node))
+    return types.DocumentSymbol(name, _symbol_kind(node), document.range(node.span), document.range(at), _detail(node))
 
 
 def _outline_name(node: tree.Declaration) -> tuple[str, tree.Span] | None:
@@ -66,7 +66,7 @@ def _outline_name(node: tree.Declaration) -> tuple[str, tree.Span] | None:
     return None
 
 
-def _picture(node: tree.Declaration) -> SymbolKind:
+def _symbol_kind(node: tree.Declaration) -> SymbolKind:
     word = node.kind if isinstance(node, tree.Declare) else type(node).__name__.lower()
     return KINDS.get(word, SymbolKind.Variable)
 
@@ -93,7 +93,7 @@ def _folds(document: Document) -> Iterator[tuple[int, int, FoldingRangeKind | No
     own = [(first.line - 1, last.end_line - 1) for first, last in spans]
     comments = [(c.span.line - 1, c.span.line - 1) for c in document.tree.comments if _is_full_line(document, c)]
     yield from _paragraphs(comments, own)
-    for lines in _runs(comments):
+    for lines in _consecutive_groups(comments):
         yield lines[0][0], lines[-1][0], FoldingRangeKind.Comment
     for first, last in own:
         yield first, last, FoldingRangeKind.Region
@@ -104,7 +104,7 @@ def _is_full_line(document: Document, comment: tree.Comment) -> bool:
     return not document.text[document.starts[comment.span.line - 1] : comment.span.start].strip("\ufeff \t\f\v")
 
 
-def _runs(lines: list[tuple[int, int]]) -> Iterator[list[tuple[int, int]]]:
+def _consecutive_groups(lines: list[tuple[int, int]]) -> Iterator[list[tuple[int, int]]]:
     """Yield groups of consecutive lines without a gap."""
     for _, run in groupby(enumerate(lines), key=lambda pair: pair[1][0] - pair[0]):
         yield [line for _, line in run]
@@ -115,7 +115,7 @@ def _paragraphs(
 ) -> Iterator[tuple[int, int, FoldingRangeKind | None]]:
     """Yield the lines below a comment, up to the next empty line or full-line comment."""
     starts = dict(own)
-    for run in _runs(comments):
+    for run in _consecutive_groups(comments):
         end = run[-1][0]
         while end + 1 in starts:
             end = starts[end + 1]

@@ -25,7 +25,7 @@ def definition(document: Document, params: types.DefinitionParams) -> types.Loca
         target = found.target
         own = document_of(document, target.module)
         return types.Location(uri_of(own, params.text_document.uri, document), own.range(target.span))
-    file = _file_named(document, offset)
+    file = _file_at(document, offset)
     return None if file is None else types.Location(file.resolve().as_uri(), START)
 
 
@@ -100,7 +100,7 @@ def _may_use(text: str, home: Path, name: str) -> bool:
     return name in text and re.search(rf'\buse[^"\n]*"[^"\n]*{re.escape(home.name)}"', text) is not None
 
 
-def _file_named(document: Document, offset: int) -> Path | None:
+def _file_at(document: Document, offset: int) -> Path | None:
     """Return the file that a quoted text at a position names, such as a used scene, a mesh or a measurement."""
     for node in document.tree.declarations:
         if not node.span.start <= offset <= node.span.end:
@@ -110,7 +110,7 @@ def _file_named(document: Document, offset: int) -> Path | None:
         for expression in tree.expressions(node):
             for part, _ in tree.walk(expression):
                 if isinstance(part, tree.String) and part.span.start <= offset <= part.span.end:
-                    return _existing(document.folder, part.value)
+                    return _existing_file(document.folder, part.value)
     return None
 
 
@@ -119,7 +119,7 @@ def _used_file(document: Document, node: tree.Use) -> Path | None:
     return next((m.file for m in document.table.modules if m.prefix == f"{node.alias}."), None)
 
 
-def _existing(folder: Path, name: str) -> Path | None:
+def _existing_file(folder: Path, name: str) -> Path | None:
     try:
         return folder / name if name and (folder / name).is_file() else None
     except (OSError, ValueError):  # not a valid file name: too long, or with a NUL

@@ -45,7 +45,7 @@ def _hover_of_token(document: Document, index: int, token: Token) -> str:
         return hover_markdown.prose(word_page(token.text) or "")
     here = find_cursor_context(document, token.start)
     following = document.tokens[index + 1].kind if index + 1 < len(document.tokens) else ""
-    return "" if here is None else _name(here, token.text, following)
+    return "" if here is None else _hover_of_name(here, token.text, following)
 
 
 # ------------------------------------------------------------------ numbers
@@ -75,7 +75,7 @@ def _quantity(tokens: list[Token], index: int) -> str:
 # ------------------------------------------------------------------ names
 
 
-def _name(here: CursorContext, name: str, following: str) -> str:
+def _hover_of_name(here: CursorContext, name: str, following: str) -> str:
     """Return the meaning of a name in its context: a kind, a field, a constructor, a choice, or a declaration."""
     frame = here.frames[-1] if here.frames else None
     if not here.before and name in here.document.vocabulary:
@@ -97,7 +97,7 @@ def _hover_of_call(here: CursorContext, name: str) -> str:
     words = here.document.vocabulary
     made = words.constructor(kind, name) if kind in words else None
     found = made or next(iter(words.find(name)), None)
-    return _word(here, found) if found else hover_markdown.prose(word_page(name) or "")
+    return _hover_of_constructor(here, found) if found else hover_markdown.prose(word_page(name) or "")
 
 
 def _of_field(here: CursorContext, name: str) -> str:
@@ -112,10 +112,10 @@ def _of_field(here: CursorContext, name: str) -> str:
     words = here.document.vocabulary
     made = field.form in ("value", "fibres") and field.kind in words
     word = words.constructor(field.kind, name) if made else None
-    return _word(here, word) if word and name not in find_declared_names(here.document) else ""
+    return _hover_of_constructor(here, word) if word and name not in find_declared_names(here.document) else ""
 
 
-def _word(here: CursorContext, word: Constructor) -> str:
+def _hover_of_constructor(here: CursorContext, word: Constructor) -> str:
     owner = here.document.vocabulary.owner(word.kind, word.name)
     return hover_markdown.constructor(word) + (
         f"\n\nFrom the plugin {hover_markdown.prose(owner.name)}" if owner else ""
@@ -133,28 +133,28 @@ def _declaration_text(document: Document, name: str) -> str:
     if (parameter := scene.parameters.get(name)) is not None:
         return _parameter(parameter)
     if (known := scene.declared.get(name)) is not None:
-        return _declaration(known)
+        return _declaration_summary(known)
     parts = (scene.declared.get(part) for part in name.split(".")[:2]) if "." in name else ()
-    return "\n\n---\n\n".join(_declaration(part) for part in parts if part is not None)
+    return "\n\n---\n\n".join(_declaration_summary(part) for part in parts if part is not None)
 
 
 def _parameter(p: Parameter) -> str:
     lines = [
-        _source(f"param {p.name} = {p.text}"),
-        f"**{hover_markdown.prose(format_value(p.value))}**, {_in_si(p.value)}",
+        _code_block(f"param {p.name} = {p.text}"),
+        f"**{hover_markdown.prose(format_value(p.value))}**, {_si_value_text(p.value)}",
     ]
     if p.interval is not None:
         lines.append(hover_markdown.prose(p.interval.words(p.value.dimension)))
     return "\n\n".join(lines)
 
 
-def _declaration(d: Declared) -> str:
-    return f"{_source(d.location.text)}\n\n{d.kind} `{d.name}`: {hover_markdown.prose(d.constructor.summary)}"
+def _declaration_summary(d: Declared) -> str:
+    return f"{_code_block(d.location.text)}\n\n{d.kind} `{d.name}`: {hover_markdown.prose(d.constructor.summary)}"
 
 
-def _source(text: str) -> str:
+def _code_block(text: str) -> str:
     return f"```softmark\n{text}\n```"
 
 
-def _in_si(value: Value) -> str:
+def _si_value_text(value: Value) -> str:
     return hover_markdown.prose(f"{units.dimension_name(value.dimension)}, {format_in_si(value, 9)}")

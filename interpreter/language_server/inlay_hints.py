@@ -27,14 +27,14 @@ def hints(document: Document, params: types.InlayHintParams) -> list[types.Inlay
     """Return the hints in a range of lines."""
     first, last = params.range.start.line, params.range.end.line
     nodes = [n for n in document.tree.declarations if n.span.line - 1 <= last and n.span.end_line - 1 >= first]
-    found = [*_values(document, nodes), *_evidence(document, nodes)]
+    found = [*_si_value_hints(document, nodes), *_result_hints(document, nodes)]
     return [hint for hint in found if first <= hint.position.line <= last]
 
 
 # ------------------------------------------------------------------ values in SI
 
 
-def _values(document: Document, nodes: list[tree.Declaration]) -> Iterator[types.InlayHint]:
+def _si_value_hints(document: Document, nodes: list[tree.Declaration]) -> Iterator[types.InlayHint]:
     """Yield hints such as `= 0.178 m` after values that are not written in SI units."""
     scope = document.scope  # with its own diagnostics, since those of the scene may be full
     table = scope.table
@@ -43,7 +43,7 @@ def _values(document: Document, nodes: list[tree.Declaration]) -> Iterator[types
     evaluator = scope.evaluator(table.modules[0])
     for node in nodes:
         for expression in _numeric_expressions(node, table.vocabulary):
-            if said := _in_si(expression, evaluator):
+            if said := _si_value_text(expression, evaluator):
                 at = document.position(expression.span.end)
                 yield types.InlayHint(at, f"= {said}", padding_left=True, tooltip="in SI units")
 
@@ -53,10 +53,10 @@ def _numeric_expressions(node: tree.Declaration, vocabulary: Vocabulary) -> Iter
     if isinstance(node, tree.Param):
         yield node.value
     elif isinstance(node, tree.Declare) and isinstance(node.value, tree.Call):
-        yield from _arguments(node.value, vocabulary, node.kind)
+        yield from _numeric_arguments(node.value, vocabulary, node.kind)
 
 
-def _arguments(node: tree.Call, vocabulary: Vocabulary, kind: str) -> Iterator[tree.Expression]:
+def _numeric_arguments(node: tree.Call, vocabulary: Vocabulary, kind: str) -> Iterator[tree.Expression]:
     fields = fields_of(node, vocabulary, kind)
     for place, argument in enumerate(node.arguments):
         field = field_of(fields, argument, place)
@@ -65,12 +65,12 @@ def _arguments(node: tree.Call, vocabulary: Vocabulary, kind: str) -> Iterator[t
         if field.form in NUMBERS:
             yield argument.value
         elif isinstance(argument.value, tree.Call):
-            yield from _arguments(argument.value, vocabulary, field.kind)
+            yield from _numeric_arguments(argument.value, vocabulary, field.kind)
 
 
-def _in_si(node: tree.Expression, evaluator: Evaluator) -> str:
+def _si_value_text(node: tree.Expression, evaluator: Evaluator) -> str:
     """Return the SI value of an expression; empty if it is written in SI units or cannot be evaluated."""
-    if _is_plain(node):
+    if _is_plain_si_value(node):
         return ""
     try:
         value = evaluator.values(node) if isinstance(node, tree.List) else evaluator.value(node)
@@ -79,19 +79,19 @@ def _in_si(node: tree.Expression, evaluator: Evaluator) -> str:
     return format_in_si(value, DIGITS)
 
 
-def _is_plain(node: tree.Expression) -> bool:
+def _is_plain_si_value(node: tree.Expression) -> bool:
     """Return whether an expression consists of one or several numbers in SI units."""
     match node:
         case tree.Number():
-            return _is_si(node.unit)
+            return _is_si_unit(node.unit)
         case tree.Unary(operand=operand):
-            return _is_plain(operand)
+            return _is_plain_si_value(operand)
         case tree.Vector() | tree.List():
-            return _is_si(node.unit) and all(_is_plain(item) for item in node.items)
+            return _is_si_unit(node.unit) and all(_is_plain_si_value(item) for item in node.items)
     return False
 
 
-def _is_si(unit: tree.Unit | None) -> bool:
+def _is_si_unit(unit: tree.Unit | None) -> bool:
     if unit is None:
         return True
     try:
@@ -103,7 +103,7 @@ def _is_si(unit: tree.Unit | None) -> bool:
 # ------------------------------------------------------------------ what was measured
 
 
-def _evidence(document: Document, nodes: list[tree.Declaration]) -> Iterator[types.InlayHint]:
+def _result_hints(document: Document, nodes: list[tree.Declaration]) -> Iterator[types.InlayHint]:
     """Yield the last report's results of expectations and metrics, at the ends of their lines."""
     known = find_last_report(document) if any(isinstance(n, tree.Expect | tree.Declare) for n in nodes) else None
     if known is None:
@@ -114,10 +114,10 @@ def _evidence(document: Document, nodes: list[tree.Declaration]) -> Iterator[typ
         except (AttributeError, KeyError, TypeError, ValueError):  # malformed report of another program
             continue
         if found is not None:
-            yield _hint(document, node, found)
+            yield _end_of_line_hint(document, node, found)
 
 
-def _hint(document: Document, node: tree.Declaration, found: MeasuredHint) -> types.InlayHint:
+def _end_of_line_hint(document: Document, node: tree.Declaration, found: MeasuredHint) -> types.InlayHint:
     at = document.position(document.starts[node.span.end_line - 1])
     end = document.position(document.offset(types.Position(at.line, 1_000_000)))
     more = types.MarkupContent(types.MarkupKind.Markdown, found.more)

@@ -105,7 +105,7 @@ class LastReport:
         own = min(judged, key=lambda e: abs(int(e.get("line") or 0) - line))  # of duplicates, the first counts
         verdict, reason = VERDICTS.get(own["verdict"], own["verdict"]), own.get("reason") or ""
         value = self._about(node, own)
-        said = f"{verdict}: {value}" if value else f"{verdict}: {_short(reason)}" if reason else verdict
+        said = f"{verdict}: {value}" if value else f"{verdict}: {_shorten_reason(reason)}" if reason else verdict
         return said, [f"**{verdict}**" + (f": {value}" if value else ""), *([reason] if reason else [])]
 
     def _about(self, node: tree.Expect, own: Json) -> str:
@@ -131,7 +131,7 @@ class LastReport:
         asked = re.compile(rf"\.{re.escape(name)}\b")
         judged = [e["verdict"] for e in self.report["expectations"] if asked.search(e["text"])]
         counts = [f"{judged.count(v)} {VERDICTS[v]}" for v in VERDICTS if v in judged]
-        said = ", ".join(f"{owner} {_short(value)}" for owner, value in rows[:LISTED]) + more
+        said = ", ".join(f"{owner} {_shorten_reason(value)}" for owner, value in rows[:LISTED]) + more
         table = ["| | |\n| --- | --- |\n" + "\n".join(f"| {owner} | {value} |" for owner, value in rows)]
         expected = f"expected: {', '.join(counts)}" if counts else ""
         return said + (f"; {expected}" if expected else ""), table + ([expected] if expected else [])
@@ -178,7 +178,7 @@ def _amount(value: float, unit: str) -> str:
     return format_quantity(value, unit, DIGITS, percent=True)
 
 
-def _short(reason: str) -> str:
+def _shorten_reason(reason: str) -> str:
     return reason if len(reason) <= LONG else f"{reason[: LONG - 1].rstrip()}…"
 
 
@@ -211,10 +211,10 @@ def _find_newer_file(document: Document, file: Path, report: Json) -> str:
         begun = datetime.fromisoformat(report["environment"]["started"]).timestamp()
     except (KeyError, TypeError, ValueError):
         begun = -1.0  # the report lacks the time: every file may be newer
-    return next((path.name for path in used if _written(path) > begun), "")
+    return next((path.name for path in used if _last_write_time(path) > begun), "")
 
 
-def _written(path: Path) -> float:
+def _last_write_time(path: Path) -> float:
     """Return the time when a file, or anything in a folder, was last written or renamed; 0 if it does not exist."""
     from itertools import islice
 
@@ -241,12 +241,12 @@ def _reports(scene: Path) -> Iterator[tuple[Path, int, Json]]:
         except OSError:
             continue
         report = _read(file, known.st_mtime_ns, known.st_size) if known.st_size <= LARGEST else None
-        if report is not None and _is_of(own, folder, str(report["scene"].get("file"))):
+        if report is not None and _is_report_of(own, folder, str(report["scene"].get("file"))):
             found.append((file, known.st_mtime_ns, report))
     yield from sorted(found, key=lambda one: -one[1])
 
 
-def _is_of(scene: Path, folder: Path, file: str) -> bool:
+def _is_report_of(scene: Path, folder: Path, file: str) -> bool:
     """Return whether a report belongs to a scene, by the file name in it.
 
     It does not if that name leads to another existing scene.

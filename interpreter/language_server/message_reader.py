@@ -25,14 +25,14 @@ Message = dict[str, Any]
 
 def read_messages(incoming: BinaryIO) -> Iterator[Message]:
     """Yield the messages of a stream until the editor closes it, possibly in the middle of a message."""
-    while (size := _announced(incoming)) is not None:
-        message = _whole(incoming, size)
+    while (size := _read_message_length(incoming)) is not None:
+        message = _read_message_body(incoming, size)
         if message is None:
             return
         yield message
 
 
-def _announced(incoming: BinaryIO) -> int | None:
+def _read_message_length(incoming: BinaryIO) -> int | None:
     """Return the message length that the next header announces; None at the end of the stream.
 
     An invalid length is returned as 0.
@@ -47,14 +47,14 @@ def _announced(incoming: BinaryIO) -> int | None:
     return None
 
 
-def _whole(incoming: BinaryIO, size: int) -> Message | None:
+def _read_message_body(incoming: BinaryIO, size: int) -> Message | None:
     """Return the message of `size` bytes after a header; None if the stream ends before its end."""
     if size == 0:
-        return _malformed(INVALID_REQUEST, "a header does not give the length of a message")
+        return _malformed_notification(INVALID_REQUEST, "a header does not give the length of a message")
     if size > LARGEST:
         while size > 0 and (piece := incoming.read(min(size, PIECE))):
             size -= len(piece)
-        return _malformed(INVALID_REQUEST, f"a message is larger than {LARGEST >> 20} MiB")
+        return _malformed_notification(INVALID_REQUEST, f"a message is larger than {LARGEST >> 20} MiB")
     body = incoming.read(size)
     return _parse(body) if len(body) == size else None
 
@@ -64,14 +64,14 @@ def _parse(body: bytes) -> Message:
     try:
         found: Any = json.loads(body)
     except (ValueError, RecursionError) as error:  # numbers of thousands of digits, and nests of brackets, too
-        return _malformed(PARSE_ERROR, f"a message is not valid JSON: {error}")
+        return _malformed_notification(PARSE_ERROR, f"a message is not valid JSON: {error}")
     if isinstance(found, dict) and found.get("jsonrpc") == "2.0":
         return found
     number = found.get("id") if isinstance(found, dict) else None
-    return _malformed(INVALID_REQUEST, "a message is not an object of JSON-RPC 2.0", number)
+    return _malformed_notification(INVALID_REQUEST, "a message is not an object of JSON-RPC 2.0", number)
 
 
-def _malformed(code: int, reason: str, number: Any = None) -> Message:
+def _malformed_notification(code: int, reason: str, number: Any = None) -> Message:
     own = number if isinstance(number, int | str) else None
     params = {"code": code, "reason": reason[:200], "answers": own}
     return {"jsonrpc": "2.0", "method": MALFORMED, "params": params}

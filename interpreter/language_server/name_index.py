@@ -49,11 +49,11 @@ class Occurrence:
 
 def text_of(module: Module) -> object:
     """Return the identity of a text: its file, or its name if it has no file."""
-    return _resolved(module.file) if module.file else module.source.name
+    return _resolve_path(module.file) if module.file else module.source.name
 
 
 @lru_cache(maxsize=1024)
-def _resolved(file: Path) -> Path:
+def _resolve_path(file: Path) -> Path:
     return file.resolve()
 
 
@@ -166,14 +166,14 @@ def _names_in_expression(node: tree.Expression, vocabulary: Vocabulary, due: Fie
         case tree.Name():
             yield node
         case tree.Call():
-            yield from _of_call(node, vocabulary, due)
+            yield from _names_in_call(node, vocabulary, due)
         case _:
             for child in tree.children(node):
                 if not isinstance(child, tree.Argument):
                     yield from _names_in_expression(child, vocabulary, due)
 
 
-def _of_call(node: tree.Call, vocabulary: Vocabulary, due: Field | None) -> Iterator[tree.Name]:
+def _names_in_call(node: tree.Call, vocabulary: Vocabulary, due: Field | None) -> Iterator[tree.Name]:
     if (owner := metric_before_at(node)) is not None:
         yield owner
     fields = fields_of(node, vocabulary, due.kind if due else "")

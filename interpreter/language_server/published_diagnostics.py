@@ -25,7 +25,7 @@ def diagnostics(document: Document, found: list[Diagnostic] | None = None) -> li
 
 def diagnostic(document: Document, found: Diagnostic) -> types.Diagnostic:
     """Convert one message; a message about another text is placed at the start of this one, with a link."""
-    here = _is_here(document, found.source)
+    here = _is_own_source(document, found.source)
     remarks = [found.message, *([f"help: {found.help}"] if found.help else []), *(f"note: {n}" for n in found.notes)]
     also = list(found.also)
     if not here and found.source is not None and found.span is not None:
@@ -35,7 +35,7 @@ def diagnostic(document: Document, found: Diagnostic) -> types.Diagnostic:
         make_encodable("\n".join(remarks)),
         SEVERITY[found.severity],
         found.code,
-        _description(found.code),
+        _documentation_link(found.code),
         "softmark",
         tags=[types.DiagnosticTag.Unnecessary] if found.code in UNUSED else None,
         related_information=[_related(document, second) for second in also] or None,
@@ -43,7 +43,7 @@ def diagnostic(document: Document, found: Diagnostic) -> types.Diagnostic:
     )
 
 
-def _description(code: str) -> types.CodeDescription | None:
+def _documentation_link(code: str) -> types.CodeDescription | None:
     """Return a link to the documentation page of a message code, as a file; None if it has no page."""
     return types.CodeDescription((PAGES / f"{code}.md").as_uri()) if code in codes() else None
 
@@ -54,13 +54,13 @@ def codes() -> frozenset[str]:
     return frozenset(file.stem for file in PAGES.glob("*.md"))
 
 
-def _is_here(document: Document, source: object) -> bool:
+def _is_own_source(document: Document, source: object) -> bool:
     return source is None or source is document.source or source == document.source
 
 
 def _related(document: Document, second: Second) -> types.DiagnosticRelatedInformation:
     """Convert a secondary place of a message."""
-    if _is_here(document, second.source):
+    if _is_own_source(document, second.source):
         uri, at = document.uri, document.range(second.span)
     else:
         uri = _file_of(document, second.source.name).absolute().as_uri()

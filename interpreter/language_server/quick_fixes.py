@@ -17,7 +17,11 @@ KINDS = [types.CodeActionKind.QuickFix, types.CodeActionKind.SourceFixAll]
 def actions(document: Document, params: types.CodeActionParams) -> list[types.CodeAction]:
     """Return an action for each message in a range that has a replacement, and one that applies all in the text."""
     uri, only = params.text_document.uri, params.context.only or KINDS
-    found = [fix for fix in _fixes(document) if _overlap(fix[2].range, params.range) or _overlap(fix[1], params.range)]
+    found = [
+        fix
+        for fix in _replaceable_diagnostics(document)
+        if _is_overlapping(fix[2].range, params.range) or _is_overlapping(fix[1], params.range)
+    ]
     if not any(_is_requested(types.CodeActionKind.QuickFix, one) for one in only):
         found = []
     quick = [_action(document, uri, *fix) for fix in found]
@@ -25,7 +29,7 @@ def actions(document: Document, params: types.CodeActionParams) -> list[types.Co
     return [*quick, *(_fix_all_actions(document, uri) if everything else ())]
 
 
-def _fixes(document: Document) -> Iterator[tuple[Diagnostic, types.Range, types.Diagnostic]]:
+def _replaceable_diagnostics(document: Document) -> Iterator[tuple[Diagnostic, types.Range, types.Diagnostic]]:
     """Yield each message about the text with a replacement, the replaced range, and the message in the protocol."""
     for found in document.found:
         new = replacement(found)
@@ -46,8 +50,8 @@ def _action(
 def _fix_all_actions(document: Document, uri: str) -> Iterator[types.CodeAction]:
     """Yield one action that applies all fixes that do not overlap, if there are any."""
     edits: list[types.TextEdit] = []
-    for found, at, _ in _fixes(document):
-        if not any(_overlap(at, edit.range) for edit in edits):
+    for found, at, _ in _replaceable_diagnostics(document):
+        if not any(_is_overlapping(at, edit.range) for edit in edits):
             edits.append(_edit(document, found))
     if edits:
         kind, change = types.CodeActionKind.SourceFixAll, types.WorkspaceEdit(changes={uri: edits})
@@ -75,10 +79,10 @@ def _is_requested(kind: str, only: str) -> bool:
     return kind == only or kind.startswith(f"{only}.")
 
 
-def _overlap(one: types.Range, other: types.Range) -> bool:
+def _is_overlapping(one: types.Range, other: types.Range) -> bool:
     """Return whether two ranges overlap or touch."""
-    return not (_before(one.end, other.start) or _before(other.end, one.start))
+    return not (_is_before(one.end, other.start) or _is_before(other.end, one.start))
 
 
-def _before(one: types.Position, other: types.Position) -> bool:
+def _is_before(one: types.Position, other: types.Position) -> bool:
     return (one.line, one.character) < (other.line, other.character)

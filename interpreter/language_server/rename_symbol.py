@@ -24,7 +24,7 @@ NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 def prepare_rename(document: Document, params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder:
     """Return the name at a position if it can be renamed. Raises RequestRefused."""
-    found = _named(document, params.position)
+    found = _name_to_rename(document, params.position)
     return types.PrepareRenamePlaceholder(document.range(found.span), found.target.name)
 
 
@@ -32,7 +32,7 @@ def rename(opened: OpenDocuments, params: types.RenameParams) -> types.Workspace
     """Return the edits that replace a name in all scenes found to use it. Raises RequestRefused."""
     uri, new = params.text_document.uri, params.new_name
     document = opened.documents[uri]
-    target = _named(document, params.position).target
+    target = _name_to_rename(document, params.position).target
     for problem in _find_objections(document, target, new):
         raise RequestRefused(problem)
     changes: dict[str, list[types.TextEdit]] = {}
@@ -43,7 +43,7 @@ def rename(opened: OpenDocuments, params: types.RenameParams) -> types.Workspace
     return types.WorkspaceEdit(changes=changes)
 
 
-def _named(document: Document, position: types.Position) -> Occurrence:
+def _name_to_rename(document: Document, position: types.Position) -> Occurrence:
     """Return the name at a position, if it may be renamed. Raises RequestRefused."""
     found = name_at(document, document.offset(position))
     if found is None:

@@ -24,10 +24,10 @@ class RequestRefused(JsonRpcException):
 
 def silence_refusals() -> None:
     """Filter refused requests from the log of pygls, where their tracebacks would look like program errors."""
-    json_rpc.logger.addFilter(_unforeseen)
+    json_rpc.logger.addFilter(_is_unforeseen)
 
 
-def _unforeseen(record: logging.LogRecord) -> bool:
+def _is_unforeseen(record: logging.LogRecord) -> bool:
     if str(record.msg).startswith("Unable to deserialize"):  # the client has the error as an answer
         return False
     return not (record.exc_info and isinstance(record.exc_info[1], JsonRpcException))

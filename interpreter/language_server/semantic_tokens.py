@@ -35,24 +35,26 @@ Role = tuple[Kind, int]  # a kind, and modifiers as bits
 
 def colours(document: Document, params: types.SemanticTokensParams) -> types.SemanticTokens:
     """Return the semantic tokens of the whole text."""
-    return types.SemanticTokens(_encoded(document, _word_roles(document)))
+    return types.SemanticTokens(_encode_tokens(document, _word_roles(document)))
 
 
 def colours_between(document: Document, params: types.SemanticTokensRangeParams) -> types.SemanticTokens:
     """Return the semantic tokens of the lines of a range."""
     first, last = params.range.start.line + 1, params.range.end.line + 1
-    return types.SemanticTokens(_encoded(document, [w for w in _word_roles(document) if first <= w[0].line <= last]))
+    return types.SemanticTokens(
+        _encode_tokens(document, [w for w in _word_roles(document) if first <= w[0].line <= last])
+    )
 
 
 def _word_roles(document: Document) -> list[tuple[Span, Role]]:
     """Return the words with their roles, in the order of the text; none extends beyond its line."""
     meant = {**dict(reversed(list(_declaration_roles(document)))), **dict(_name_roles(document))}
-    found = [pair for token in document.tokens for pair in _of_token(token, meant)]
+    found = [pair for token in document.tokens for pair in _roles_of_token(token, meant)]
     found += [(comment.span, (Kind.Comment, 0)) for comment in document.tree.comments]
     return sorted((pair for pair in found if pair[0].line == pair[0].end_line), key=lambda pair: pair[0].start)
 
 
-def _of_token(token: Token, meant: dict[int, tuple[Span, Role]]) -> Iterator[tuple[Span, Role]]:
+def _roles_of_token(token: Token, meant: dict[int, tuple[Span, Role]]) -> Iterator[tuple[Span, Role]]:
     """Yield the known roles of the parts of a token, or else its lexical role."""
     places = range(token.start, token.end) if token.kind in NAMED else ()
     parts = [meant[place] for place in places if place in meant]
@@ -69,7 +71,7 @@ def _declaration_roles(document: Document) -> Iterator[tuple[int, tuple[Span, Ro
             yield node.kind_span.start, (node.kind_span, (Kind.Keyword, 0))
         for expression in tree.expressions(node):
             for part, _ in tree.walk(expression):
-                yield from _of_part(part)
+                yield from _roles_of_expression_part(part)
 
 
 def _name_roles(document: Document) -> Iterator[tuple[int, tuple[Span, Role]]]:
@@ -80,7 +82,7 @@ def _name_roles(document: Document) -> Iterator[tuple[int, tuple[Span, Role]]]:
         yield one.span.start, (one.span, (kind, _bits(Modifier.Declaration) if one.declares else 0))
 
 
-def _of_part(part: tree.Expression | tree.Argument) -> Iterator[tuple[int, tuple[Span, Role]]]:
+def _roles_of_expression_part(part: tree.Expression | tree.Argument) -> Iterator[tuple[int, tuple[Span, Role]]]:
     """Yield roles in a part of an expression: constructors, functions, fields, and names that the scene lacks."""
     if isinstance(part, tree.Argument) and part.name_span is not None:
         yield part.name_span.start, (part.name_span, (Kind.Property, 0))
@@ -96,7 +98,7 @@ def _bits(*modifiers: Modifier) -> int:
     return sum(1 << MODIFIERS.index(modifier) for modifier in modifiers)
 
 
-def _encoded(document: Document, words: list[tuple[Span, Role]]) -> list[int]:
+def _encode_tokens(document: Document, words: list[tuple[Span, Role]]) -> list[int]:
     """Encode words as in the protocol, with five numbers each.
 
     These are line and column relative to the word before, length, kind, and modifiers.

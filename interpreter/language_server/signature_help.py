@@ -22,18 +22,18 @@ def signature(document: Document, params: types.SignatureHelpParams) -> types.Si
         return _function(frame)
     field = frame.field
     active = frame.constructor.fields.index(field) if field is not None else None
-    return types.SignatureHelp([_of_constructor(frame.constructor)], 0, active)
+    return types.SignatureHelp([_constructor_signature(frame.constructor)], 0, active)
 
 
-def _of_constructor(c: Constructor) -> types.SignatureInformation:
+def _constructor_signature(c: Constructor) -> types.SignatureInformation:
     """Return a signature such as `fem(element, strain, size)`, with optional fields in square brackets."""
     label, fields = f"{c.name}(", []
     for place, f in enumerate(c.fields):
         label += ", " if place else ""
         start = len(label)
         label += f.name if f.required else f"[{f.name}]"
-        fields.append(types.ParameterInformation((start, len(label)), _marked(f.doc + field_facts(f))))
-    return types.SignatureInformation(f"{label})", _marked(c.summary), fields)
+        fields.append(types.ParameterInformation((start, len(label)), _markdown_content(f.doc + field_facts(f))))
+    return types.SignatureInformation(f"{label})", _markdown_content(c.summary), fields)
 
 
 def _function(frame: OpenBracket) -> types.SignatureHelp | None:
@@ -43,9 +43,9 @@ def _function(frame: OpenBracket) -> types.SignatureHelp | None:
     named = form[form.index("(") + 1 : -1].split(", ")
     fields = [types.ParameterInformation(name) for name in named]
     return types.SignatureHelp(
-        [types.SignatureInformation(form, _marked(doc), fields)], 0, min(frame.place, len(named) - 1)
+        [types.SignatureInformation(form, _markdown_content(doc), fields)], 0, min(frame.place, len(named) - 1)
     )
 
 
-def _marked(text: str) -> types.MarkupContent:
+def _markdown_content(text: str) -> types.MarkupContent:
     return types.MarkupContent(types.MarkupKind.Markdown, hover_markdown.prose(text))

@@ -57,11 +57,11 @@ def expected_dimension(here: CursorContext) -> Dimension | None:
             if frame.function not in ("abs", "min", "max"):
                 return None
         elif frame.function:
-            return _of_field(here, frame)
-    return _of_statement(here)
+            return _dimension_of_field(here, frame)
+    return _dimension_of_statement(here)
 
 
-def _of_field(here: CursorContext, frame: OpenBracket) -> Dimension | None:
+def _dimension_of_field(here: CursorContext, frame: OpenBracket) -> Dimension | None:
     field = frame.field
     if field is None:
         return None
@@ -71,10 +71,10 @@ def _of_field(here: CursorContext, frame: OpenBracket) -> Dimension | None:
         return units.LENGTH
     if field.form == "integer":
         return units.NONE
-    return _of_target(here, frame, field) if field.form == "variants" else None
+    return _dimension_of_study_target(here, frame, field) if field.form == "variants" else None
 
 
-def _of_target(here: CursorContext, frame: OpenBracket, field: Field) -> Dimension | None:
+def _dimension_of_study_target(here: CursorContext, frame: OpenBracket, field: Field) -> Dimension | None:
     """Return the dimension of the parameter or field that a sweep varies."""
     tokens = here.before[here.before.index(frame.opener) + 1 :]
     name = next((t.text for t in tokens if t.kind in NAMES and t.text not in ("target", "over")), "")
@@ -85,7 +85,7 @@ def _of_target(here: CursorContext, frame: OpenBracket, field: Field) -> Dimensi
     return found if meant is None else meant.dimension
 
 
-def _of_statement(here: CursorContext) -> Dimension | None:
+def _dimension_of_statement(here: CursorContext) -> Dimension | None:
     """Return the dimension expected in a parameter or an expectation.
 
     For a parameter it is that of its value, for an expectation that of the other side of the comparison.

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.results.reaction_results import ContactHistory
 
 
-def _amounts(metric: Any, states: ContactHistory) -> tuple[Floats, Floats]:
+def _quantities_over_time(metric: Any, states: ContactHistory) -> tuple[Floats, Floats]:
     """Return times (t,), s, and the amount of a contact metric at each time (t, ...), in the metric's natural unit.
 
     Raises Undefined.
@@ -24,7 +24,7 @@ def _amounts(metric: Any, states: ContactHistory) -> tuple[Floats, Floats]:
 
 def build_history(metric: Any, states: ContactHistory) -> MetricCurve:
     """Return the value of a contact metric at every time, as a curve. Raises Undefined."""
-    times, values = _amounts(metric, states)
+    times, values = _quantities_over_time(metric, states)
     key = metric.natural.replace("*", "").replace("^", "")
     return MetricCurve(times, np.array([metric._along(value) for value in values]), ("s", key))
 
@@ -34,7 +34,7 @@ def reduce_history(metric: Any, states: ContactHistory) -> Floats:
 
     Raises Undefined.
     """
-    times, values = _amounts(metric, states)
+    times, values = _quantities_over_time(metric, states)
     if metric.when == "mean" and len(times) > 1:
         mean: Floats = np.trapezoid(values, times, axis=0) / (times[-1] - times[0])
         return mean

@@ -88,7 +88,7 @@ class CurveError(CurveMetric):
                 f"{reference.x[0]:.4g} to {reference.x[-1]:.4g} {units[0]}"
             )
         r, u = (float(np.interp(x, reference.x, values)) for values in (reference.y, reference.u))
-        size = _size(abs(r))
+        size = _nonzero_divisor(abs(r))
         along, own = units
         details = {f"at_{along}": x, f"found_{own}": y, f"measured_{own}": r, f"uncertain_{own}": u}
         point = MetricCurve(np.array([x]), np.array([y]), units)
@@ -128,11 +128,11 @@ class CurveError(CurveMetric):
         the product of both norms. Raises Undefined.
         """
         if len(x) == 1:
-            return float(np.abs(off[0])) / _size(abs(float(np.interp(x[0], reference.x, reference.y))))
+            return float(np.abs(off[0])) / _nonzero_divisor(abs(float(np.interp(x[0], reference.x, reference.y))))
         o, e = curve_geometry.overlay(x, off, reference), curve_geometry.overlay(x, y, reference)
         if self.statistic == "unexplained":
             size, own, more = (
-                _variance(o),
+                _integrated_variance(o),
                 curve_geometry.integrate_square(e.x, e.d),
                 curve_geometry.integrate_square(o.x, o.y),
             )
@@ -154,38 +154,38 @@ class CurveError(CurveMetric):
         return self.moved(x, y, coarse - y, reference) / 3.0
 
 
-def _size(value: float) -> float:
+def _nonzero_divisor(value: float) -> float:
     """Return the value as divisor. Raises Undefined if it is zero."""
     if value == 0.0:
         raise Undefined("the reference is zero there, so there is no relative error")
     return value
 
 
-def _rms(o: Overlay, initial: float) -> tuple[float, float | None]:
+def _rms_difference(o: Overlay, initial: float) -> tuple[float, float | None]:
     """Return the root mean square difference relative to the reference, and its uncertainty."""
-    size = _size(curve_geometry.rms(o.x, o.r))
+    size = _nonzero_divisor(curve_geometry.rms(o.x, o.r))
     return curve_geometry.rms(o.x, o.d) / size, curve_geometry.rms(o.x, o.u) / size
 
 
-def _max(o: Overlay, initial: float) -> tuple[float, float | None]:
+def _largest_difference(o: Overlay, initial: float) -> tuple[float, float | None]:
     """Return the largest difference relative to the largest reference value, and its uncertainty."""
-    size, at = _size(float(np.abs(o.r).max())), int(np.abs(o.d).argmax())
+    size, at = _nonzero_divisor(float(np.abs(o.r).max())), int(np.abs(o.d).argmax())
     return float(np.abs(o.d[at])) / size, float(o.u[at]) / size
 
 
-def _area(o: Overlay, initial: float) -> tuple[float, float | None]:
+def _area_between_curves(o: Overlay, initial: float) -> tuple[float, float | None]:
     """Return the area between the curves relative to the area below the reference, and its uncertainty."""
-    size = _size(curve_geometry.integrate_absolute(o.x, o.r))
+    size = _nonzero_divisor(curve_geometry.integrate_absolute(o.x, o.r))
     return curve_geometry.integrate_absolute(o.x, o.d) / size, curve_geometry.integrate(o.x, o.u) / size
 
 
 def _unexplained_variance(o: Overlay, initial: float) -> tuple[float, float | None]:
     """Return the unexplained fraction of the variance, 1 - R^2, and its uncertainty."""
-    size = _variance(o)
+    size = _integrated_variance(o)
     return curve_geometry.integrate_square(o.x, o.d) / size, curve_geometry.integrate_square(o.x, o.u) / size
 
 
-def _variance(o: Overlay) -> float:
+def _integrated_variance(o: Overlay) -> float:
     """Return int (r - mean of r)^2 dx of the reference r. Raises Undefined for a constant reference."""
     mean = curve_geometry.integrate(o.x, o.r) / (o.x[-1] - o.x[0])
     if (size := curve_geometry.integrate_square(o.x, o.r - mean)) == 0.0:
@@ -201,12 +201,18 @@ def _explained_variance(o: Overlay) -> float | None:
         return None
 
 
-def _slope(o: Overlay, initial: float) -> tuple[float, float | None]:
+def _initial_slope_difference(o: Overlay, initial: float) -> tuple[float, float | None]:
     """Return the difference of the initial slopes relative to that of the reference, and its uncertainty."""
-    size = _size(abs(curve_geometry.fit_initial_slope(o.x, o.r, initial)))
+    size = _nonzero_divisor(abs(curve_geometry.fit_initial_slope(o.x, o.r, initial)))
     return abs(curve_geometry.fit_initial_slope(o.x, o.d, initial)) / size, curve_geometry.bound_slope_change(
         o.x, o.u, initial
     ) / size
 
 
-_STATISTICS = {"rms": _rms, "max": _max, "area": _area, "unexplained": _unexplained_variance, "slope": _slope}
+_STATISTICS = {
+    "rms": _rms_difference,
+    "max": _largest_difference,
+    "area": _area_between_curves,
+    "unexplained": _unexplained_variance,
+    "slope": _initial_slope_difference,
+}

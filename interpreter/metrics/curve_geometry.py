@@ -247,11 +247,11 @@ def share_within(x: Floats, d: Floats, u: Floats) -> float:
 
 def _insert_zeros(x: Floats, d: Floats) -> tuple[Floats, Floats]:
     """Return x and d with the zero crossings of d inserted as points."""
-    at = np.unique(np.concatenate([x, _zeros(x, d)]))
+    at = np.unique(np.concatenate([x, _zero_crossings(x, d)]))
     return at, np.interp(at, x, d)
 
 
-def _zeros(x: Floats, d: Floats) -> Floats:
+def _zero_crossings(x: Floats, d: Floats) -> Floats:
     """Return the positions at which the piecewise linear d crosses zero between two x."""
     after = np.flatnonzero(d[:-1] * d[1:] < 0.0) + 1
     share = d[after - 1] / (d[after - 1] - d[after])

@@ -58,13 +58,16 @@ class EnergyNormError(Metric):
 
         Raises Undefined without a volume, a reference field, moduli, or any strain in the reference.
         """
-        w, u, known = _comparison_fields(seen)
+        w, u, known = _weights_and_displacement_fields(seen)
         step = STEP * float(np.linalg.norm(np.ptp(seen.X, axis=0)))
         if step == 0.0:
             raise Undefined("all points of the probe are at one place")
         E = green_lagrange(known, seen.X, step)
         dE = green_lagrange(u, seen.X, step) - E
-        error, size = _energy(dE, w, seen.case, seen.X), _energy(E, w, seen.case, seen.X)
+        error, size = (
+            _strain_energy_of_strain(dE, w, seen.case, seen.X),
+            _strain_energy_of_strain(E, w, seen.case, seen.X),
+        )
         if size == 0.0:
             raise Undefined("the reference is not strained, so there is no relative error")
         details = {
@@ -78,7 +81,7 @@ class EnergyNormError(Metric):
         return Measurement(math.sqrt(error / size), details)
 
 
-def _comparison_fields(seen: MetricInput) -> tuple[Floats, Field, Field]:
+def _weights_and_displacement_fields(seen: MetricInput) -> tuple[Floats, Field, Field]:
     """Return the volume weights of the points, the model's displacement field and the reference's.
 
     Raises Undefined if one of them is missing.
@@ -105,12 +108,12 @@ def green_lagrange(u: Field, X: Floats, step: float) -> Floats:
     return E
 
 
-def _energy(E: Floats, w: Floats, case: Case, X: Floats) -> float:
+def _strain_energy_of_strain(E: Floats, w: Floats, case: Case, X: Floats) -> float:
     """Return sum w E : C : E, J, with the elastic moduli C at rest of the material at each point X (n, 3)."""
     materials = case.materials
     if not all(isinstance(material, Isotropic) for material in materials):
         raise Undefined("the material has no initial shear modulus and no initial Lamé constant")
-    each = [_moduli(material, X) for material in materials]
+    each = [_lame_moduli(material, X) for material in materials]
     mu, lam = each[0]
     if case.parts:
         from softmark.interpreter.problem.material_layers import material_numbers
@@ -124,7 +127,7 @@ def _energy(E: Floats, w: Floats, case: Case, X: Floats) -> float:
     return float(w @ (lam * trace**2 + 2.0 * mu * (E**2).sum(axis=(1, 2))))
 
 
-def _moduli(material: Isotropic, X: Floats) -> tuple[Floats, Floats]:
+def _lame_moduli(material: Isotropic, X: Floats) -> tuple[Floats, Floats]:
     """Return Lame's moduli mu and lam (n,), Pa, of a material at points X (n, 3)."""
     if not material.uniform:
         from softmark.interpreter.problem.field_files import material_at

@@ -94,13 +94,13 @@ class Hysteresis(CurveMetric):
         loop = curve_geometry.split_loop(course.x, course.y)
         shared = _is_unloading_on_loading_points(course, loop.turn, off, along)
         return {
-            "states": _chord_error(course, loop),
-            self.of: _bound_change(course, loop, off, shared),
-            self.over: _bound_change(course, loop, along * _steepest_slopes(course), shared),
+            "states": _estimate_chord_error(course, loop),
+            self.of: _bound_lost_work_change(course, loop, off, shared),
+            self.over: _bound_lost_work_change(course, loop, along * _steepest_slopes(course), shared),
         }
 
 
-def _chord_error(course: MetricCurve, loop: Loop) -> float:
+def _estimate_chord_error(course: MetricCurve, loop: Loop) -> float:
     """Return an estimate of the error due to straight lines between states.
 
     It is a third of the change of the lost fraction when every second state is left out, because the error falls with
@@ -123,7 +123,7 @@ def _steepest_slopes(course: MetricCurve) -> Floats:
     return np.asarray(np.maximum(before, after))
 
 
-def _bound_change(course: MetricCurve, loop: Loop, off: Floats, shared: bool) -> float:
+def _bound_lost_work_change(course: MetricCurve, loop: Loop, off: Floats, shared: bool) -> float:
     """Return a bound of the change of the lost fraction of work if values have errors up to `off` (n,).
 
     If the works of loading W and of unloading U have errors up to w and u, the bound is (u + |U / W| w) / (|W| - w). If

@@ -48,10 +48,10 @@ def evaluate_metrics(
         if _is_applicable(scene, metric, view):
             against = metric.thing.measured_from
             if against is not None and against not in views:
-                found[metric.name] = _missing_reference_result(scene, metric, view, against in coming)
+                found[metric.name] = _result_without_reference(scene, metric, view, against in coming)
                 continue
             result, at_points = _evaluate_metric(scene, metric, view, views, before)
-            if result.value is None and _is_force_of_theory(scene, metric, view):
+            if result.value is None and _is_force_from_theory(scene, metric, view):
                 continue  # the theory does not know this force
             found[metric.name] = result
             if at_points is not None:
@@ -71,7 +71,7 @@ def _is_applicable(scene: Scene, metric: Declared, view: View) -> bool:
     if probe is None:  # metric of forces, energies or computing time
         same = against is None or body_of(scene, scene.declared[against]) == view.body
         return (
-            (model or _is_force_of_theory(scene, metric, view))
+            (model or _is_force_from_theory(scene, metric, view))
             and same
             and metric.thing.body_in(scene) in (None, view.body)
         )
@@ -80,7 +80,7 @@ def _is_applicable(scene: Scene, metric: Declared, view: View) -> bool:
     return bool(scene.declared[probe].thing.body == view.body)
 
 
-def _is_force_of_theory(scene: Scene, metric: Declared, view: View) -> bool:
+def _is_force_from_theory(scene: Scene, metric: Declared, view: View) -> bool:
     """Return whether a metric is a force or energy that the theory behind `view` may provide."""
     theory = scene.declared[view.name].kind != "model" and view.at_rest is not None
     return theory and isinstance(metric.thing, ForceMetric) and metric.thing.measured_from is None
@@ -120,7 +120,7 @@ def _evaluate_metric(
     return result, at_points if at_points is None or np.all(np.isfinite(at_points)) else None
 
 
-def _missing_reference_result(scene: Scene, metric: Declared, view: View, coming: bool) -> MetricResult:
+def _result_without_reference(scene: Scene, metric: Declared, view: View, coming: bool) -> MetricResult:
     """Return a result without value, because the reference model is not solved yet or was left out of the run."""
     against = metric.thing.measured_from
     why = "is not computed yet" if coming else f"was left out of this run: add `--model {view.name} --model {against}`"

@@ -57,7 +57,7 @@ class Period(Metric):
         if seen.history is None:
             raise Undefined("a period needs a dynamic analysis")
         q = seen.history.displacement(seen.X[-1:])[:, 0] @ np.array(self.along)  # (t,)
-        rest, decay, times, peaks = _find_oscillation(seen.history.times, q)
+        rest, decay, times, peaks = _fit_damped_oscillation(seen.history.times, q)
         period = 2.0 * float(times[-1] - times[0]) / (len(times) - 1)
         spread = _cycle_deviation(times, period)
         rival, share = _find_second_vibration(seen.history.times, q - rest, times, period)
@@ -77,7 +77,7 @@ class Period(Metric):
         return Measurement(period, details)
 
 
-def _find_oscillation(t: Floats, q: Floats) -> tuple[float, float, Floats, Floats]:
+def _fit_damped_oscillation(t: Floats, q: Floats) -> tuple[float, float, Floats, Floats]:
     """Return the rest position c and the ratio s of an oscillation q (n,) at times t (n,), s, and its half-waves.
 
     Half-waves are given by the crossing times (k + 1,), s, and the extremes between them (k,). c and s are defined at
@@ -152,11 +152,11 @@ def _find_half_waves(t: Floats, q: Floats) -> tuple[Floats, Floats]:
     after = np.flatnonzero((q[1:] > 0.0) != (q[:-1] > 0.0)) + 1
     share = q[after - 1] / (q[after - 1] - q[after])
     times = t[after - 1] + share * (t[after] - t[after - 1])
-    peaks = [_extreme(q, int(a + np.abs(q[a:b]).argmax())) for a, b in pairwise(after)]
+    peaks = [_parabola_extreme(q, int(a + np.abs(q[a:b]).argmax())) for a, b in pairwise(after)]
     return times, np.array(peaks)
 
 
-def _extreme(q: Floats, i: int) -> float:
+def _parabola_extreme(q: Floats, i: int) -> float:
     """Return the extreme of the parabola through three samples around sample i, with equal time steps."""
     if not 0 < i < len(q) - 1:
         return float(q[i])

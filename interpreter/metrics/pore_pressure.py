@@ -17,7 +17,7 @@ else:
     from softmark.solvers.runtime.lazy_modules import np
 
 
-def _fluid(rest: EquilibriumForces) -> Fluid:
+def _require_fluid_results(rest: EquilibriumForces) -> Fluid:
     """Return the fluid results of the body. Raises Undefined if it has none."""
     if rest.fluid is None:
         raise Undefined("the body has no fluid: make its material `biphasic(...)`")
@@ -50,7 +50,7 @@ class PorePressure(ForceMetric):
 
         Raises Undefined if there is no fluid.
         """
-        return np.array([_fluid(rest).pressure(self.at), *_fluid(rest).pressures])
+        return np.array([_require_fluid_results(rest).pressure(self.at), *_require_fluid_results(rest).pressures])
 
     def size(self, value: Floats) -> float:
         """Return the magnitude of the pressure at the point."""
@@ -62,7 +62,7 @@ class PorePressure(ForceMetric):
 
     def acting(self, rest: EquilibriumForces) -> float:
         """Return the largest pore pressure in the body, Pa."""
-        return max(map(abs, _fluid(rest).pressures))
+        return max(map(abs, _require_fluid_results(rest).pressures))
 
     def details(self, value: Floats) -> dict[str, Any]:
         """Return the report entries of the least and the largest pressure in the body."""
@@ -90,7 +90,7 @@ class Outflow(ForceMetric):
 
     def amount(self, rest: EquilibriumForces) -> Floats:
         """Return the fluid volume that has left through the support, m^3. Raises Undefined if there is no fluid."""
-        outflows = _fluid(rest).outflows
+        outflows = _require_fluid_results(rest).outflows
         if self.of not in outflows:
             raise Undefined(
                 f"no fluid flows through `{self.of}`: use a support made by `drained(...)` or `pore_pressure(...)`"
@@ -99,4 +99,4 @@ class Outflow(ForceMetric):
 
     def acting(self, rest: EquilibriumForces) -> float:
         """Return the largest outflow of all supports, m^3."""
-        return max(map(abs, _fluid(rest).outflows.values()))
+        return max(map(abs, _require_fluid_results(rest).outflows.values()))

@@ -44,7 +44,7 @@ def side_of_surface(x: Floats, closest: ClosestPoints, target: SurfaceSearch) ->
     corner.
     Source: Baerentzen and Aanaes 2005, IEEE Transactions on Visualization and Computer Graphics 11:243.
     """
-    t, share = closest.triangles, _barycentric(closest, target)
+    t, share = closest.triangles, _barycentric_coordinates(closest, target)
     N, zero = unit_normals(target.points, target.triangles[t]), share < ROUNDING  # (n, 3)
     edge, corner = zero.sum(axis=1) == 1, zero.sum(axis=1) == 2
     N[edge] = _edge_normals(target)[t[edge], zero[edge].argmax(axis=1)]
@@ -62,7 +62,7 @@ def _edge_normals(target: SurfaceSearch) -> Floats:
     return sums[number].reshape(-1, 3, 3)
 
 
-def _barycentric(closest: ClosestPoints, target: SurfaceSearch) -> Floats:
+def _barycentric_coordinates(closest: ClosestPoints, target: SurfaceSearch) -> Floats:
     """Return the barycentric coordinates of the closest points in their triangles (n, 3).
 
     In triangles without area all three are one third.

@@ -24,7 +24,7 @@ WORDS = {  # names and units of contact fields
 }
 
 
-def _requested_metrics(scene: Scene) -> dict[tuple[str, str], list[Declared]]:
+def _group_contact_metrics(scene: Scene) -> dict[tuple[str, str], list[Declared]]:
     """Return the contact metrics of a scene, grouped by contact and quantity."""
     found: dict[tuple[str, str], list[Declared]] = {}
     for metric in scene.of_kind("metric").values():
@@ -38,7 +38,7 @@ def contact_fields(scene: Scene, view: View, X: Floats) -> Iterator[SurfaceField
     """Yield the contact fields of a model's body at points X (n, 3) of its surface; zero where there is no contact."""
     own = {*(touch.name for touch in view.case.contacts), *(pair.name for pair in view.case.pairs)}
     touches = {} if view.at_rest is None else view.at_rest.touches
-    for (contact, number), metrics in _requested_metrics(scene).items():
+    for (contact, number), metrics in _group_contact_metrics(scene).items():
         if contact not in own:
             continue
         words, unit = WORDS[number]

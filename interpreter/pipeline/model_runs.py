@@ -168,7 +168,7 @@ def _solve_from_previous_state(
     from the undeformed state.
     """
     if work.before is None or work.before.state is None:
-        return _solve_timed(work, name, prepared)
+        return _solve_with_timing(work, name, prepared)
     before = work.before.models[name]
     if before.status not in ANSWERED:
         return (
@@ -177,12 +177,12 @@ def _solve_from_previous_state(
             [],
         )
     if before.mesh is None:
-        return _solve_timed(work, name, prepared)
+        return _solve_with_timing(work, name, prepared)
     begun = prepared.after(before.mesh)
-    found, wall, cpu = _solve_timed(work, name, begun)
+    found, wall, cpu = _solve_with_timing(work, name, begun)
     if begun is prepared or not _is_nearly_undeformed(found, before.mesh):
         return found, wall, cpu
-    again, more, cpu_more = _solve_timed(work, name, prepared)
+    again, more, cpu_more = _solve_with_timing(work, name, prepared)
     return again, list(map(add, wall, more)), list(map(add, cpu, cpu_more))
 
 
@@ -221,7 +221,7 @@ def _filled_surface_facts(case: Case, prepared: Prepared) -> dict[str, Any]:
     return filled_mesh_notes.filled_mesh_report(case.shape, prepared.mesh)
 
 
-def _solve_timed(work: StateRun, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
+def _solve_with_timing(work: StateRun, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
     """Return the solution, and wall and CPU seconds of each repetition; kernels are compiled before timing."""
     wall: list[float] = []
     cpu: list[float] = []

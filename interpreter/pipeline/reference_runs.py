@@ -61,7 +61,7 @@ def read_measurements(work: StateRun) -> None:
         thing = work.scene.declared[name].thing
         if thing.how == "measured" and not _reuse_previous_state(work, name):
             with _report_progress(work, name, "reading "):
-                _read(work, work.scene.declared[name])
+                _read_measurement(work, work.scene.declared[name])
 
 
 @contextmanager
@@ -74,14 +74,14 @@ def _report_progress(work: StateRun, name: str, doing: str = "") -> Iterator[Non
         work.options.say("took", f"{doing}reference {name}{work.where}: {spent:.0f} s")
 
 
-def _read(work: StateRun, declared: Declared) -> None:
+def _read_measurement(work: StateRun, declared: Declared) -> None:
     """Read one file of measured data; after an error in the file the models are still solved."""
     try:
-        work.measured[declared.name] = _measurement(work, declared)
+        work.measured[declared.name] = _load_measurement(work, declared)
     except Exception as failure:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
-        _failed(work, declared, find_faulty_plugin(failure) or str(failure))
+        _record_failed_reference(work, declared, find_faulty_plugin(failure) or str(failure))
 
 
 def _reuse_previous_state(work: StateRun, name: str) -> bool:
@@ -92,7 +92,7 @@ def _reuse_previous_state(work: StateRun, name: str) -> bool:
     if name in before.measured:
         work.measured[name] = before.measured[name]
     elif (failed := before.references.get(name)) is not None:
-        _failed(work, declared, failed.message or "")
+        _record_failed_reference(work, declared, failed.message or "")
     return name in before.measured or name in before.references
 
 
@@ -101,7 +101,7 @@ def solve_references(work: StateRun) -> None:
     for name in work.plan.references:
         if not from_a_model(work.scene.declared[name]):
             with _report_progress(work, name):
-                _reference(work, work.scene.declared[name])
+                _solve_reference(work, work.scene.declared[name])
 
 
 def compute_model_references(work: StateRun) -> None:
@@ -109,14 +109,14 @@ def compute_model_references(work: StateRun) -> None:
     for name in work.plan.references:
         if from_a_model(work.scene.declared[name]):
             with _report_progress(work, name):
-                _virtual_scan(work, work.scene.declared[name])
+                _compute_virtual_scan(work, work.scene.declared[name])
 
 
-def _measurement(work: StateRun, declared: Declared) -> Any:
+def _load_measurement(work: StateRun, declared: Declared) -> Any:
     return work.options.recall(work.scene, declared, lambda: measurement(work.scene, declared))
 
 
-def _failed(work: StateRun, declared: Declared, message: str) -> None:
+def _record_failed_reference(work: StateRun, declared: Declared, message: str) -> None:
     cls, case = type(declared.thing), work.case(declared)
     work.views[declared.name] = View(declared.name, case.body.name, case, message)
     work.references[declared.name] = ReferenceResult(
@@ -124,16 +124,16 @@ def _failed(work: StateRun, declared: Declared, message: str) -> None:
     )
 
 
-def _reference(work: StateRun, declared: Declared) -> None:
+def _solve_reference(work: StateRun, declared: Declared) -> None:
     """Solve a reference, or evaluate measured data."""
     if declared.name in work.references:  # it could not be read
         return
     try:
         if declared.name in work.measured:
-            _keep_measured(work, declared, work.measured[declared.name])
+            _store_measured_data(work, declared, work.measured[declared.name])
             return
         if declared.thing.how == "refined":
-            _keep_refined(work, declared)
+            _store_refined_limit(work, declared)
             return
         case = work.case(declared)
         found = work.options.recall(work.scene, declared, lambda: solve_theory(declared, case))
@@ -143,16 +143,16 @@ def _reference(work: StateRun, declared: Declared) -> None:
         displacement = (
             (lambda X: zero_below_error(found.displacement(X), error)) if declared.thing.with_displacements else None
         )
-        _keep_reference(work, declared, displacement, error, facts, more)
+        _store_reference(work, declared, displacement, error, facts, more)
     except Fault as refused:
         raise SceneError([refused.diagnostic]) from refused
     except Exception as failure:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
-        _failed(work, declared, find_faulty_plugin(failure) or str(failure))
+        _record_failed_reference(work, declared, find_faulty_plugin(failure) or str(failure))
 
 
-def _keep_refined(work: StateRun, declared: Declared) -> None:
+def _store_refined_limit(work: StateRun, declared: Declared) -> None:
     """Store the converged limit of refined models as reference, at the points of all requested probes."""
     from softmark.interpreter.verification.refinement_family import find_reference
 
@@ -161,10 +161,10 @@ def _keep_refined(work: StateRun, declared: Declared) -> None:
     found = work.options.recall(
         work.scene, declared, lambda: find_reference(work.scene, declared, points, work.measured, work.options.say)
     )
-    _keep_reference(work, declared, found.displacement, found.estimated_error, found.facts)
+    _store_reference(work, declared, found.displacement, found.estimated_error, found.facts)
 
 
-def _keep_reference(
+def _store_reference(
     work: StateRun,
     declared: Declared,
     displacement: Callable[[Any], Any] | None,
@@ -176,7 +176,7 @@ def _keep_reference(
     cls, case = type(declared.thing), work.case(declared)
     seen = {} if displacement is None else probe_sampling.sample_probes(work, case.body.name, displacement)
     if not (np.isfinite(error) and all(map(is_finite_probe, seen.values()))):
-        _failed(work, declared, "the displacements of the reference are not finite numbers")
+        _record_failed_reference(work, declared, "the displacements of the reference are not finite numbers")
         return
     weights = probe_sampling.probe_weights(work, case.body.name)
     more = more or TheoryResults()
@@ -200,7 +200,7 @@ def _keep_reference(
     )  # fmt: skip
 
 
-def _keep_curve(work: StateRun, declared: Declared, data: MeasuredCurve) -> None:
+def _store_measured_curve(work: StateRun, declared: Declared, data: MeasuredCurve) -> None:
     """Store a measured curve as reference; it has no displacements of points."""
     cls, case, thing = type(declared.thing), work.case(declared), declared.thing
     work.views[declared.name] = View(
@@ -219,7 +219,7 @@ def _keep_curve(work: StateRun, declared: Declared, data: MeasuredCurve) -> None
     work.references[declared.name] = ReferenceResult(declared.name, *found, facts=to_plain_json(facts), drawn=drawn)
 
 
-def _keep_value(work: StateRun, declared: Declared, data: KnownValue) -> None:
+def _store_known_value(work: StateRun, declared: Declared, data: KnownValue) -> None:
     """Store a value of one state as reference; it has no displacements of points."""
     case, unit = work.case(declared), units.si_unit(declared.thing.values.dimension)
     work.views[declared.name] = View(declared.name, case.body.name, case, value=data)
@@ -230,13 +230,13 @@ def _keep_value(work: StateRun, declared: Declared, data: KnownValue) -> None:
     work.references[declared.name] = ReferenceResult(declared.name, *found, facts=to_plain_json(facts))
 
 
-def _keep_measured(work: StateRun, declared: Declared, data: Any) -> None:
+def _store_measured_data(work: StateRun, declared: Declared, data: Any) -> None:
     """Store measured data as reference: a surface, displacements of tracked points, a curve or a value."""
     if isinstance(data, MeasuredCurve):
-        _keep_curve(work, declared, data)
+        _store_measured_curve(work, declared, data)
         return
     if isinstance(data, KnownValue):
-        _keep_value(work, declared, data)
+        _store_known_value(work, declared, data)
         return
     cls, case = type(declared.thing), work.case(declared)
     surface: Any = data if isinstance(data, MeasuredSurface) else None
@@ -253,7 +253,7 @@ def _keep_measured(work: StateRun, declared: Declared, data: Any) -> None:
                 X = work.place(probe).X
                 seen[probe.name] = ProbeResult(X, data.displacement(X))
     if not (np.isfinite(resolution) and all(map(is_finite_probe, seen.values()))):
-        _failed(work, declared, "the measured values are not finite numbers")
+        _record_failed_reference(work, declared, "the measured values are not finite numbers")
         return
     work.views[declared.name] = View(
         declared.name, case.body.name, case, None, None, seen, surface=surface, uncertainty=resolution
@@ -271,11 +271,11 @@ def _keep_measured(work: StateRun, declared: Declared, data: Any) -> None:
     )
 
 
-def _virtual_scan(work: StateRun, declared: Declared) -> None:
+def _compute_virtual_scan(work: StateRun, declared: Declared) -> None:
     """Compute a virtual scan of a model's deformed shape: the effect of an imaging chain on a known true shape."""
     thing, model = declared.thing, work.views.get(declared.thing.of)
     if model is None or model.displacement is None:
-        _failed(work, declared, f"the model `{thing.of}` has no displacements to scan")
+        _record_failed_reference(work, declared, f"the model `{thing.of}` has no displacements to scan")
         return
     place = scan_surface(model.case)
     try:
@@ -283,6 +283,6 @@ def _virtual_scan(work: StateRun, declared: Declared) -> None:
     except Exception as failure:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
-        _failed(work, declared, str(failure))
+        _record_failed_reference(work, declared, str(failure))
         return
-    _keep_measured(work, declared, data)
+    _store_measured_data(work, declared, data)

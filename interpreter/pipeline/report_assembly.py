@@ -38,29 +38,29 @@ FULL = f"the report page shows at most {MOST} surface fields"
 def unfinished_report(works: Sequence[StateRun]) -> Report:
     """Return the report of the results so far, without drawn surfaces and verdicts."""
     for work in works:
-        _measure(work, partial=True)
-    return _report(works, partial=True)
+        _evaluate_and_draw(work, partial=True)
+    return _make_report(works, partial=True)
 
 
 def measure_model(works: Sequence[StateRun], name: str) -> None:
     """Evaluate and draw one solved model as at the end of the run, while other models are still to be solved."""
     for work in works:
-        _measure(work, partial=False, coloured=work is works[-1], only=name)
+        _evaluate_and_draw(work, partial=False, coloured=work is works[-1], only=name)
 
 
 def finished_report(works: Sequence[StateRun]) -> Report:
     """Return the report of all requested results."""
     for work in works:
-        _measure(work, partial=False, coloured=work is works[-1])
+        _evaluate_and_draw(work, partial=False, coloured=work is works[-1])
         work.warn(tolerance_warnings(work.scene, work.models))
         if any(model.status == "read" for model in work.models.values()):
             from softmark.interpreter.verification.unit_mismatch import other_units
 
             work.warn(other_units(work.scene, work.models, work.references))
-    return _report(works, partial=False)
+    return _make_report(works, partial=False)
 
 
-def _measure(work: StateRun, partial: bool, coloured: bool = False, only: str = "") -> None:
+def _evaluate_and_draw(work: StateRun, partial: bool, coloured: bool = False, only: str = "") -> None:
     """Evaluate metrics and draw surfaces of the results in one state.
 
     An unfinished report (`partial`) gets only those of new results, and `only` selects one model. If `coloured`,
@@ -74,15 +74,15 @@ def _measure(work: StateRun, partial: bool, coloured: bool = False, only: str = 
                 continue
             before = [w.views for w in work.earlier]
             metrics, errors = evaluate_metrics(work.scene, work.views[name], work.views, before, work.plan.models)
-            shape = _shape(work, name, errors) if work.options.draw and not partial else None
+            shape = _draw_surface(work, name, errors) if work.options.draw and not partial else None
             if shape is not None and work.views[name].case.contacts:
-                shape = _with_rigid_bodies(work.views[name], shape)
+                shape = _add_rigid_bodies(work.views[name], shape)
             if coloured and shape is not None and kept is work.models:
-                shape = _with_fields(work, name, shape)
+                shape = _add_fields(work, name, shape)
             kept[name] = replace(result, metrics=metrics, shape=shape or result.shape)
 
 
-def _shape(work: StateRun, name: str, errors: dict[str, np.ndarray]) -> DrawnSurface | None:
+def _draw_surface(work: StateRun, name: str, errors: dict[str, np.ndarray]) -> DrawnSurface | None:
     """Return the drawn surface of a body in a model or theory, coloured by the error of its points if it is known."""
     view = work.views[name]
     if view.displacement is None:
@@ -103,14 +103,14 @@ def _shape(work: StateRun, name: str, errors: dict[str, np.ndarray]) -> DrawnSur
     return surface_of(view, place, u, error, known.name)
 
 
-def _with_rigid_bodies(view: View, shape: DrawnSurface) -> DrawnSurface:
+def _add_rigid_bodies(view: View, shape: DrawnSurface) -> DrawnSurface:
     """Return a drawn surface with the rigid bodies that the body may touch."""
     from softmark.interpreter.pipeline.rigid_body_shapes import drawn_rigid_bodies
 
     return replace(shape, instruments=drawn_rigid_bodies(view.case, shape, view.solve.get("rigid")))
 
 
-def _with_fields(work: StateRun, name: str, shape: DrawnSurface) -> DrawnSurface:
+def _add_fields(work: StateRun, name: str, shape: DrawnSurface) -> DrawnSurface:
     """Return the drawn surface of a model with the stress and contact fields that the scene asks for."""
     view, found = work.views[name], list[SurfaceField]()
     X = work.surfaces[view.body].X
@@ -145,7 +145,7 @@ def _surface_displacements(work: StateRun, view: View) -> np.ndarray:
     return u
 
 
-def _report(works: Sequence[StateRun], partial: bool) -> Report:
+def _make_report(works: Sequence[StateRun], partial: bool) -> Report:
     scene = works[0].scene
     states = tuple(work.state for work in works if work.state is not None)
     warnings = tuple(
@@ -188,10 +188,10 @@ def _surface_with_state_frames(result: ModelResult | ReferenceResult, states: Se
     frames, labels = np.stack([s.position for s in seen]), tuple(map(format_state, states))
     whole = replace(seen[-1], times=np.arange(len(seen), dtype=np.float64), frames=frames, labels=labels)
     each = zip(*(s.instruments for s in seen), strict=True)
-    return replace(whole, instruments=tuple(_join_rigid_body(own) for own in each))
+    return replace(whole, instruments=tuple(_join_rigid_body_states(own) for own in each))
 
 
-def _join_rigid_body(states: Sequence[DrawnRigidBody]) -> DrawnRigidBody:
+def _join_rigid_body_states(states: Sequence[DrawnRigidBody]) -> DrawnRigidBody:
     """Return one drawn rigid body with its positions in all states."""
     turns, shifts = (np.concatenate([getattr(s, name) for s in states]) for name in ("turns", "shifts"))
     return replace(states[-1], turns=turns, shifts=shifts)

@@ -30,20 +30,22 @@ def drawn_rigid_bodies(
     `flights` are the motions of free rigid bodies by name, as in `solve.rigid` of a report.
     """
     own = {touch.rigid.name: touch for touch in case.contacts}
-    return tuple(_instrument(case, touch, body, (flights or {}).get(name)) for name, touch in own.items())
+    return tuple(_draw_rigid_body(case, touch, body, (flights or {}).get(name)) for name, touch in own.items())
 
 
-def _instrument(case: Case, touch: Touch, body: DrawnSurface, flight: Mapping[str, Any] | None) -> DrawnRigidBody:
+def _draw_rigid_body(case: Case, touch: Touch, body: DrawnSurface, flight: Mapping[str, Any] | None) -> DrawnRigidBody:
     shape = download_shape(touch.rigid.thing.shape, touch.rigid.at("shape"))
     X, triangles = surface_in_space(shape, body.position)
     if case.planar:
         span = float(body.position[:, 2].min()), float(body.position[:, 2].max())
         X, triangles = section(X, triangles, shape, span, case.planar == "axisymmetric")
-    turns, shifts = _free_motion(flight, body.times) if flight and touch.along is None else _support_motion(touch, body)
+    turns, shifts = (
+        _free_body_motion(flight, body.times) if flight and touch.along is None else _support_motion(touch, body)
+    )
     return DrawnRigidBody(touch.rigid.name, X, triangles, turns, shifts)
 
 
-def _free_motion(flight: Mapping[str, Any], times: Floats | None) -> tuple[Floats, Floats]:
+def _free_body_motion(flight: Mapping[str, Any], times: Floats | None) -> tuple[Floats, Floats]:
     """Return rotations (t, 3, 3) and translations (t, 3), m, of a free rigid body at the times of the frames.
 
     They are interpolated linearly between the computed times.

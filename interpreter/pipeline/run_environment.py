@@ -36,10 +36,10 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
         ],
         "overridden": sorted(n for n, p in scene.parameters.items() if p.overridden),
         "overrides": list(scene.overrides),
-    } | _plugins(scene)
+    } | _describe_plugins(scene)
 
 
-def _plugins(scene: Scene) -> dict[str, Any]:
+def _describe_plugins(scene: Scene) -> dict[str, Any]:
     """Return the report entry of the plugins that the scene uses; empty if there are none."""
     named = scene.table.vocabulary.plugins if scene.table else ()
     told = [{"name": p.name, "file": make_encodable(p.file), "sha256": p.sha256} for p in named]
@@ -53,16 +53,16 @@ def describe_environment(started: datetime) -> dict[str, Any]:
     return {
         "softmark": softmark.__version__,
         "python": platform.python_version(),
-        **_versions(),
+        **_library_versions(),
         "platform": platform.platform(),
-        "cpu": _cpu(),
+        "cpu": _cpu_name(),
         "threads": count_processors(),
         "started": started.isoformat(timespec="seconds"),
     }
 
 
 @cache
-def _versions() -> dict[str, str]:
+def _library_versions() -> dict[str, str]:
     """Return the versions of the numerical libraries; they are cached, since reading them takes milliseconds."""
     from importlib.metadata import version
 
@@ -70,7 +70,7 @@ def _versions() -> dict[str, str]:
 
 
 @cache
-def _cpu() -> str:
+def _cpu_name() -> str:
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as file:
             return next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "unknown")

@@ -52,7 +52,7 @@ def run_to_report(given: SceneText | CheckedScene, options: RunOptions, keeper: 
         for name in plan.models:
             for work in works:
                 model_runs.solve_model(work, name)  # solvers; verification: forces by independent formulas
-            _keep_early(works, name, keeper)  # metrics and verification of a slow model
+            _save_slow_model_early(works, name, keeper)  # metrics and verification of a slow model
             options.keep(report_assembly.unfinished_report(works))  # metrics so far; written by the report package
         for work in works:
             reference_runs.compute_model_references(work)  # references that depend on models
@@ -63,7 +63,7 @@ def run_to_report(given: SceneText | CheckedScene, options: RunOptions, keeper: 
     return report
 
 
-def _keep_early(works: Sequence[StateRun], name: str, keeper: RunCache | None) -> None:
+def _save_slow_model_early(works: Sequence[StateRun], name: str, keeper: RunCache | None) -> None:
     """Evaluate and save a slow model right after its solution, so that an interrupted run need not solve it again."""
     if keeper is None or name in works[0].taken or not keeper.worth_saving_early(works, name):
         return

@@ -19,11 +19,11 @@ def names_of(scene: Scene) -> DeclaredNames:
     pulls = (d.thing.direction for d in own.values() if isinstance(d.thing, Gravity))
     down = next(pulls, DeclaredNames.down)
     return DeclaredNames(
-        {name: _named(scene, declared) for name, declared in own.items()}, _expected_metrics(scene), down
+        {name: _make_declared_name(scene, declared) for name, declared in own.items()}, _expected_metrics(scene), down
     )
 
 
-def _named(scene: Scene, declared: Declared) -> DeclaredName:
+def _make_declared_name(scene: Scene, declared: Declared) -> DeclaredName:
     thing, body, metric, stiff = declared.thing, None, declared.kind == "metric", is_rigid(declared)
     if "body" in declared.fields:
         body = thing.body
@@ -31,12 +31,12 @@ def _named(scene: Scene, declared: Declared) -> DeclaredName:
         RIGID if stiff else declared.kind, declared.constructor.name, declared.location.span.line,
         declared.constructor.summary, body,
         thing.probe_in(scene) if metric else None, thing.measured_from if metric else None,
-        _poisson(scene, thing.material) if declared.kind == "body" and not stiff else None,
-        _part(scene, declared) if metric else "",
+        _poisson_ratio(scene, thing.material) if declared.kind == "body" and not stiff else None,
+        _covered_body_part(scene, declared) if metric else "",
     )  # fmt: skip
 
 
-def _part(scene: Scene, metric: Declared) -> str:
+def _covered_body_part(scene: Scene, metric: Declared) -> str:
     """Return the part of the body that a summed metric covers: `the quarter of layer that is modelled`.
 
     The text is "" if the metric covers the whole body.
@@ -53,7 +53,7 @@ def _part(scene: Scene, metric: Declared) -> str:
     return f"the {part} of `{body}` that is modelled, by symmetry ({', '.join(f'`{n}`' for n in planes)})"
 
 
-def _poisson(scene: Scene, material: object) -> float | None:
+def _poisson_ratio(scene: Scene, material: object) -> float | None:
     """Return Poisson's ratio of a material, None if the material does not declare it."""
     known = (d for d in scene.of_kind("material").values() if d.thing is material and "poisson" in d.fields)
     return next((float(d.thing.poisson) for d in known if isinstance(d.thing.poisson, float | int)), None)

@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 def stress_fields(work: StateRun, view: View, X: Floats) -> tuple[SurfaceField, ...]:
     """Return the fields that the metrics of a model's body ask for, at points X (n, 3), m, of its surface."""
-    asked = _group_metrics(work, view.body)
+    asked = _group_tensor_metrics(work, view.body)
     if not asked:
         return ()
     try:
         field = stress_field_of(view.stress)
         tensors = field.at(X)
     except Undefined as undefined:
-        return tuple(_number(metrics, None, str(undefined)) for metrics in asked)
+        return tuple(_make_surface_field(metrics, None, str(undefined)) for metrics in asked)
     found, mesh = [], work.prepared[view.name][0].mesh
     edge = singular_stress(
         replace(asked[0][0].thing, over="largest"), view.case, mesh, X
@@ -40,13 +40,13 @@ def stress_fields(work: StateRun, view: View, X: Floats) -> tuple[SurfaceField, 
         if np.all(np.isfinite(values)):
             size = metrics[0].thing.usual(field)
             apart = float(np.mean(field.disagreement(X, metrics[0].thing.made_of) > APART))
-            found.append(replace(_number(metrics, values, None), size=size, apart=apart, limitless=edge))
+            found.append(replace(_make_surface_field(metrics, values, None), size=size, apart=apart, limitless=edge))
         else:
-            found.append(_number(metrics, None, "the deformation is so large that a value is not finite"))
+            found.append(_make_surface_field(metrics, None, "the deformation is so large that a value is not finite"))
     return tuple(found)
 
 
-def _group_metrics(work: StateRun, body: str) -> list[list[Declared]]:
+def _group_tensor_metrics(work: StateRun, body: str) -> list[list[Declared]]:
     """Return the stress and strain metrics of a body, grouped by tensor and component."""
     found: dict[tuple[Any, ...], list[Declared]] = {}
     for metric in work.scene.of_kind("metric").values():
@@ -57,7 +57,7 @@ def _group_metrics(work: StateRun, body: str) -> list[list[Declared]]:
     return list(found.values())
 
 
-def _number(metrics: list[Declared], values: Floats | None, reason: str | None) -> SurfaceField:
+def _make_surface_field(metrics: list[Declared], values: Floats | None, reason: str | None) -> SurfaceField:
     thing: Mapping[str, Any] = vars(metrics[0].thing)
     words = f"{metrics[0].constructor.name} {thing['component']}"
     words += f", {thing['measure_']}" if "measure_" in thing else ""

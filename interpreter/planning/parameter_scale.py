@@ -89,11 +89,11 @@ def poisson_ladder(nominal: float, limit: float = INCOMPRESSIBLE) -> ParameterSc
     exact = least <= 0
     if exact:
         rungs.append(span + 1)
-    value = partial(_poisson_value, gap, limit, exact, span)
+    value = partial(_poisson_ratio_at, gap, limit, exact, span)
     return ParameterScale("up", tuple(rungs), math.log10(RATIO), value, abrupt=exact)
 
 
-def _poisson_value(gap: float, limit: float, exact: bool, span: float, t: float) -> float:
+def _poisson_ratio_at(gap: float, limit: float, exact: bool, span: float, t: float) -> float:
     """Return Poisson's ratio at coordinate t of its scale."""
     if t > span or (t == span and not exact):
         return limit

@@ -62,7 +62,7 @@ def resolve_study(scene: Scene, study: Declared | None, only: tuple[str, ...] = 
     mapped = thing.maps == "pairs" or (thing.maps == "auto" and len(quantities) <= MAPPED)
     return ResolvedStudy(
         name, metric.name, metric.thing.against, metric.thing.looked_at or "", thing.within, thing.until,
-        _models(scene, metric, only or thing.models or ()), quantities, mapped,
+        _studied_models(scene, metric, only or thing.models or ()), quantities, mapped,
     )  # fmt: skip
 
 
@@ -113,7 +113,7 @@ def follows_quantity(scene: Scene, metric: Declared, quantity: WalkedQuantity) -
     return kind == "model" or attribute in NUMERICAL.get(kind, ())
 
 
-def _models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str, ...]:
+def _studied_models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str, ...]:
     """Return the models of the metric's body that the study solves, without the model that is the reference."""
     body = metric.thing.body_in(scene)
     found = []
@@ -132,11 +132,11 @@ def _models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str
 
 def find_study_errors(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
     """Yield the errors in the declaration of a robustness study, for a scene without other errors."""
-    yield from _metric(scene, study)
+    yield from _find_metric_errors(scene, study)
     seen: set[str] = set()
     judge = scene.declared.get(study.thing.metric or next(find_judging_metrics(scene), ""))
     for target in study.thing.over or ():
-        found = _target(scene, study, target, target.name in seen, judge)
+        found = _target_error(scene, study, target, target.name in seen, judge)
         seen.add(target.name)
         if found is not None:
             yield found
@@ -155,13 +155,13 @@ def no_judge_error(scene: Scene, at: Location | None, name: str) -> Diagnostic:
     help = f"declare one: `metric eta = relative_l2_error(PROBE, against = {against})`"
     help += "" if references else ", and a reference such as `reference theory = simo_reissner(BODY)`"
     errors = {n: m.thing.measured_from for n, m in scene.of_kind("metric").items() if m.thing.measured_from}
-    lacks = "has none" if not errors else f"has none that can: {_reason_against_judge(scene, next(iter(errors)))}"
+    lacks = "has none" if not errors else f"has none that can: {_reason_metric_cannot_judge(scene, next(iter(errors)))}"
     message = f"`{name}` needs a relative error to decide whether a model is right, but the scene {lacks}"
     source, span = (at.source, at.span) if at else (None, None)
     return Diagnostic("E513", message, source, span, "no relative error" if at else "", help)
 
 
-def _reason_against_judge(scene: Scene, name: str) -> str:
+def _reason_metric_cannot_judge(scene: Scene, name: str) -> str:
     """Return the reason why a metric cannot judge models."""
     thing = scene.declared[name].thing
     against = thing.measured_from
@@ -180,7 +180,7 @@ def _reason_against_judge(scene: Scene, name: str) -> str:
     return f"`{name}` {what} whether a model is right: {why}"
 
 
-def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
+def _find_metric_errors(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
     """Yield the errors about the metric of a study."""
     usable = list(find_judging_metrics(scene))
     name = study.thing.metric
@@ -189,10 +189,10 @@ def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
             yield no_judge_error(scene, study.at(), study.name)
     elif name not in usable:
         help = f"metrics that can: {', '.join(usable)}" if usable else no_judge_error(scene, None, study.name).help
-        yield diagnostic("E513", study.at("metric"), _reason_against_judge(scene, name), "cannot judge", help)
+        yield diagnostic("E513", study.at("metric"), _reason_metric_cannot_judge(scene, name), "cannot judge", help)
 
 
-def _target(
+def _target_error(
     scene: Scene, study: Declared, target: SweepTarget, again: bool, judge: Declared | None
 ) -> Diagnostic | None:
     """Return the error about a quantity that the study cannot vary, or None."""
@@ -206,7 +206,7 @@ def _target(
     except Unwalkable as unfit:
         return diagnostic("E512", at, str(unfit), "cannot be varied", unfit.help)
     except KeyError:
-        return _no_field(scene, at, target.name)
+        return _unknown_field_error(scene, at, target.name)
     if not quantity.ladders and len(quantity.options) < 2:
         return diagnostic("E512", at, f"`{target.name}` cannot be varied: its range contains no other value",
                           "cannot be varied",
@@ -219,7 +219,7 @@ def _target(
     return None
 
 
-def _no_field(scene: Scene, at: Location, name: str) -> Diagnostic:
+def _unknown_field_error(scene: Scene, at: Location, name: str) -> Diagnostic:
     """Return the error message for an unknown field."""
     owner, _, attribute = name.rpartition(".")
     constructor = scene.declared[owner].constructor

@@ -47,12 +47,12 @@ def plan_of(scene: Scene, only: tuple[str, ...] = ()) -> Plan:
     models = tuple(n for n in scene.of_kind("model") if n in asked and (not only or n in only))
     references = tuple(n for n in scene.of_kind("reference") if n in asked)
     tasks = (
-        *_meshes(scene, models, asked),
-        *(_solve(scene, n, asked[n]) for n in models),
+        *_make_mesh_tasks(scene, models, asked),
+        *(_make_solve_task(scene, n, asked[n]) for n in models),
         *(Task("reference", n, _describe_reference(scene.declared[n]), asked[n]) for n in references),
-        *_questions(scene, models, references),
+        *_make_evaluation_tasks(scene, models, references),
     )
-    idle = tuple(n for n in _workers(scene) if n not in asked)
+    idle = tuple(n for n in _models_and_references(scene) if n not in asked)
     return Plan(tasks, models, references, idle)
 
 
@@ -62,11 +62,14 @@ def find_needed(scene: Scene) -> dict[str, Location]:
     Raises Fault if a body is ambiguous.
     """
     askers = _first_questions(scene)
-    places = {n: askers.get(("body", body_of(scene, d))) or askers.get(("name", n)) for n, d in _workers(scene).items()}
+    places = {
+        n: askers.get(("body", body_of(scene, d))) or askers.get(("name", n))
+        for n, d in _models_and_references(scene).items()
+    }
     return {n: place for n, place in places.items() if place is not None}
 
 
-def _workers(scene: Scene) -> dict[str, Declared]:
+def _models_and_references(scene: Scene) -> dict[str, Declared]:
     """Return all models and references of a scene, by name."""
     return {**scene.of_kind("model"), **scene.of_kind("reference")}
 
@@ -78,7 +81,7 @@ def _first_questions(scene: Scene) -> dict[tuple[str, str], Location]:
     """
     found: dict[tuple[str, str], Location] = {}
     for question in (*scene.of_kind("probe").values(), *scene.of_kind("metric").values()):
-        for body in _bodies(scene, question):
+        for body in _bodies_of_question(scene, question):
             found.setdefault(("body", body), question.location)
     for expectation in scene.expectations:
         for name in names_in_expectation(expectation.node):
@@ -86,7 +89,7 @@ def _first_questions(scene: Scene) -> dict[tuple[str, str], Location]:
     return found
 
 
-def _bodies(scene: Scene, question: Declared) -> tuple[str, ...]:
+def _bodies_of_question(scene: Scene, question: Declared) -> tuple[str, ...]:
     """Return the body of a probe or metric; all bodies for a metric such as computing time, which has none."""
     if question.kind == "metric" and question.thing.looked_at is None:
         own = question.thing.body_in(scene)
@@ -100,7 +103,7 @@ def names_in_expectation(node: tree.Expression) -> set[str]:
     return {name.parts[0] for name in find_metrics(node)}
 
 
-def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -> list[Task]:
+def _make_mesh_tasks(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -> list[Task]:
     """Return the tasks that make meshes, one task for all models that use the same mesh."""
     wanted: dict[tuple[object, ...], list[str]] = {}
     for name in models:
@@ -115,7 +118,7 @@ def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -
     return found
 
 
-def _solve(scene: Scene, name: str, asked: Location) -> Task:
+def _make_solve_task(scene: Scene, name: str, asked: Location) -> Task:
     """Return the task that solves a model."""
     declared = scene.declared[name]
     body = body_of(scene, declared)
@@ -134,14 +137,14 @@ def _describe_reference(reference: Declared) -> str:
     return f"{reference.constructor.name}: {each}, {len(names) * len(sizes)} solutions"
 
 
-def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...]) -> list[Task]:
+def _make_evaluation_tasks(scene: Scene, models: tuple[str, ...], references: tuple[str, ...]) -> list[Task]:
     """Return the tasks that evaluate probes, metrics and expectations."""
     found, workers = [], defaultdict[str, list[str]](list)
     for name in (*models, *references):
         workers[body_of(scene, scene.declared[name])].append(name)
     for probe in scene.of_kind("probe").values():
         owners = workers[probe.thing.body]
-        points = _points(probe)
+        points = _describe_probe_points(probe)
         found.append(
             Task(
                 "probe",
@@ -163,7 +166,7 @@ def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...
     return found
 
 
-def _points(probe: Declared) -> str:
+def _describe_probe_points(probe: Declared) -> str:
     """Return the number of points of a probe, as text, or the kind of probe."""
     if probe.thing.ends is not None:
         return f"{probe.thing.points} points"

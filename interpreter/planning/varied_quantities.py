@@ -144,14 +144,16 @@ def quantity_of(scene: Scene, name: str) -> WalkedQuantity:
         raise Unwalkable(f"`{name}` varies in space", "vary a parameter of its expression, such as a factor")
     if attribute == "poisson":
         return _poisson_quantity(name, float(value), None)
-    return _number(name, float(value), field.dimension or units.NONE, SPANS.get(attribute, SPAN), field.interval)
+    return _logarithmic_quantity(
+        name, float(value), field.dimension or units.NONE, SPANS.get(attribute, SPAN), field.interval
+    )
 
 
 def default_quantities(scene: Scene) -> Iterator[WalkedQuantity]:
     """Yield the quantities that a study varies by default: parameters with a range, and the fields listed in USUAL."""
     names = [n for n, p in scene.parameters.items() if "." not in n and p.interval is not None]
     for kind, attribute in USUAL:
-        names += [f"{d.name}.{attribute}" for d in scene.of_kind(kind).values() if _has(d, attribute)]
+        names += [f"{d.name}.{attribute}" for d in scene.of_kind(kind).values() if _has_attribute(d, attribute)]
     for name in names:
         try:
             yield quantity_of(scene, name)
@@ -159,7 +161,7 @@ def default_quantities(scene: Scene) -> Iterator[WalkedQuantity]:
             continue
 
 
-def _has(declared: Declared, attribute: str) -> bool:
+def _has_attribute(declared: Declared, attribute: str) -> bool:
     given = attribute in declared.fields or attribute in ("precision", "tolerance")
     return given and declared.value(attribute) is not None
 
@@ -186,7 +188,7 @@ def _vector_quantity(name: str, value: tuple[float, ...], dimension: Dimension) 
     )
 
 
-def _number(
+def _logarithmic_quantity(
     name: str, value: float, dimension: Dimension, span: tuple[float, float], interval: Interval | None
 ) -> WalkedQuantity:  # fmt: skip
     """Return a quantity with logarithmic scales, limited by its span in SPANS and by the range of its field."""
@@ -207,13 +209,13 @@ def _quantity_with_scales(
     vector: tuple[float, ...] = (),
 ) -> WalkedQuantity:  # fmt: skip
     low, high = (parameter_scale.round_to_six_digits(value * f) for f in span)
-    ways = (_multiplied(value, high, "up"), _multiplied(value, low, "down"))
+    ways = (_same_sign_scale(value, high, "up"), _same_sign_scale(value, low, "down"))
     limits = (min(low, high), max(low, high))
     return WalkedQuantity(name, kind, value, text, dimension, limits, vector=vector,
                     ladders=tuple(w for w in ways if w is not None))  # fmt: skip
 
 
-def _multiplied(value: float, limit: float, direction: parameter_scale.Direction) -> ParameterScale | None:
+def _same_sign_scale(value: float, limit: float, direction: parameter_scale.Direction) -> ParameterScale | None:
     return parameter_scale.logarithmic_ladder(value, limit, direction) if limit * value > 0 else None
 
 
@@ -253,10 +255,14 @@ def _parameter_quantity(scene: Scene, parameter: Parameter) -> WalkedQuantity:
         raise Unwalkable(f"`{name}` is not a number", "vary a number, a vector or a choice")
     if value.dimension == units.NONE and _is_poisson(scene, name, value.value):
         return _poisson_quantity(name, value.value, interval)
-    if value.dimension == units.NONE and value.value == int(value.value) and _must_be_whole(scene, name, value.value):
+    if (
+        value.dimension == units.NONE
+        and value.value == int(value.value)
+        and _is_whole_number_required(scene, name, value.value)
+    ):
         return _integer_quantity(name, int(value.value), interval)
     if interval is None:
-        return _number(name, value.value, value.dimension, SPAN, None)
+        return _logarithmic_quantity(name, value.value, value.dimension, SPAN, None)
     return _number_quantity(name, value.value, value.dimension, interval)
 
 
@@ -296,6 +302,6 @@ def _is_poisson(scene: Scene, name: str, value: float) -> bool:
     return any(other.declared[n].value("poisson") == changed for n in own if n in other.declared)
 
 
-def _must_be_whole(scene: Scene, name: str, value: float) -> bool:
+def _is_whole_number_required(scene: Scene, name: str, value: float) -> bool:
     """Return whether a parameter must be a whole number: whether a value half a unit larger is refused."""
     return any(d.code == "E204" for d in _compile_with_value(scene, name, value + 0.5)[1])

@@ -58,7 +58,7 @@ def materials(scene: Scene) -> Iterator[Diagnostic]:
             )
             continue
         if hasattr(thing, "passive"):
-            yield from _muscle(declared)
+            yield from _check_muscle(declared)
             continue
         from softmark.solvers.materials.anisotropic_material import lacks_sheets
         from softmark.solvers.materials.material_axes import InvalidDirection, MaterialFrame
@@ -86,7 +86,7 @@ def materials(scene: Scene) -> Iterator[Diagnostic]:
                                  "no wall", "give the semi-axes of the wall")  # fmt: skip
 
 
-def _muscle(declared: Declared) -> Iterator[Diagnostic]:
+def _check_muscle(declared: Declared) -> Iterator[Diagnostic]:
     """Yield the errors of one muscle material."""
     thing = declared.thing
     law = thing.passive

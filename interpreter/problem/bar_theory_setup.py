@@ -102,8 +102,8 @@ def _constant_along_axis(case: Case, constant: Any, root: Any, axis: Any) -> Cal
     if not isinstance(constant, Profile):
         return lambda s: s * 0.0 + float(constant)
     if not constant.fields:
-        for along, across in _sections(case.prism, root, axis):
-            _must_be_even(constant, constant.value(along), [constant.value(place) for place in across])
+        for along, across in _section_sample_points(case.prism, root, axis):
+            _require_uniform_over_section(constant, constant.value(along), [constant.value(place) for place in across])
         return lambda s: constant.values(_axis_points(s, root, axis), None)
 
     @cache
@@ -111,9 +111,9 @@ def _constant_along_axis(case: Case, constant: Any, root: Any, axis: Any) -> Cal
         """Return a function that reads the file of the constant. Raises NotApplicable."""
         from softmark.interpreter.problem.field_files import read_field
 
-        for along, across in _sections(case.prism, root, axis):
+        for along, across in _section_sample_points(case.prism, root, axis):
             own, *others = constant.values([along, *across], read_field)
-            _must_be_even(constant, own, others)
+            _require_uniform_over_section(constant, own, others)
         return read_field
 
     return lambda s: constant.values(_axis_points(s, root, axis), read())
@@ -126,7 +126,7 @@ def _axis_points(s: Floats, root: Any, axis: Any) -> Any:
     return np.array(root) + s[:, None] * np.array(axis)
 
 
-def _sections(shape: Any, root: Any, axis: Any) -> Iterator[tuple[Any, list[Any]]]:
+def _section_sample_points(shape: Any, root: Any, axis: Any) -> Iterator[tuple[Any, list[Any]]]:
     """Yield points of the axis, m, each with other points of the same cross-section, m."""
     _, first, second = shape.frame(0.0)
     for i in range(STATIONS):
@@ -134,7 +134,7 @@ def _sections(shape: Any, root: Any, axis: Any) -> Iterator[tuple[Any, list[Any]
         yield middle, [add_multiples(middle, (u, first), (v, second)) for u, v in shape.section.samples()]
 
 
-def _must_be_even(constant: Profile, own: float, others: list[float]) -> None:
+def _require_uniform_over_section(constant: Profile, own: float, others: list[float]) -> None:
     """Check that a constant is uniform across a cross-section. Raises NotApplicable.
 
     `own` is its value on the axis, `others` are values at other points of the cross-section.

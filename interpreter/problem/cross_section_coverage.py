@@ -28,7 +28,7 @@ def coverage(condition: Condition, shape: Swept, station: float) -> str:
 @lru_cache(maxsize=256)
 def selects_whole_sections(condition: Condition, shape: Swept, stations: tuple[float, ...]) -> tuple[bool, ...]:
     """Return whether a condition selects the whole cross-section at each station; used for supports of beams."""
-    return tuple(_whole(condition, shape, s) for s in stations)
+    return tuple(_is_section_selected(condition, shape, s) for s in stations)
 
 
 def coverages(condition: Condition, shape: Swept, stations: Sequence[float]) -> set[str]:
@@ -56,7 +56,7 @@ def _measure_coverage(condition: Condition, shape: Swept, station: float, extent
     held = {bool(condition.holds(*point, extent)) for point in _points(shape, station)}
     if len(held) == 2:
         return "some"
-    if _is_uncrossed(condition, shape, station, extent):
+    if _has_no_crossing_border(condition, shape, station, extent):
         return "all" if held == {True} else "none"
     from softmark.interpreter.problem.surface_selection.section_selection import selected_share
 
@@ -66,7 +66,7 @@ def _measure_coverage(condition: Condition, shape: Swept, station: float, extent
     return "none" if taken <= LITTLE else "some"
 
 
-def _is_uncrossed(condition: Condition, shape: Swept, station: float, extent: float) -> bool:
+def _has_no_crossing_border(condition: Condition, shape: Swept, station: float, extent: float) -> bool:
     """Return whether no plane border crosses the cross-section; computing areas near a parallel border is expensive."""
     _, first, second = shape.frame(station)
     centre, section = shape.centre(station), shape.section_at(station)
@@ -202,7 +202,7 @@ def selection_borders(condition: Condition, shape: Swept) -> list[float]:
     The end faces are left out: a border there lies off them by the tolerance of conditions.
     """
     found = inner_stations(condition, shape)
-    ends = ((s, _whole(condition, shape, s)) for s in (END * shape.length, (1 - END) * shape.length))
+    ends = ((s, _is_section_selected(condition, shape, s)) for s in (END * shape.length, (1 - END) * shape.length))
     (first, last) = ends
     known = [first, *((s, cover == "all") for s, cover in found), last]
     return [
@@ -212,7 +212,7 @@ def selection_borders(condition: Condition, shape: Swept) -> list[float]:
     ]
 
 
-def _whole(condition: Condition, shape: Swept, station: float) -> bool:
+def _is_section_selected(condition: Condition, shape: Swept, station: float) -> bool:
     return coverage(condition, shape, station) == "all"
 
 
@@ -220,5 +220,5 @@ def _bisect_border(condition: Condition, shape: Swept, inside: float, outside: f
     """Return the last selected station, m, by bisection between a station inside the selection and one outside it."""
     while abs(outside - inside) > 1e-12 * shape.length:
         middle = 0.5 * (inside + outside)
-        inside, outside = (middle, outside) if _whole(condition, shape, middle) else (inside, middle)
+        inside, outside = (middle, outside) if _is_section_selected(condition, shape, middle) else (inside, middle)
     return inside

@@ -23,7 +23,7 @@ def download_shape(shape: AnyShape, at: Location) -> AnyShape:
         combined: AnyShape = replace(shape, one=one, other=other)
         return combined
     if shape.flat and shape.prebuilt:
-        return _of_region(shape, at)
+        return _download_data_of_region(shape, at)
     if not isinstance(shape, MeshFile | Tetrahedralized) or not path.startswith("data:"):
         return shape
     from softmark.references.data_download import Unavailable, find_file
@@ -37,7 +37,7 @@ def download_shape(shape: AnyShape, at: Location) -> AnyShape:
         ) from failure
 
 
-def _of_region(shape: AnyShape, at: Location) -> AnyShape:
+def _download_data_of_region(shape: AnyShape, at: Location) -> AnyShape:
     """Return a plane region with its data set downloaded. Raises Fault if that fails."""
     from softmark.solvers.mesh.plane_region_files import FileSlice  # of no other scene
 

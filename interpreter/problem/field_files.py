@@ -236,10 +236,10 @@ def _mesh(field: Field, file: Path) -> OnMesh:
     frame = Frame(field.length, field.x, field.z, field.origin)
     apart = np.arange(cells.size).reshape(cells.shape)
     X = frame.points(np.asarray(read.points, dtype=np.float64), file.name)[cells.ravel()]
-    return OnMesh(Mesh(X, apart, known[kinds.pop()]), _numbers(field, file, read, cells, blocks))
+    return OnMesh(Mesh(X, apart, known[kinds.pop()]), _read_nodal_values(field, file, read, cells, blocks))
 
 
-def _numbers(field: Field, file: Path, read: Any, cells: Any, blocks: list[int]) -> Floats:
+def _read_nodal_values(field: Field, file: Path, read: Any, cells: Any, blocks: list[int]) -> Floats:
     """Return the value of each node of each cell, in order (m a,). Raises Unreadable."""
     on_cells = {n: np.concatenate([np.asarray(data[i]) for i in blocks]) for n, data in read.cell_data.items()}
     there = [*read.point_data, *on_cells]

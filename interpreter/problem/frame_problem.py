@@ -52,12 +52,12 @@ def frame_of(case: Case) -> Callable[[], Frame]:
     for support in case.supports:
         if not isinstance(support.thing, Fixed | Displaced | Pinned):
             raise NotApplicable(f"it does not include the support `{support.name}`", "use clamps and hinges")
-        if any(len(_selects_interior(member, network, support)) == 2 for member in network.members):
+        if any(len(_interior_selection_values(member, network, support)) == 2 for member in network.members):
             raise NotApplicable(f"`{support.name}` holds a part of a member", "hold points or whole members")
     return lambda: _FrameBuilder(case, network).frame()
 
 
-def _selects_interior(member: Member, network: Network, support: Declared) -> set[bool]:
+def _interior_selection_values(member: Member, network: Network, support: Declared) -> set[bool]:
     """Return for sample positions between a member's ends whether a support selects them, as a set.
 
     Both truth values mean that it selects only a part of the member.
@@ -82,7 +82,7 @@ class _FrameBuilder:
             places = [action.at] if isinstance(action, PointLoad) else []
             places += [action.begin, action.end] if isinstance(action, LineForce) else []
             found |= {s for s in (self._on(member, p) for p in places) if s is not None}
-        if any(True in _selects_interior(member, self.network, support) for support in self.case.supports):
+        if any(True in _interior_selection_values(member, self.network, support) for support in self.case.supports):
             found |= {k / HELD * member.length for k in range(1, HELD)}
         kept = [s for s in sorted(found) if self.near < s < member.length - self.near]
         return [0.0, *kept, member.length]
@@ -124,8 +124,10 @@ class _FrameBuilder:
         along = np.sum([line.force for line in lines], axis=0) if lines else np.zeros(3)
         material = self.case.material
         weight = material.density * np.array(self.case.gravity)
-        areas = _from(a, member, lambda section: section.area)
-        stiffness = _from(a, member, lambda section: section_stiffness(section, material.young, material.poisson))
+        areas = _section_property_from_station(a, member, lambda section: section.area)
+        stiffness = _section_property_from_station(
+            a, member, lambda section: section_stiffness(section, material.young, material.poisson)
+        )
 
         def load(s: Floats) -> Floats:
             found: Floats = areas(s)[:, None] * weight + along
@@ -182,7 +184,9 @@ class _FrameBuilder:
         return found
 
 
-def _from(a: float, member: Member, of: Callable[[Disc | Ring | Rectangle], Any]) -> Callable[[Floats], Floats]:
+def _section_property_from_station(
+    a: float, member: Member, of: Callable[[Disc | Ring | Rectangle], Any]
+) -> Callable[[Floats], Floats]:
     """Return a section property of a member as a function of stations (n,), m, measured from station a.
 
     It is computed once if the section is constant.

@@ -55,7 +55,7 @@ def round_body_of(reference: Declared, case: Case) -> RoundCore:
             raise NotApplicable(
                 f"`{case.body.name}` does not consist of linear elastic solids", "use `linear_elastic(...)`"
             )
-    inner, outer, centre = _plate_with_hole(case) if about == "hole" else inclusion_in_ball(case)
+    inner, outer, centre = _plate_radii_and_centre(case) if about == "hole" else inclusion_in_ball(case)
     planes = (0, 1, 2) if not case.planar else (1,) if case.depth else (0, 1)
     check_symmetry_supports(case, planes, centre, outer)
     stress = _stress(case, inner, outer, centre)
@@ -85,7 +85,7 @@ def _ring_radii(case: Case) -> tuple[float, float]:
     return region.inner, region.outer
 
 
-def _plate_with_hole(case: Case) -> tuple[float, float, Vector3]:
+def _plate_radii_and_centre(case: Case) -> tuple[float, float, Vector3]:
     """Return the radii of hole and plate, m, and the centre, m, of a plate with a hole. Raises NotApplicable."""
     if case.planar not in ("plane_strain", "plane_stress"):
         raise NotApplicable(f"`{case.body.name}` is not a plate", "use `plane_stress(...)` or `plane_strain(...)`")
@@ -115,8 +115,10 @@ def _radius(part: Declared, shape: Sphere) -> float:
     where: Condition = part.thing.where
     cuts = [cut for cut in cuts_for(where, shape) if cut.axis == "radius"]
     if not depends_on_radius(where, shape.origin, shape.radius) or len(cuts) != 1:
-        raise NotApplicable(f"the region `{part.name}` is not a sphere around the centre of the ball",
-                      f"select a sphere: `where = x^2 + y^2 + z^2 <= a^2`{_from(shape.origin)}")  # fmt: skip
+        raise NotApplicable(
+            f"the region `{part.name}` is not a sphere around the centre of the ball",
+            f"select a sphere: `where = x^2 + y^2 + z^2 <= a^2`{_distance_origin_note(shape.origin)}",
+        )
     if not holds_at_radius(where, shape.origin, 0.5 * cuts[0].at, shape.diagonal):
         raise NotApplicable(
             f"the region `{part.name}` is the part around the inclusion", "declare the inclusion as the region"
@@ -124,7 +126,7 @@ def _radius(part: Declared, shape: Sphere) -> float:
     return float(cuts[0].at)
 
 
-def _from(origin: Vector3) -> str:
+def _distance_origin_note(origin: Vector3) -> str:
     return ", with distances from its centre" if any(origin) else ""
 
 
@@ -176,7 +178,7 @@ def _stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
         if not _covers_border(action.where, case, inner, outer, centre):
             raise NotApplicable(f"the load `{load.name}` does not act on exactly the whole outer border",
                           "select it by the distance from the centre: `where = x^2 + y^2 + z^2 >= b^2`"
-                          f"{_from(centre)}")  # fmt: skip
+                          f"{_distance_origin_note(centre)}")  # fmt: skip
         for axis, along in enumerate(_stress_of_load(load, case)):
             total[axis] += along
     if not case.loads:

@@ -48,7 +48,7 @@ def split_by_groups(condition: Condition, members: Members) -> Iterator[tuple[Co
 
 def cell_membership(mesh: Mesh) -> Members:
     """Return a function that gives the mask of cells in a named group (m,)."""
-    return partial(_found, "cells_in", mesh)
+    return partial(_group_mask, "cells_in", mesh)
 
 
 def facet_membership(mesh: Mesh) -> Members:
@@ -56,12 +56,12 @@ def facet_membership(mesh: Mesh) -> Members:
 
     For a group of cells, these are the boundary facets of its cells.
     """
-    return partial(_found, "facets_in", mesh)
+    return partial(_group_mask, "facets_in", mesh)
 
 
 def node_membership(mesh: Mesh) -> Members:
     """Return a function that gives the mask of nodes in a named group (n,): the nodes of its cells or facets."""
-    return partial(_found, "nodes_in", mesh)
+    return partial(_group_mask, "nodes_in", mesh)
 
 
 def point_membership(case: Case, X: Floats) -> Members:
@@ -76,7 +76,7 @@ def point_membership(case: Case, X: Floats) -> Members:
     return lambda name: has_cells(mesh, name, nodes)
 
 
-def _found(of: str, mesh: Mesh, name: str) -> Mask:
+def _group_mask(of: str, mesh: Mesh, name: str) -> Mask:
     from softmark.solvers.mesh import mesh_groups  # no mesh without names needs it
 
     found: Mask = getattr(mesh_groups, of)(mesh, name)
@@ -95,11 +95,11 @@ NAMELESS = (
 def check(regions: Iterable[Declared], mesh: Mesh) -> None:
     """Refuse named groups that a mesh does not have or that are of the wrong kind. Raises Fault."""
     for region in regions:
-        _has(region, mesh)
-        _is_sound(region, mesh)
+        _require_group(region, mesh)
+        _check_group_kind(region, mesh)
 
 
-def _has(region: Declared, mesh: Mesh) -> None:
+def _require_group(region: Declared, mesh: Mesh) -> None:
     known, name = mesh.groups or {}, region.thing.name
     if name in known:
         return
@@ -114,7 +114,7 @@ def _has(region: Declared, mesh: Mesh) -> None:
     raise fault("E324", region.at("name"), problem, "not in the file", help)
 
 
-def _is_sound(region: Declared, mesh: Mesh) -> None:
+def _check_group_kind(region: Declared, mesh: Mesh) -> None:
     own, name, at = (mesh.groups or {})[region.thing.name], region.thing.name, region.at("name")
     count = len(own.members) + own.foreign
     if not count:

@@ -96,14 +96,14 @@ def stack_of(case: Case) -> Stack:
     if case.planar == "plane_stress":
         raise NotApplicable("its body is in plane stress", "use `plane_strain(...)`, or a solid")
     piled = block_pile_of(case)
-    solids = tuple(_solid(piled, i) for i in range(len(piled.blocks)))
+    solids = tuple(_block_material(piled, i) for i in range(len(piled.blocks)))
     joints = tuple(_joint(piled, i) for i in range(len(piled.blocks) - 1))
     ends, mirrors = _held_ends_and_sides(piled, solids)
     loaded, traction, pressure = _end_load(piled, ends)
     if None in ends and not loaded:
         raise NotApplicable("nothing moves or loads its other end", ENDS)
-    roots = _roots(piled, joints, mirrors, solids)
-    _must_narrow_alike(piled, joints, solids, roots)
+    roots = _laterally_fixed_points(piled, joints, mirrors, solids)
+    _require_equal_contraction(piled, joints, solids, roots)
     blocks = tuple(
         Block(block.low[piled.way], block.high[piled.way], solid, root)
         for block, solid, root in zip(piled.blocks, solids, roots, strict=True)
@@ -111,11 +111,11 @@ def stack_of(case: Case) -> Stack:
     whole = piled.whole
     found = Stack(blocks, joints, piled.way, piled.across, whole.low, whole.high, whole.area(piled.way), whole.turns,
                   ends, traction, pressure)  # fmt: skip
-    _must_meet(found)
+    _require_determined_blocks(found)
     return found
 
 
-def _must_meet(stack: Stack) -> None:
+def _require_determined_blocks(stack: Stack) -> None:
     """Check that the position of every block is determined, and that no block is crushed. Raises NotApplicable."""
     if None in stack.ends:
         if stack.touching and stack.traction - stack.pressure >= 0.0:
@@ -169,7 +169,7 @@ def _pieces(shape: Any) -> tuple[Any, ...]:
     return tuple(piece for half in shape.pair for piece in _pieces(half))
 
 
-def _sides(piled: BlockPile, number: int) -> Rectangular:
+def _block_without_ends(piled: BlockPile, number: int) -> Rectangular:
     """Return a block shortened at both ends, so that only its sides are selected and not the faces of other blocks."""
     block, way = piled.blocks[number], piled.way
     a, b = block.low[way], block.high[way]
@@ -179,9 +179,9 @@ def _sides(piled: BlockPile, number: int) -> Rectangular:
     )
 
 
-def _solid(piled: BlockPile, number: int) -> BlockMaterial:
+def _block_material(piled: BlockPile, number: int) -> BlockMaterial:
     """Return the material of a block. Raises NotApplicable."""
-    case, inner = piled.case, _sides(piled, number)
+    case, inner = piled.case, _block_without_ends(piled, number)
     material = case.material
     for part, own in zip(case.parts, case.materials[1:], strict=True):
         where = part.thing.where
@@ -258,7 +258,7 @@ def _held_ends_and_sides(
             raise NotApplicable(f"the support `{support.name}` moves it across its axis", ENDS)
         taken = piled.ends(thing.where)
         if not taken:
-            mirrors |= _mirrors(piled, support, thing)
+            mirrors |= _symmetry_sides(piled, support, thing)
             continue
         for end in taken:
             if along_it and solids[-end].poisson:
@@ -273,11 +273,11 @@ def _held_ends_and_sides(
     return (ends.get(0), ends.get(1)), mirrors
 
 
-def _mirrors(piled: BlockPile, support: Declared, thing: Any) -> set[tuple[int, int, int]]:
+def _symmetry_sides(piled: BlockPile, support: Declared, thing: Any) -> set[tuple[int, int, int]]:
     """Return the sides of all selected blocks that a support holds along their normal. Raises NotApplicable."""
     found = set()
     for i in range(len(piled.blocks)):
-        side = _sides(piled, i)
+        side = _block_without_ends(piled, i)
         if thing.where.over(side.low, side.high, piled.extent) == NOWHERE:
             continue
         c = thing.components[0]
@@ -291,7 +291,7 @@ def _mirrors(piled: BlockPile, support: Declared, thing: Any) -> set[tuple[int, 
     return found
 
 
-def _roots(piled: BlockPile, joints: tuple[Joint, ...], mirrors: set[tuple[int, int, int]],
+def _laterally_fixed_points(piled: BlockPile, joints: tuple[Joint, ...], mirrors: set[tuple[int, int, int]],
            solids: tuple[BlockMaterial, ...]) -> tuple[Vector, ...]:  # fmt: skip
     """Return the point of each block, m, that does not move laterally.
 
@@ -315,7 +315,7 @@ def _is_tied(joints: tuple[Joint, ...], a: int, b: int) -> bool:
     return all(joint.glued for joint in joints[min(a, b) : max(a, b)])
 
 
-def _must_narrow_alike(piled: BlockPile, joints: tuple[Joint, ...], solids: tuple[BlockMaterial, ...],
+def _require_equal_contraction(piled: BlockPile, joints: tuple[Joint, ...], solids: tuple[BlockMaterial, ...],
                        roots: tuple[Vector, ...]) -> None:  # fmt: skip
     """Check that the two faces of each tie contract laterally by equal amounts. Raises NotApplicable."""
     for i, joint in enumerate(joints):
@@ -421,7 +421,7 @@ def _contact_force(piled: BlockPile, found: DeformedStack, numbers: list[int]) -
     for number in numbers:
         if piled.first not in (number, number + 1):
             continue  # both sides are handled with the others
-        at = _joint_middle(piled, found, number)
+        at = _joint_centre(piled, found, number)
         force = add_multiples(NONE, (found.pull, piled.normal(1 if piled.first == number + 1 else 0)))
         total, moment = add_multiples(total, (1.0, force)), add_multiples(moment, (1.0, cross(at, force)))
     return Reaction(total, moment, at, add_multiples(moment, (-1.0, cross(at, total))))
@@ -432,7 +432,7 @@ def _end_centre(piled: BlockPile, found: DeformedStack, end: int) -> Vector:
     return _deformed_position(found, piled.whole.centre(piled.way, end), -end)
 
 
-def _joint_middle(piled: BlockPile, found: DeformedStack, number: int) -> Vector:
+def _joint_centre(piled: BlockPile, found: DeformedStack, number: int) -> Vector:
     """Return the centre of the upper face of a block, m: deformed or undeformed as in `_end_centre`."""
     return _deformed_position(found, piled.blocks[number].centre(piled.way, 1), number)
 

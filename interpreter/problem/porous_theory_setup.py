@@ -95,14 +95,14 @@ def _ends(case: Case, remedy: str) -> Ends:
     """Return the held and the driven end of a case. Raises NotApplicable with the `remedy`."""
     body = solid_body(case)
     drivers = [s for s in case.supports if at_full_size(s.thing).moves]
-    drivers += [load for load in case.loads if any(_vector(load))]
+    drivers += [load for load in case.loads if any(_displacement_or_traction(load))]
     for support in case.supports:
         if not isinstance(at_full_size(support.thing), Holding):
             raise NotApplicable(f"the support `{support.name}` holds it in another way", remedy)
     if len(drivers) != 1:
         raise NotApplicable("it is not driven by exactly one load or support", remedy)
     driving = drivers[0]
-    vector = _vector(driving)
+    vector = _displacement_or_traction(driving)
     ways = [c for c in range(3) if abs(vector[c]) > ALIGNED * math.hypot(*vector)]
     if isinstance(body, Round):
         axis = body.shape.axis
@@ -137,7 +137,7 @@ def _ends_along(case: Case, body: Body, way: int, driving: Declared, vector: Vec
     return replace(ends, amount=sum(v * a for v, a in zip(vector, ends.axis, strict=True)))
 
 
-def _vector(declared: Declared) -> Vector:
+def _displacement_or_traction(declared: Declared) -> Vector:
     """Return the displacement, m, of a support or the traction, Pa, of a load. Raises NotApplicable."""
     thing = at_full_size(declared.thing)
     if declared.kind == "support":
@@ -201,7 +201,7 @@ def _open_ends(case: Case, ends: Ends) -> Drains:
 # ------------------------------------------------------------------ what theories are solved for
 
 
-def _column(case: Case) -> tuple[Quasistatic, Ends, Drains]:
+def _analysis_ends_and_drains(case: Case) -> tuple[Quasistatic, Ends, Drains]:
     """Return the analysis, the ends, and which ends are drained. Raises NotApplicable if the sides can move."""
     analysis, ends = _analysis(case), _ends(case, DRIVE)
     if not _are_sides_held(case, ends):
@@ -220,7 +220,7 @@ def column_of(case: Case) -> Column:
 
     Raises NotApplicable if an assumption of the theory is violated.
     """
-    analysis, ends, drains = _column(case)
+    analysis, ends, drains = _analysis_ends_and_drains(case)
     driven = driven_by(at_full_size(ends.driving.thing).amplitude, analysis.duration)
     amount = ends.amount * ends.area if ends.force else ends.amount
     return Column(ends.length, ends.area, ends.root, ends.axis, drains, _moduli(case)[1], case.material.permeability,
@@ -229,7 +229,7 @@ def column_of(case: Case) -> Column:
 
 def pressed_column_of(case: Case) -> PressedColumn:
     """Return the finite-strain column of a case. Raises NotApplicable if an assumption of the theory is violated."""
-    analysis, ends, drains = _column(case)
+    analysis, ends, drains = _analysis_ends_and_drains(case)
     material = case.material
     driven = driven_by(at_full_size(ends.driving.thing).amplitude, analysis.duration)
     k = Permeability(material.permeability, material.exponent, material.stiffening, material.solid)
@@ -267,7 +267,9 @@ def compressed_body_of(reference: Declared, case: Case) -> CompressedPorousBody:
     ):
         raise NotApplicable(f"the load `{ends.driving.name}` does not keep its plate parallel", PLATES)
     _check_no_fluid_pressure(case)
-    dimension, half, root, across = _disc(case, ends) if reference.thing.about == "disc" else _slab(case, ends)
+    dimension, half, root, across = (
+        _disc_dimensions(case, ends) if reference.thing.about == "disc" else _slab_dimensions(case, ends)
+    )
     driven = driven_by(at_full_size(ends.driving.thing).amplitude, analysis.duration)
     shear, modulus = _moduli(case)
     amount = ends.amount * ends.area if ends.force else ends.amount
@@ -275,7 +277,7 @@ def compressed_body_of(reference: Declared, case: Case) -> CompressedPorousBody:
                     case.material.permeability, ends.force, amount, driven, analysis.now)  # fmt: skip
 
 
-def _slab(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
+def _slab_dimensions(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
     """Return the dimension, the half-width, m, a point of the symmetry plane, m, and a lateral vector of a slab.
 
     Raises NotApplicable.
@@ -308,7 +310,7 @@ def _open_faces(case: Case, body: Rectangular, axis: int) -> set[int]:
     return set[int]().union(*(body.taken(d.thing.where, axis) for d in case.drains))
 
 
-def _disc(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
+def _disc_dimensions(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
     """Return the dimension, the radius, m, the centre of the held plate, m, and a zero vector for a disc.
 
     Raises NotApplicable.

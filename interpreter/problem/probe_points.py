@@ -89,22 +89,24 @@ def _place(probe: Declared, case: Case, tracked: Callable[[str], Floats]) -> Pro
         case Surface():
             return _surface(probe, case)
         case Volume(size=size):
-            return _volume(probe, case, download_shape(case.shape, case.shaped), size or _volume_size(case.shape))
+            return _volume_probe_points(
+                probe, case, download_shape(case.shape, case.shaped), size or _volume_size(case.shape)
+            )
         case MeshNodes(mesh=mesh):
-            return _of_body(probe, case, download_shape(mesh, probe.at("mesh")).points())
+            return _points_near_body(probe, case, download_shape(mesh, probe.at("mesh")).points())
         case Markers(of=of):
-            return _of_body(probe, case, tracked(of))
+            return _points_near_body(probe, case, tracked(of))
     return ProbePoints(np.array(probe.thing.stations))
 
 
-def _of_body(probe: Declared, case: Case, X: Floats) -> ProbePoints:
+def _points_near_body(probe: Declared, case: Case, X: Floats) -> ProbePoints:
     """Return the points that the probe's condition selects, without those far outside the body. Raises Fault."""
-    chosen = _part(probe, X)
+    chosen = _selected_points(probe, X)
     inside, notes = keep_near_points(probe, case, chosen)
     return ProbePoints(chosen[inside], notes=notes)
 
 
-def _size(shape: geometry.Shape) -> float:
+def _surface_edge_length(shape: geometry.Shape) -> float:
     """Return an edge length, m, that resolves a shape; for a mesh from a file the value does not matter."""
     if shape.bounds is None:
         return 1.0
@@ -114,7 +116,7 @@ def _size(shape: geometry.Shape) -> float:
 
 def _volume_size(shape: geometry.Shape) -> float:
     """Return an edge length, m, that fills a shape with at most MANY tetrahedra, six in each cube."""
-    size = COARSER * _size(shape)
+    size = COARSER * _surface_edge_length(shape)
     volume = shape.closed(size).volume if isinstance(shape, SurfaceBody) else shape.volume
     return size if volume is None else max(size, (6.0 * volume / MANY) ** (1 / 3))
 
@@ -122,30 +124,30 @@ def _volume_size(shape: geometry.Shape) -> float:
 def _surface(probe: Declared, case: Case) -> ProbePoints:
     own = probe.thing.mesh is not None
     shape = download_shape(probe.thing.mesh if own else case.shape, probe.at("mesh") if own else case.shaped)
-    X, triangles = shape.surface(probe.thing.size or _size(shape))
+    X, triangles = shape.surface(probe.thing.size or _surface_edge_length(shape))
     if probe.thing.where is None:
         return ProbePoints(X, triangles)
     from softmark.interpreter.problem.surface_selection.triangle_parts import clip_triangles
 
     where, members = probe.thing.where, None
     if where.groups:
-        members = _on_surface(case, shape, where)
+        members = _triangle_group_masks(case, shape, where)
     points, part, share = clip_triangles(where, X, triangles, members)
     if not len(points):
         raise _empty_selection(probe)
     return ProbePoints(points, part, notes=_curved_border_warning(probe, share))
 
 
-def _surface_within(probe: Declared, case: Case) -> Floats | None:
+def _surface_points_in_volume(probe: Declared, case: Case) -> Floats | None:
     """Return the points (n, 3), m, of the body's surface that the condition of a volume probe selects."""
     shape = download_shape(case.shape, case.shaped)
-    X, triangles = shape.surface(_size(shape))
+    X, triangles = shape.surface(_surface_edge_length(shape))
     if probe.thing.where is None:
         return X
     from softmark.interpreter.problem.surface_selection.triangle_parts import clip_triangles
 
     where = probe.thing.where
-    return clip_triangles(where, X, triangles, _on_surface(case, shape, where) if where.groups else None)[0]
+    return clip_triangles(where, X, triangles, _triangle_group_masks(case, shape, where) if where.groups else None)[0]
 
 
 def domain_of(probe: Declared, case: Case, place: ProbePoints) -> ProbeDomain:
@@ -159,14 +161,14 @@ def domain_of(probe: Declared, case: Case, place: ProbePoints) -> ProbeDomain:
     known = thing.where is None or not thing.where.groups  # mesh nodes do not determine their group
     extent = float(np.linalg.norm(np.ptp(place.X, axis=0)))
     if isinstance(thing, Volume):
-        border = [own for own in (place.border, _surface_within(probe, case)) if own is not None]
+        border = [own for own in (place.border, _surface_points_in_volume(probe, case)) if own is not None]
         return ProbeDomain(border=np.concatenate([np.zeros((0, 3)), *border]), nodes="all" if known else "none",
                            where=thing.where, extent=_extent(case, place))  # fmt: skip
     nodes: Literal["none", "surface"] = "surface" if known and thing.mesh is None and not case.planar else "none"
     own = ProbeDomain(nodes=nodes, where=thing.where, extent=_extent(case, place))
     if not case.parts or place.triangles is None or not len(place.triangles):
         return own
-    pieces = _split(case, place, extent)
+    pieces = _cut_triangles_at_materials(case, place, extent)
     X = INNER @ pieces  # (p, 3, 3)
     areas = 0.5 * np.linalg.norm(np.cross(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0]), axis=1)
     return ProbeDomain(points=X.reshape(-1, 3), weights=np.repeat(areas / 3.0, 3), nodes=nodes, where=thing.where,
@@ -179,7 +181,7 @@ def _extent(case: Case, place: ProbePoints) -> float:
     return float(shape.diagonal) if shape.bounds is not None else float(np.linalg.norm(np.ptp(place.X, axis=0)))
 
 
-def _split(case: Case, place: ProbePoints, extent: float) -> Floats:
+def _cut_triangles_at_materials(case: Case, place: ProbePoints, extent: float) -> Floats:
     """Return the triangles (t, 3, 3), m, of a probe's surface, cut along the borders between materials."""
     from softmark.interpreter.problem.surface_selection.triangle_parts import cut_along
     from softmark.solvers.mesh.simplex_clipping import Pieces
@@ -191,7 +193,7 @@ def _split(case: Case, place: ProbePoints, extent: float) -> Floats:
     return found
 
 
-def _on_surface(case: Case, shape: geometry.Shape, where: Condition) -> Members:
+def _triangle_group_masks(case: Case, shape: geometry.Shape, where: Condition) -> Members:
     """Return a function that gives the mask of surface triangles in a named group of a mesh file. Raises Fault."""
     from softmark.interpreter.problem import mesh_group_conditions
 
@@ -216,7 +218,7 @@ def _curved_border_warning(probe: Declared, share: float) -> tuple[Diagnostic, .
     )
 
 
-def _part(probe: Declared, X: Floats) -> Floats:
+def _selected_points(probe: Declared, X: Floats) -> Floats:
     """Return the points that the probe's condition selects; all points without a condition. Raises Fault."""
     return X if probe.thing.where is None else X[_selected_mask(probe, X)]
 
@@ -243,7 +245,7 @@ def _empty_selection(probe: Declared, faces: Sequence[str] = ()) -> Fault:
     return fault("E302", probe.at("where"), f"`{probe.name}` selects no points", "selects nothing", help)
 
 
-def _volume(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> ProbePoints:
+def _volume_probe_points(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> ProbePoints:
     """Return four points in every tetrahedron of a volume, which integrate squares of linear fields exactly.
 
     At the centroid alone, strains of linear elements are superconvergent, so their error would be underestimated.
@@ -255,7 +257,7 @@ def _volume(probe: Declared, case: Case, shape: geometry.Shape, size: float) -> 
     xi, weights = Tet10.quadrature()
     corners, volumes = mesh.points[mesh.cells], mesh.volumes
     if each:
-        corners, volumes = _selected(probe, case, mesh, each)
+        corners, volumes = _selected_tetrahedra(probe, case, mesh, each)
     X = Tet4.shape(xi) @ corners  # (m, 4, 3)
     shares = np.outer(volumes, weights / weights.sum()).ravel()
     return ProbePoints(X.reshape(-1, 3), weights=shares, border=np.unique(corners.reshape(-1, 3), axis=0))
@@ -277,7 +279,7 @@ def _conditions_by_material(probe: Declared, case: Case) -> tuple[Condition, ...
     return each if where is None else tuple(both(where, own) for own in each)
 
 
-def _selected(probe: Declared, case: Case, mesh: Mesh, each: Sequence[Condition]) -> tuple[Floats, Floats]:
+def _selected_tetrahedra(probe: Declared, case: Case, mesh: Mesh, each: Sequence[Condition]) -> tuple[Floats, Floats]:
     """Return the selected tetrahedra (t, 4, 3), m, of a mesh, and their volumes (t,), m^3. Raises Fault.
 
     `each` has the condition for each material; tetrahedra are selected for each of them separately.
@@ -310,7 +312,7 @@ def surface_triangles(shape: geometry.Shape) -> tuple[Floats, Ints]:
     """Return points (n, 3), m, and triangles (t, 3) of the surface of a shape, for pictures."""
     if isinstance(shape, geometry.Swept):
         return triangulate_swept(shape)
-    size = _size(shape)
+    size = _surface_edge_length(shape)
     X, triangles = shape.surface(size)
     if len(X) > DRAWN and not shape.prebuilt:
         X, triangles = shape.surface(size * (len(X) / DRAWN) ** 0.5)
@@ -335,7 +337,7 @@ def surface_points(case: Case, place: ProbePoints, where: Condition) -> Floats:
         return np.zeros((0, 3))
     from softmark.interpreter.problem.surface_selection.triangle_parts import clip_triangles
 
-    members = _on_surface(case, download_shape(case.shape, case.shaped), where) if where.groups else None
+    members = _triangle_group_masks(case, download_shape(case.shape, case.shaped), where) if where.groups else None
     return clip_triangles(where, place.X, place.triangles, members)[0]
 
 
@@ -360,7 +362,7 @@ def held_face(case: Case) -> tuple[Floats, Ints] | None:
 
     where, members = reduce(partial(Condition.junction, "or"), wheres), None
     if where.groups:
-        members = _on_surface(case, download_shape(case.shape, case.shaped), where)
+        members = _triangle_group_masks(case, download_shape(case.shape, case.shaped), where)
     points, triangles, _ = clip_triangles(where, place.X, place.triangles, members)
     return (points, triangles) if len(triangles) else None
 

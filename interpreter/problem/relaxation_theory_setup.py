@@ -44,7 +44,7 @@ def bar_of(case: Case) -> RelaxingBar:
         )
     if not isinstance(analysis, Quasistatic):
         raise NotApplicable("the analysis is not quasistatic", "use `quasistatic(...)`")
-    held, driving, amount = _ends(case)
+    held, driving, amount = _held_end_and_driving_action(case)
     root, axis = end_frame(shape, held)
     force = driving.kind == "load"
     g, tau = zip(*material.branches, strict=True)
@@ -58,7 +58,7 @@ def bar_of(case: Case) -> RelaxingBar:
                        tau, force, sign * (area if force else 1.0), driven_by(amplitude, now), now)  # fmt: skip
 
 
-def _ends(case: Case) -> tuple[int, Declared, Any]:
+def _held_end_and_driving_action(case: Case) -> tuple[int, Declared, Any]:
     """Return the held end (0 is the root), and the support or load on the other end with its value.
 
     Raises NotApplicable.
@@ -144,7 +144,7 @@ def driven_by(amplitude: Any, now: float) -> Amplitude:
 
 def bar_forces(case: Case, bar: RelaxingBar) -> EquilibriumForces:
     """Return the reaction forces of the theory."""
-    held, driving, _ = _ends(case)
+    held, driving, _ = _held_end_and_driving_action(case)
     none, found = (0.0, 0.0, 0.0), {}
     for support in case.supports:
         end = end_of(support.thing.where, case.prism)

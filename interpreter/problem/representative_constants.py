@@ -35,7 +35,7 @@ def representative_material(material: Any, shape: Any) -> Any:
     It is used for orders of magnitude before anything is built. A uniform material is returned unchanged.
     """
     new: dict[str, float] = {}
-    for name, profile in _of_all_laws(material).items():
+    for name, profile in _varying_constants_of_all_laws(material).items():
         seen = [v for _, v in sample_constant(profile, shape) if math.isfinite(v)]
         if not seen:
             new[name] = UNKNOWN[name]
@@ -46,31 +46,31 @@ def representative_material(material: Any, shape: Any) -> Any:
     return with_constants(material, new) if new else material
 
 
-def _of_all_laws(material: Any) -> dict[str, Profile]:
+def _varying_constants_of_all_laws(material: Any) -> dict[str, Profile]:
     """Return the varying constants of a material and of the laws within it, by name.
 
     Laws of muscle may not vary. That is reported separately (E367), and other checks must not fail because of it.
     """
     within = vars(material).get("law")
-    return (_of_all_laws(within) if hasattr(within, "varying") else {}) | profiles(material)
+    return (_varying_constants_of_all_laws(within) if hasattr(within, "varying") else {}) | profiles(material)
 
 
 def sample_constant(profile: Profile, shape: Any) -> Iterator[tuple[tuple[float, ...], float]]:
     """Yield sample points of a body, m, with the value of a constant there; nothing if only a file has the values."""
     if shape.bounds is None or profile.fields:
         return
-    yield from _values(profile, shape, file_stamp(shape))
+    yield from _sampled_values(profile, shape, file_stamp(shape))
 
 
 # Several checks need each constant, and again after edits elsewhere in the scene.
 
 
 @lru_cache(maxsize=32)
-def _values(profile: Profile, shape: Any, files: Any) -> tuple[tuple[tuple[float, ...], float], ...]:
-    return tuple((place, profile.value(place)) for place in _places(shape, files))
+def _sampled_values(profile: Profile, shape: Any, files: Any) -> tuple[tuple[tuple[float, ...], float], ...]:
+    return tuple((place, profile.value(place)) for place in _sample_points(shape, files))
 
 
 @lru_cache(maxsize=16)
-def _places(shape: Any, files: Any) -> tuple[tuple[float, ...], ...]:
+def _sample_points(shape: Any, files: Any) -> tuple[tuple[float, ...], ...]:
     axes = ([a + (b - a) * i / (ALONG - 1) for i in range(ALONG)] for a, b in zip(*shape.bounds, strict=True))
     return tuple(place for place in product(*axes) if shape.contains(place))

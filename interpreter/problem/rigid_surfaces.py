@@ -32,11 +32,11 @@ def surface_in_space(shape: Shape, position: Floats) -> tuple[Floats, Ints]:
     `position` (k, 3), m, are points of the deformable body, near which a half-space is drawn.
     """
     if isinstance(shape, HalfSpace):
-        return _plate(shape, position)
+        return _half_space_plate(shape, position)
     return triangulate_swept(shape, *ROUND) if isinstance(shape, Swept) else surface_triangles(shape)
 
 
-def _plate(shape: HalfSpace, position: Floats) -> tuple[Floats, Ints]:
+def _half_space_plate(shape: HalfSpace, position: Floats) -> tuple[Floats, Ints]:
     """Return the surface of a plate with one face on the plane of a half-space, near a body at points (n, 3), m."""
     normal = np.array(shape.normal)
     low, high = position.min(axis=0), position.max(axis=0)
@@ -52,8 +52,8 @@ def _plate(shape: HalfSpace, position: Floats) -> tuple[Floats, Ints]:
 
 def section(X: Floats, triangles: Ints, shape: Shape, span: tuple[float, float], half: bool) -> tuple[Floats, Ints]:
     """Return the section z = 0 of a shape's surface, extruded over a span of z, m; with `half` only the part x >= 0."""
-    lines = _lines(X, triangles)
-    P, ends = _join_lines(_half_of_lines(lines) if half else lines, X)
+    lines = _plane_section_lines(X, triangles)
+    P, ends = _join_lines(_clip_lines_to_half_plane(lines) if half else lines, X)
     if len(P) < 3:
         return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
     flat, n = _triangulate(P, shape), len(P)
@@ -63,7 +63,7 @@ def section(X: Floats, triangles: Ints, shape: Shape, span: tuple[float, float],
     return points, np.concatenate([flat[:, ::-1], flat + n, *walls])
 
 
-def _lines(X: Floats, triangles: Ints) -> Floats:
+def _plane_section_lines(X: Floats, triangles: Ints) -> Floats:
     """Return the lines (k, 2, 2), m, along which triangles cross z = 0, with the rigid body on their left."""
     corners = X[triangles]
     above = corners[..., 2] >= 0.0
@@ -95,7 +95,7 @@ def _crossings_of_plane(a: Floats, b: Floats) -> Floats:
     return found
 
 
-def _half_of_lines(lines: Floats) -> Floats:
+def _clip_lines_to_half_plane(lines: Floats) -> Floats:
     """Return the parts with x >= 0 of lines (k, 2, 2), m."""
     lines = lines[(lines[..., 0] > 0.0).any(axis=1)]
     a, b = lines[:, 0], lines[:, 1]
@@ -128,22 +128,22 @@ def sharp_points(X: Floats, triangles: Ints) -> Floats:
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
     away = np.repeat(corners.mean(axis=1), 3, axis=0) - corners.reshape(-1, 3)
-    return _sharp_items(X, triangles.ravel(), np.repeat(normals, 3, axis=0), away)
+    return _points_at_convex_angles(X, triangles.ravel(), np.repeat(normals, 3, axis=0), away)
 
 
 def sharp_points_in_section(X: Floats, triangles: Ints) -> Floats:
     """Return points (n, 3), m, with z = 0 at convex corners of the section of a closed surface."""
-    P, ends = _join_lines(_lines(X, triangles), X)
+    P, ends = _join_lines(_plane_section_lines(X, triangles), X)
     if not len(ends):
         return np.zeros((0, 3))
     way = P[ends[:, 1]] - P[ends[:, 0]]
     normals = np.stack([way[:, 1], -way[:, 0], 0.0 * way[:, 0]], axis=1) / np.linalg.norm(way, axis=1, keepdims=True)
     points = np.column_stack([P, np.zeros(len(P))])
     away = (points[ends].mean(axis=1)[:, None] - points[ends]).reshape(-1, 3)
-    return _sharp_items(points, ends.ravel(), np.repeat(normals, 2, axis=0), away)
+    return _points_at_convex_angles(points, ends.ravel(), np.repeat(normals, 2, axis=0), away)
 
 
-def _sharp_items(X: Floats, at: Ints, normals: Floats, away: Floats) -> Floats:
+def _points_at_convex_angles(X: Floats, at: Ints, normals: Floats, away: Floats) -> Floats:
     """Return the points of X (n, 3), m, at which the normals of adjoining items differ by a convex angle.
 
     `at` (k,) are the points of the items, `normals` (k, 3) their normals, `away` (k, 3) directions from the point into

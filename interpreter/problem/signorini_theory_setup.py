@@ -32,7 +32,7 @@ def bar_of(case: Case) -> StoppedBar:
     if touch.thing.friction and nu:
         raise NotApplicable(f"the contact has friction of {touch.thing.friction:g}", "remove `friction`")
     n = face.normal
-    gap = _height(touch.rigid.name, touch.rigid.thing.shape, face) + dot(rigid_displacement(touch), n)
+    gap = _gap_above_face(touch.rigid.name, touch.rigid.thing.shape, face) + dot(rigid_displacement(touch), n)
     bonded, mirrors = bonding_and_mirrors(case, face)
     if bonded and nu:
         raise NotApplicable(
@@ -44,11 +44,20 @@ def bar_of(case: Case) -> StoppedBar:
     if case.planar == "plane_strain":
         young, narrowing = young / (1.0 - nu**2), nu / (1.0 - nu)
     x, y, z = (c in face.across or not case.planar for c in range(3))
-    return StoppedBar(face.thickness, face.area, young, narrowing, gap, _load(case, face), _root(face, mirrors),
-                      n, (x, y, z))  # fmt: skip
+    return StoppedBar(
+        face.thickness,
+        face.area,
+        young,
+        narrowing,
+        gap,
+        _end_force(case, face),
+        _fixed_point(face, mirrors),
+        n,
+        (x, y, z),
+    )
 
 
-def _height(name: str, shape: Any, face: Face) -> float:
+def _gap_above_face(name: str, shape: Any, face: Face) -> float:
     """Return the distance of a flat rigid body above a face, m. Raises NotApplicable."""
     n = face.normal
     if isinstance(shape, HalfSpace):
@@ -69,7 +78,7 @@ def _height(name: str, shape: Any, face: Face) -> float:
     return (near[way] - face.middle[way]) * n[way]
 
 
-def _load(case: Case, face: Face) -> float:
+def _end_force(case: Case, face: Face) -> float:
     """Return the outward force on the bar's end, N. Raises NotApplicable."""
     if not case.loads:
         return 0.0
@@ -83,7 +92,7 @@ def _load(case: Case, face: Face) -> float:
     return along * face.area
 
 
-def _root(face: Face, mirrors: set[tuple[int, int]]) -> Vector:
+def _fixed_point(face: Face, mirrors: set[tuple[int, int]]) -> Vector:
     """Return the point that does not move, m: the centre of the opposite face, or a point of its symmetry planes.
 
     Raises NotApplicable.

@@ -105,11 +105,11 @@ def section_stiffness(
     about_2, about_3, J = section.second_moment, section.second_moment, 2.0 * section.second_moment
     if isinstance(section, Rectangle):
         about_3 = Rectangle(height=section.width, width=section.height).second_moment
-        J = _torsion(section.height, section.width)
+        J = _rectangle_torsion_constant(section.height, section.width)
     return E * section.area, shear, shear, G * J, E * about_2, E * about_3
 
 
-def _torsion(height: float, width: float) -> float:
+def _rectangle_torsion_constant(height: float, width: float) -> float:
     """Return the torsion constant J of a rectangle, m^4, by Saint-Venant's series.
 
     Source: Timoshenko and Goodier 1970, section 109.

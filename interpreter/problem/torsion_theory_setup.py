@@ -33,7 +33,7 @@ def cylinder_of(case: Case) -> TwistedCylinder:
         raise NotApplicable("the analysis is dynamic", "use a static analysis")
     for load in case.loads:
         raise NotApplicable(f"the load `{load.name}` acts as well", "remove all loads")
-    held, turned = _ends(case)
+    held, turned = _held_end_and_rotation(case)
     root, axis = end_frame(shape, held)
     away = add_multiples(turned.through, (-1.0, root))
     if math.hypot(*cross(turned.axis, axis)) > ALIGNED or math.hypot(*cross(away, axis)) > ALIGNED * shape.radius:
@@ -42,7 +42,7 @@ def cylinder_of(case: Case) -> TwistedCylinder:
     return TwistedCylinder(shape.length, shape.radius, rubber, case.material.poisson, root, axis, angle)
 
 
-def _ends(case: Case) -> tuple[int, Rotated]:
+def _held_end_and_rotation(case: Case) -> tuple[int, Rotated]:
     """Return the held end (0 is the root), and the rotation of the other end. Raises NotApplicable."""
     found: dict[int, object] = {}
     for support in case.supports:

@@ -18,14 +18,14 @@ parts: set[str] = set()  # temporary files in use, removed if a signal ends the 
 def replace(path: Path, content: str | bytes) -> Path:
     """Write a file, replacing an existing file, link or pipe of that name. Raises OSError."""
     with replace_atomically(path) as part:
-        part.write_bytes(_encoded(content))
+        part.write_bytes(_encode_content(content))
     return path
 
 
 def write_named(path: Path, content: str | bytes) -> Path:
     """Write to a path from the command line, which may be a device or a pipe such as /dev/stdout. Raises OSError."""
     if path.exists() and not path.is_file():
-        path.write_bytes(_encoded(content))
+        path.write_bytes(_encode_content(content))
         return path
     return replace(path, content)
 
@@ -38,7 +38,7 @@ def replace_atomically(path: Path) -> Iterator[Path]:
     parts.add(temporary)
     try:
         yield Path(temporary)
-        os.chmod(temporary, 0o666 & ~_umask())
+        os.chmod(temporary, 0o666 & ~_file_mode_mask())
         os.replace(temporary, path)
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
@@ -63,11 +63,11 @@ def refuse_link(path: Path) -> None:
         raise OSError(None, f"{path} is a symbolic link")
 
 
-def _encoded(content: str | bytes) -> bytes:
+def _encode_content(content: str | bytes) -> bytes:
     return content if isinstance(content, bytes) else content.encode(errors="replace")
 
 
-def _umask() -> int:
+def _file_mode_mask() -> int:
     """Return the file mode creation mask (umask): mkstemp would otherwise give access only to the owner."""
     mask = os.umask(0)
     os.umask(mask)

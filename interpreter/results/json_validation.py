@@ -54,9 +54,9 @@ def find_misfit(value: Any, form: Any, place: str = "") -> str | None:
     `place` is the path of the value in the file.
     """
     if isinstance(form, list):
-        return _of_list(value, form[0], place)
+        return _describe_list_mismatch(value, form[0], place)
     if isinstance(form, Mapping):
-        return _of_object(value, form, place)
+        return _describe_object_mismatch(value, form, place)
     if form == NUMBER:
         return None if _is_number(value) else f"`{place}` is {describe_type(value)}, not a number"
     return None if isinstance(value, form) else f"`{place}` is {describe_type(value)}"
@@ -69,30 +69,30 @@ def _is_number(value: Any) -> bool:
     return math.isfinite(value) if isinstance(value, float) else abs(value) < 2**63
 
 
-def _of_list(value: Any, form: Any, place: str) -> str | None:
+def _describe_list_mismatch(value: Any, form: Any, place: str) -> str | None:
     if not isinstance(value, list):
         return f"`{place}` is {describe_type(value)}, not a list"
     parts = (find_misfit(item, form, f"{place}[{i}]") for i, item in enumerate(value))
     return next((part for part in parts if part), None)
 
 
-def _of_object(value: Any, form: Mapping[str, Any], place: str) -> str | None:
+def _describe_object_mismatch(value: Any, form: Mapping[str, Any], place: str) -> str | None:
     if not isinstance(value, dict):
         return f"`{place}` is {describe_type(value)}, not an object"
     asked = {key.removesuffix("!"): (part, key.endswith("!")) for key, part in form.items()}
     for key, (_, needed) in asked.items():
         if needed and key != "*" and value.get(key) is None:
-            return f"`{_under(place, key)}` is missing"
+            return f"`{_entry_path(place, key)}` is missing"
     for key, item in value.items():
         part, needed = asked.get(key) or asked.get("*") or (None, False)
         if part is None or (item is None and not needed):
             continue
-        if problem := find_misfit(item, part, _under(place, key)):
+        if problem := find_misfit(item, part, _entry_path(place, key)):
             return problem
     return None
 
 
-def _under(place: str, key: str) -> str:
+def _entry_path(place: str, key: str) -> str:
     """Return the path of the entry `key` at `place`; long keys are shortened, since they come from the file."""
     short = key if len(key) <= 40 else f"{key[:40]}…"
     return f"{place}.{short}" if place else short

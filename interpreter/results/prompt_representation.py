@@ -18,10 +18,10 @@ def represent_report(report: Any) -> str:
     said = [
         *_group_by_status("model", report.models),
         *_group_by_status("reference", report.references),
-        _expected(report.expectations),
+        _count_met_expectations(report.expectations),
     ]
     unfinished = ", unfinished" if report.partial else ""
-    return f"<{_name(report)} of {shorten(title)!r}{unfinished}: {'; '.join(said)}>"
+    return f"<{_class_name(report)} of {shorten(title)!r}{unfinished}: {'; '.join(said)}>"
 
 
 def _group_by_status(noun: str, results: Mapping[str, Any]) -> list[str]:
@@ -37,7 +37,7 @@ def _status_text(result: Any) -> str:
     return f"{result.status} with inverted cells" if getattr(result, "inverted", 0) else str(result.status)
 
 
-def _expected(expectations: Sequence[Any]) -> str:
+def _count_met_expectations(expectations: Sequence[Any]) -> str:
     if not expectations:
         return "no expectations"
     count = len(expectations)
@@ -50,27 +50,27 @@ def represent_outcome(result: Any) -> str:
     known = {"probes": result.probes, "metrics": result.metrics}
     parts = [said, *(f"{what} {join_names(list(own))}" for what, own in known.items() if own)]
     parts += [f"{len(result.states)} states"] if result.states else []
-    return f"<{_name(result)} {result.name!r} {'; '.join(parts)}>"
+    return f"<{_class_name(result)} {result.name!r} {'; '.join(parts)}>"
 
 
 def represent_probe(seen: Any) -> str:
     """Return `<ProbeResult: 41 points; points, displacement, position in m>`."""
     count, times = len(seen.points), "" if seen.times is None else f" at {len(seen.times)} times"
-    return f"<{_name(seen)}: {count} point{'s' * (count != 1)}{times}; points, displacement, position in m>"
+    return f"<{_class_name(seen)}: {count} point{'s' * (count != 1)}{times}; points, displacement, position in m>"
 
 
 def represent_metric(metric: Any) -> str:
     """Return `<MetricResult: 0.0012 m>`, or the reason why there is no value."""
     if metric.value is None:
-        return f"<{_name(metric)}: no value, {shorten(metric.reason or 'no reason given')}>"
+        return f"<{_class_name(metric)}: no value, {shorten(metric.reason or 'no reason given')}>"
     unit = "" if metric.unit in ("1", "") else f" {metric.unit}"
-    return f"<{_name(metric)}: {metric.value:.6g}{unit}>"
+    return f"<{_class_name(metric)}: {metric.value:.6g}{unit}>"
 
 
 def represent_curve(curve: Any) -> str:
     """Return `<PlottedCurve: 30 points, y in N over x in m>`."""
     across, up = curve.units
-    return f"<{_name(curve)}: {len(curve.x)} points, y in {up} over x in {across}>"
+    return f"<{_class_name(curve)}: {len(curve.x)} points, y in {up} over x in {across}>"
 
 
 def shorten(words: str) -> str:
@@ -85,5 +85,5 @@ def join_names(names: Sequence[str]) -> str:
     return ", ".join(names[:NAMED]) + more
 
 
-def _name(thing: object) -> str:
+def _class_name(thing: object) -> str:
     return type(thing).__name__

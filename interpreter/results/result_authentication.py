@@ -24,16 +24,16 @@ SIZE = 32  # bytes of the key
 
 def code_of(purpose: str, data: bytes) -> str:
     """Return the authentication code of data for a purpose, as hexadecimal digits; a missing key is created."""
-    return _code(_key() or _make_key() or _unkept_key(), purpose, data)
+    return _compute_code(_read_key() or _make_key() or _temporary_key(), purpose, data)
 
 
 def is_authentic(purpose: str, data: bytes, code: str) -> bool:
     """Return whether `code` is the authentication code of this user for the data and the purpose."""
-    known = _code(_key() or _unkept_key(), purpose, data)
+    known = _compute_code(_read_key() or _temporary_key(), purpose, data)
     return hmac.compare_digest(known.encode(), code.encode(errors="replace"))
 
 
-def _code(key: bytes, purpose: str, data: bytes) -> str:
+def _compute_code(key: bytes, purpose: str, data: bytes) -> str:
     return hmac.new(key, purpose.encode() + b"\0" + data, hashlib.sha256).hexdigest()
 
 
@@ -45,7 +45,7 @@ def key_file() -> Path | None:
     return Path(root) / "softmark" / NAME if os.path.isabs(root) else None
 
 
-def _key() -> bytes | None:
+def _read_key() -> bytes | None:
     """Return the key; None unless its file belongs to this user and nobody else may read or write it."""
     file = key_file()
     flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
@@ -85,10 +85,10 @@ def _make_key() -> bytes | None:
                     os.link(part, file)  # unlike a rename, it overwrites nothing
         finally:
             Path(part).unlink(missing_ok=True)
-    return _key()
+    return _read_key()
 
 
 @cache
-def _unkept_key() -> bytes:
+def _temporary_key() -> bytes:
     """Return a random key that is not stored and lasts only for this process."""
     return secrets.token_bytes(SIZE)

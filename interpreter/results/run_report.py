@@ -290,9 +290,9 @@ class ModelResult:
             "outline": self.outline,
             "size": dict(self.size),
             "solve": dict(self.solve),
-            "time": {n: _timing(n, t, self.status) for n, t in self.time.items()},
+            "time": {n: _timing_entry(n, t, self.status) for n, t in self.time.items()},
             "probes": {n: p.to_json() for n, p in self.probes.items()},
-            "metrics": _measured(self.metrics, self.states),
+            "metrics": _metric_entries(self.metrics, self.states),
             "loads": {n: r.to_json() for n, r in self.loads.items()},
         }
         own |= {"reactions": to_plain_json(self.reactions)} if self.reactions else {}
@@ -300,10 +300,10 @@ class ModelResult:
         own |= {"stated": to_plain_json(self.stated)} if self.stated else {}
         own |= {"kept": self.kept} if self.kept else {}
         own |= {"inverted": self.inverted} if self.inverted else {}
-        return own | _in_each(self.states, self.each)
+        return own | _state_entries(self.states, self.each)
 
 
-def _measured(metrics: Mapping[str, MetricResult], states: Sequence[float]) -> dict[str, Any]:
+def _metric_entries(metrics: Mapping[str, MetricResult], states: Sequence[float]) -> dict[str, Any]:
     """Return the JSON entries of metrics, each with its value in every state."""
     found = {name: metric.to_json() for name, metric in metrics.items()}
     for name, metric in metrics.items():
@@ -313,13 +313,13 @@ def _measured(metrics: Mapping[str, MetricResult], states: Sequence[float]) -> d
     return found
 
 
-def _in_each(states: tuple[float, ...], each: Sequence[Any]) -> dict[str, Any]:
+def _state_entries(states: tuple[float, ...], each: Sequence[Any]) -> dict[str, Any]:
     """Return the JSON entry of the results in every state; empty for a result without states."""
     found = [{"state": value, **own.to_json()} for value, own in zip(states, each, strict=True)]
     return {"states": found} if found else {}
 
 
-def _timing(name: str, timing: Timing | None, status: str) -> dict[str, Any]:
+def _timing_entry(name: str, timing: Timing | None, status: str) -> dict[str, Any]:
     if timing is None:
         reason = "a static analysis has no time steps" if name == "step_s" else "it did not finish"
         reason = "nothing was solved here" if status == "read" else reason
@@ -376,10 +376,10 @@ class ReferenceResult:
             "estimated_error": self.estimated_error,
             "facts": dict(self.facts),
             "probes": {n: p.to_json() for n, p in self.probes.items()},
-            "metrics": _measured(self.metrics, self.states),
+            "metrics": _metric_entries(self.metrics, self.states),
             **({} if self.drawn is None else {"curve": self.drawn.to_json()}),
             **({"kept": self.kept} if self.kept else {}),
-            **_in_each(self.states, self.each),
+            **_state_entries(self.states, self.each),
         }
 
 

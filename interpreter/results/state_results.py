@@ -61,10 +61,10 @@ def join_states(each: Sequence[Any], states: Sequence[float]) -> Any:
     if hasattr(last, "time"):
         more["solve"] = {**last.solve, **_collect_iterations(each)}
         more["time"] = {name: _sum_timings(name, each) for name in last.time | each[0].time}
-    return replace(last, **more, **_first_failure(each, states))
+    return replace(last, **more, **_first_failed_state(each, states))
 
 
-def _first_failure(each: Sequence[Any], states: Sequence[float]) -> dict[str, Any]:
+def _first_failed_state(each: Sequence[Any], states: Sequence[float]) -> dict[str, Any]:
     """Return the status and the number of the first failed state, as fields of the combined result."""
     wrong = next((i for i, r in enumerate(each) if r.status not in ANSWERED), None)
     if wrong is None:
@@ -72,15 +72,15 @@ def _first_failure(each: Sequence[Any], states: Sequence[float]) -> dict[str, An
         return {"status": "capped"} if capped else {}
     if len({(r.status, r.message) for r in each}) == 1:  # for instance if a file cannot be read
         return {}
-    before = f"; the {_count(wrong)} before it have solutions" if wrong > 1 else ""
+    before = f"; the {_format_state_count(wrong)} before it have solutions" if wrong > 1 else ""
     before = "; the state before it has a solution" if wrong == 1 else before
     left = len(each) - wrong - 1
-    after = f"; {_count(left)} after it {'was' if left == 1 else 'were'} not tried" if left else ""
+    after = f"; {_format_state_count(left)} after it {'was' if left == 1 else 'were'} not tried" if left else ""
     told = f"in the state {format_state(states[wrong])}: {each[wrong].message}{before}{after}"
     return {"status": each[wrong].status, "message": told}
 
 
-def _count(number: int) -> str:
+def _format_state_count(number: int) -> str:
     return "one state" if number == 1 else f"{number} states"
 
 

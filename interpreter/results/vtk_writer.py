@@ -44,19 +44,19 @@ def write_vtu(report: Report, folder: str | Path) -> list[Path]:
     written: list[Path] = []
     taken: set[str] = set()
     for outcome in report.outcomes:
-        name = _file_name(outcome.name, taken)
+        name = _unique_file_name(outcome.name, taken)
         if outcome.states:
             written += _write_states(target, name, outcome)
             continue
         if isinstance(outcome, ModelResult) and outcome.mesh is not None:
-            written += _mesh(target, name, outcome)
+            written += _write_mesh(target, name, outcome)
         if outcome.shape is not None:
-            written += _surface(target, f"{name}-surface", outcome.shape)
+            written += _write_surface(target, f"{name}-surface", outcome.shape)
             written += _write_rigid_bodies(target, name, outcome.shape, outcome.shape.times)
     return written
 
 
-def _file_name(name: str, taken: set[str]) -> str:
+def _unique_file_name(name: str, taken: set[str]) -> str:
     """Return a file name for a result, without characters that file systems refuse, and not in `taken`."""
     base = re.sub(r"[^\w.-]+", "_", name)[:80].strip(".") or "unnamed"
     own, n = base, 1
@@ -66,21 +66,21 @@ def _file_name(name: str, taken: set[str]) -> str:
     return own
 
 
-def _mesh(target: Path, name: str, outcome: ModelResult) -> list[Path]:
+def _write_mesh(target: Path, name: str, outcome: ModelResult) -> list[Path]:
     """Write the undeformed mesh of a model with its displacements; return the paths.
 
     A model with a history has displacements at each time, and stress at the end.
     """
     mesh: Any = outcome.mesh
-    stress, constants = outcome.stress, _constants(outcome)
+    stress, constants = outcome.stress, _material_constant_fields(outcome)
     X, cells = np.asarray(mesh.points), [(element_of(mesh.kind).meshio, np.asarray(mesh.cells))]
     times, frames, last = mesh.times, mesh.frames, {"displacement": np.asarray(mesh.displacement)}
-    known = ({} if stress is None else _stress(stress)) | _fluid(mesh) | _contact_fields(outcome)
+    known = ({} if stress is None else _stress_fields(stress)) | _fluid_pressure_field(mesh) | _contact_fields(outcome)
     if times is None or frames is None:
-        return [_write(target / f"{name}.vtu", X, cells, last | known, constants)]
+        return [_write_file(target / f"{name}.vtu", X, cells, last | known, constants)]
     states = ((X, {"displacement": np.asarray(u)}) for u in frames)
-    files = _series(target, name, times, cells, states, constants)
-    return [*files, *([_write(target / f"{name}-end.vtu", X, cells, last | known, constants)] if known else [])]
+    files = _write_time_series(target, name, times, cells, states, constants)
+    return [*files, *([_write_file(target / f"{name}-end.vtu", X, cells, last | known, constants)] if known else [])]
 
 
 def _write_states(target: Path, name: str, outcome: ModelResult | ReferenceResult) -> list[Path]:
@@ -91,27 +91,32 @@ def _write_states(target: Path, name: str, outcome: ModelResult | ReferenceResul
     if solved:
         first = solved[0][1].mesh
         cells = [(element_of(first.kind).meshio, np.asarray(first.cells))]
-        data = ((np.asarray(r.mesh.points), _at_nodes(r)) for _, r in solved)
-        written += _series(target, name, np.array([s for s, _ in solved]), cells, data, _constants(solved[0][1]))
+        data = ((np.asarray(r.mesh.points), _nodal_fields(r)) for _, r in solved)
+        written += _write_time_series(
+            target, name, np.array([s for s, _ in solved]), cells, data, _material_constant_fields(solved[0][1])
+        )
     seen = [(s, r.shape) for s, r in pairs if r.shape is not None]
     if seen:
         errors = ((x.position, {} if x.error is None else {"error": x.error}) for _, x in seen)
         triangles, values = [("triangle", seen[0][1].triangles)], np.array([s for s, _ in seen])
-        written += _series(target, f"{name}-surface", values, triangles, errors)
+        written += _write_time_series(target, f"{name}-surface", values, triangles, errors)
         if outcome.shape is not None and outcome.shape.labels:  # some state has no shape: only the last is written
             written += _write_rigid_bodies(target, name, outcome.shape, values)
     return written
 
 
-def _at_nodes(result: ModelResult) -> dict[str, Floats]:
+def _nodal_fields(result: ModelResult) -> dict[str, Floats]:
     """Return displacements at static equilibrium, and stress if the scene asks for it, at the nodes, by name."""
-    known = {} if result.stress is None else _stress(result.stress)
+    known = {} if result.stress is None else _stress_fields(result.stress)
     return (
-        {"displacement": np.asarray(result.mesh.displacement)} | known | _fluid(result.mesh) | _contact_fields(result)
+        {"displacement": np.asarray(result.mesh.displacement)}
+        | known
+        | _fluid_pressure_field(result.mesh)
+        | _contact_fields(result)
     )
 
 
-def _fluid(mesh: Any) -> dict[str, Floats]:
+def _fluid_pressure_field(mesh: Any) -> dict[str, Floats]:
     """Return the fluid pressure at the nodes of a porous body, Pa; empty for other bodies."""
     found = getattr(mesh, "pore_pressure", None)
     return {} if found is None else {"pore_pressure": np.asarray(found)}
@@ -124,13 +129,13 @@ def _contact_fields(result: ModelResult) -> dict[str, Floats]:
     return {f"{name}_{word}": values for name, own in known.items() for word, values in own.items()}
 
 
-def _constants(result: ModelResult) -> dict[str, Floats]:
+def _material_constant_fields(result: ModelResult) -> dict[str, Floats]:
     """Return the material constants that vary in space, by name, for each cell."""
     found: dict[str, Floats] = {} if result.constants is None else result.constants()
     return found
 
 
-def _stress(stress: Any) -> dict[str, Floats]:
+def _stress_fields(stress: Any) -> dict[str, Floats]:
     """Return the Cauchy stress at the nodes, Pa, as xx yy zz xy yz zx (ParaView's order), and von Mises stress.
 
     The result is empty if there is no stress; the stress metrics give the reason.
@@ -144,17 +149,17 @@ def _stress(stress: Any) -> dict[str, Floats]:
         return {}
 
 
-def _surface(target: Path, name: str, shape: DrawnSurface) -> list[Path]:
+def _write_surface(target: Path, name: str, shape: DrawnSurface) -> list[Path]:
     """Write the deformed surface, with the error of its points at the end if it is known; return the paths."""
     cells = [("triangle", shape.triangles)]
     error = {} if shape.error is None else {"error": shape.error}
     if shape.times is None or shape.frames is None:
-        return [_write(target / f"{name}.vtu", shape.position, cells, error)]
+        return [_write_file(target / f"{name}.vtu", shape.position, cells, error)]
     start = shape.frames[0]
     states = ((x, {"displacement": x - start}) for x in shape.frames)
     return [
-        *_series(target, name, shape.times, cells, states),
-        *([_write(target / f"{name}-end.vtu", shape.position, cells, error)] if error else []),
+        *_write_time_series(target, name, shape.times, cells, states),
+        *([_write_file(target / f"{name}-end.vtu", shape.position, cells, error)] if error else []),
     ]
 
 
@@ -163,15 +168,15 @@ def _write_rigid_bodies(target: Path, name: str, shape: DrawnSurface, times: Flo
     written: list[Path] = []
     taken = {f"{name}-{word}".lower() for word in OWN}
     for own in shape.instruments:
-        file, triangles = _file_name(f"{name}-{own.name}", taken), [("triangle", own.triangles)]
+        file, triangles = _unique_file_name(f"{name}-{own.name}", taken), [("triangle", own.triangles)]
         if times is None or len(own.turns) == 1:
-            written.append(_write(target / f"{file}.vtu", own.at(-1), triangles, {}))
+            written.append(_write_file(target / f"{file}.vtu", own.at(-1), triangles, {}))
         else:
-            written += _series(target, file, times, triangles, ((own.at(i), {}) for i in range(len(times))))
+            written += _write_time_series(target, file, times, triangles, ((own.at(i), {}) for i in range(len(times))))
     return written
 
 
-def _series(
+def _write_time_series(
     target: Path,
     name: str,
     times: Floats,
@@ -180,7 +185,9 @@ def _series(
     of_cells: Mapping[str, Floats] | None = None,
 ) -> list[Path]:
     """Write a file for each time, and the collection that lists the files with their times; return the paths."""
-    files = [_write(target / f"{name}-{i:04d}.vtu", X, cells, data, of_cells) for i, (X, data) in enumerate(states)]
+    files = [
+        _write_file(target / f"{name}-{i:04d}.vtu", X, cells, data, of_cells) for i, (X, data) in enumerate(states)
+    ]
     entries = "".join(
         f'    <DataSet timestep="{float(t)!r}" part="0" file={quoteattr(file.name)}/>\n'
         for t, file in zip(times, files, strict=True)
@@ -194,7 +201,7 @@ def _series(
     return [collection, *files]
 
 
-def _write(
+def _write_file(
     path: Path, X: Floats, cells: Sequence[tuple[str, Any]], data: dict[str, Floats],
     of_cells: Mapping[str, Floats] | None = None,
 ) -> Path:  # fmt: skip

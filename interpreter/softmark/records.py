@@ -26,14 +26,14 @@ else:
             return dataclasses.dataclass(cls, **options)
         if options != {"frozen": True}:
             return dataclasses.dataclass(**options)
-        return _frozen
+        return _make_frozen_dataclass
 
 
 _OWN = {"__init__", "__eq__", "__hash__", "__setattr__", "__delattr__", "__slots__"}
 _GIVEN = object()  # stands for a value that a factory makes
 
 
-def _frozen(cls: type[Any]) -> type[Any]:
+def _make_frozen_dataclass(cls: type[Any]) -> type[Any]:
     """Make a class a frozen dataclass. Raises TypeError in the same cases as the standard library."""
     if _OWN & vars(cls).keys() or not cls.__doc__:
         return dataclasses.dataclass(frozen=True)(cls)
@@ -72,7 +72,7 @@ def _init(cls: type[Any]) -> Callable[..., None]:
     known |= {f"_default_{f.name}": f.default for f in fields}
     asked = [f for f in fields if f.init]
     plain, named = ([_parameter(f) for f in asked if f.kw_only is k] for k in (False, True))
-    lines = [line for f in fields if (line := _assigned(f))]
+    lines = [line for f in fields if (line := _assignment_source(f))]
     if hasattr(cls, "__post_init__"):
         lines.append("self.__post_init__()")
     head = ", ".join(["self", *plain, *(["*", *named] if named else [])])
@@ -90,7 +90,7 @@ def _parameter(f: dataclasses.Field[Any]) -> str:
     return f.name if f.default is dataclasses.MISSING else f"{f.name}=_default_{f.name}"
 
 
-def _assigned(f: dataclasses.Field[Any]) -> str:
+def _assignment_source(f: dataclasses.Field[Any]) -> str:
     """Return the source line that sets a field, or "" if the class attribute already has its value."""
     if f.default_factory is not dataclasses.MISSING:
         value = f"_make_{f.name}() if {f.name} is _given else {f.name}" if f.init else f"_make_{f.name}()"
@@ -101,7 +101,7 @@ def _assigned(f: dataclasses.Field[Any]) -> str:
     return f"_set(self, {f.name!r}, {value})"
 
 
-def _values(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
+def _attribute_reader(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
     """Return a function that reads the attributes `names` of an object as a tuple."""
     if len(names) > 1:
         return attrgetter(*names)
@@ -111,8 +111,8 @@ def _values(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
 def _comparison_methods(cls: Any) -> tuple[Callable[[Any, Any], bool], Callable[[Any], int]]:
     """Return the methods `__eq__` and `__hash__` for a class."""
     fields = dataclasses.fields(cls)
-    compared = _values([f.name for f in fields if f.compare])
-    hashed = _values([f.name for f in fields if (f.compare if f.hash is None else f.hash)])
+    compared = _attribute_reader([f.name for f in fields if f.compare])
+    hashed = _attribute_reader([f.name for f in fields if (f.compare if f.hash is None else f.hash)])
 
     def __eq__(self: Any, other: object) -> bool:  # noqa: N807
         return compared(self) == compared(other) if other.__class__ is self.__class__ else NotImplemented

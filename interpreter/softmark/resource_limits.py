@@ -86,10 +86,10 @@ def _limited_time(seconds: float) -> Iterator[None]:
         with lock:
             ended.set()  # from now on no exception is raised
         if raised.is_set():
-            _take_pending()
+            _discard_pending_timeout()
 
 
-def _take_pending() -> None:
+def _discard_pending_timeout() -> None:
     """Raise a TooSlow that is still pending in this thread, and discard it.
 
     `PyThreadState_SetAsyncExc(thread, NULL)` would also cancel it, but leaves the interpreter's flag of pending work

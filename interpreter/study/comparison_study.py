@@ -131,7 +131,7 @@ def compare(subjects: Sequence[SceneSubject], request: ComparisonRequest) -> Com
     with Journal.open(request.folder, request.fresh) as journal:
         tasks = {c.key: c.task for c in configurations if c.reason is None}
         request.say("journal", journal.remark)
-        _refuse_mixing(journal, tasks, request)
+        _check_resume_option(journal, tasks, request)
         done = _Progress(journal, frozenset(tasks))
         request.saying(done.words)
         try:
@@ -153,17 +153,17 @@ def _comparison(
 
     `costs` are the timing results by key; the mapping is empty before anything is timed.
     """
-    points = mark_problems([_point(c, outcomes, costs) for c in configurations])
-    references, unsound = _references(points, outcomes)
+    points = mark_problems([_point_entry(c, outcomes, costs) for c in configurations])
+    references, unsound = _references_and_failure(points, outcomes)
     saved: Json = {
         "points": points, "references": references, "scenes": [s.described() for s in subjects],
-        "studies": {s.name: _studies(s) for s in subjects}, "environment": describe_environment(started),
+        "studies": {s.name: _studies_to_json(s) for s in subjects}, "environment": describe_environment(started),
         "command": request.command, "created": started.isoformat(timespec="seconds"),
     }  # fmt: skip
-    return Comparison(**saved, found=_analysed(saved, request), unsound=unsound)
+    return Comparison(**saved, found=_analyse(saved, request), unsound=unsound)
 
 
-def _refuse_mixing(journal: Journal, tasks: Mapping[str, PointTask], request: ComparisonRequest) -> None:
+def _check_resume_option(journal: Journal, tasks: Mapping[str, PointTask], request: ComparisonRequest) -> None:
     finished = [key for key in journal.of_kind(ACCURACY) if key in tasks]
     if finished and not request.resume:
         count = f"{len(finished)} finished task" + ("s" if len(finished) > 1 else "")
@@ -203,7 +203,7 @@ def _compute_outcomes(
     outcomes = {o.key: o for o in map(PointOutcome.from_json, sound) if not o.is_worth_retrying(request.timeout)}
     labels = {key: f"{task.scene}: {task.model}" for key, task in tasks.items()}
     waiting = [task for key, task in tasks.items() if key not in outcomes]
-    for outcome in _computed(waiting, request, lambda key: request.say("compute", labels[key])):
+    for outcome in _run_tasks(waiting, request, lambda key: request.say("compute", labels[key])):
         journal.append(ACCURACY, outcome.key, outcome=outcome.to_json())
         outcomes[outcome.key] = outcome
         request.say("computed", f"{len(outcomes)} of {len(tasks)}: {labels[outcome.key]}")
@@ -231,7 +231,7 @@ def _is_valid_record(record: Json) -> bool:
     return True
 
 
-def _computed(
+def _run_tasks(
     waiting: Sequence[PointTask], request: ComparisonRequest, started: Callable[[str], None]
 ) -> Iterator[PointOutcome]:
     if not waiting:
@@ -258,7 +258,7 @@ def _time_configurations(
         return {}
     from softmark.interpreter.study.timing.timing_rounds import time_jobs
 
-    jobs = [_job(c, request) for c in configurations if _solved(c, outcomes)]
+    jobs = [_timing_job(c, request) for c in configurations if _is_solved(c, outcomes)]
     done = [
         entry["record"] for (kind, _, _), entry in journal.entries.items() if kind == TIMING and _is_complete(entry)
     ]
@@ -269,12 +269,12 @@ def _time_configurations(
     return time_jobs(jobs, request.repeats, keep, done, request.say, phases=not request.plain)
 
 
-def _solved(configuration: Configuration, outcomes: Mapping[str, PointOutcome]) -> bool:
+def _is_solved(configuration: Configuration, outcomes: Mapping[str, PointOutcome]) -> bool:
     found = outcomes.get(configuration.key)
     return found is not None and found.status in SOLVED
 
 
-def _job(configuration: Configuration, request: ComparisonRequest) -> TimingJob:
+def _timing_job(configuration: Configuration, request: ComparisonRequest) -> TimingJob:
     from softmark.interpreter.study.configurations.timing_job import TimingJob
 
     task = configuration.task
@@ -288,13 +288,15 @@ def _job(configuration: Configuration, request: ComparisonRequest) -> TimingJob:
 # ------------------------------------------------------------------ the result
 
 
-def _point(configuration: Configuration, outcomes: Mapping[str, PointOutcome], costs: Mapping[str, Json]) -> Json:
+def _point_entry(configuration: Configuration, outcomes: Mapping[str, PointOutcome], costs: Mapping[str, Json]) -> Json:
     key = configuration.key
     outcome = failed_outcome(configuration.task, configuration.reason) if configuration.reason else outcomes[key]
     return {**configuration.described(), **outcome.point, "cost": costs.get(key)}
 
 
-def _references(points: Sequence[Json], outcomes: Mapping[str, PointOutcome]) -> tuple[dict[str, Json], bool]:
+def _references_and_failure(
+    points: Sequence[Json], outcomes: Mapping[str, PointOutcome]
+) -> tuple[dict[str, Json], bool]:
     """Return the references of each group of points, and whether any reference failed.
 
     A reference is taken from the first configuration of the group that has it, or from one where it failed.
@@ -311,14 +313,14 @@ def _references(points: Sequence[Json], outcomes: Mapping[str, PointOutcome]) ->
     return found, unsound
 
 
-def _analysed(saved: Json, request: ComparisonRequest) -> ComparisonRecord:
+def _analyse(saved: Json, request: ComparisonRequest) -> ComparisonRecord:
     from softmark.interpreter.study.analysis.comparison_analysis import ComparisonTerms
     from softmark.interpreter.study.analysis.comparison_record import ComparisonRecord
 
     return ComparisonRecord.from_json(saved, ComparisonTerms(request.allow_contaminated))
 
 
-def _studies(subject: SceneSubject) -> Json:
+def _studies_to_json(subject: SceneSubject) -> Json:
     """Return the studies of a scene as JSON for the analysis: sweeps, convergence studies and Pareto studies."""
     found: Json = {}
     for name, declared in subject.scene.of_kind("study").items():

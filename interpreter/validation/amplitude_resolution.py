@@ -56,15 +56,19 @@ def check_amplitude_resolution(scene: Scene) -> Iterator[Diagnostic]:
         elif isinstance(amplitude, Sine):
             yield from _check_sine(declared, amplitude, analysis.step)
         elif amplitude.start >= analysis.duration:
-            yield _begins_too_late(declared, amplitude.start, analysis.duration)
+            yield _late_amplitude_warning(declared, amplitude.start, analysis.duration)
         elif declared.kind == "support":
             yield from _check_moving_support(declared, amplitude, analysis.step)
-        elif isinstance(amplitude, Pulse) and _width(amplitude) < analysis.step * (1.0 - NEAR):
-            yield diagnostic("W378", declared.at("amplitude"), f"the pulse of `{declared.name}` is shorter than the "
-                                                            "time step",
-                             f"it lasts {_time(_width(amplitude))}, the step is {_time(analysis.step)}",
-                             f"use a step of {_time(_round(_width(amplitude) / SHOWN))} or less to resolve the "
-                             "response to the pulse; its impulse and the slow response are right")  # fmt: skip
+        elif isinstance(amplitude, Pulse) and _pulse_duration(amplitude) < analysis.step * (1.0 - NEAR):
+            yield diagnostic(
+                "W378",
+                declared.at("amplitude"),
+                f"the pulse of `{declared.name}` is shorter than the time step",
+                f"it lasts {_format_time(_pulse_duration(amplitude))}, the step is {_format_time(analysis.step)}",
+                f"use a step of "
+                f"{_format_time(_round_time_step(_pulse_duration(amplitude) / SHOWN))} or less to resolve the "
+                "response to the pulse; its impulse and the slow response are right",
+            )
 
 
 def _check_quasistatic(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnostic]:
@@ -81,18 +85,18 @@ def _check_quasistatic(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnost
         elif isinstance(amplitude, Table):
             yield from _check_column_unit(declared, amplitude)
         elif isinstance(amplitude, Pulse | Ramp | Smooth) and amplitude.start >= analysis.duration:
-            yield _begins_too_late(declared, amplitude.start, analysis.duration)
-        elif isinstance(amplitude, Pulse) and not _width(amplitude):
+            yield _late_amplitude_warning(declared, amplitude.start, analysis.duration)
+        elif isinstance(amplitude, Pulse) and not _pulse_duration(amplitude):
             yield diagnostic("W378", declared.at("amplitude"), f"the pulse of `{declared.name}` ends before it begins",
-                             f"from {_time(amplitude.start)} until {_time(amplitude.until)}",
+                             f"from {_format_time(amplitude.start)} until {_format_time(amplitude.until)}",
                              "set `until`, the time at which the pulse ends, after `start`; as written, the pulse "
                              "has no effect")  # fmt: skip
 
 
-def _begins_too_late(declared: Declared, start: float, end: float) -> Diagnostic:
+def _late_amplitude_warning(declared: Declared, start: float, end: float) -> Diagnostic:
     """Return the warning for an amplitude that begins after the analysis ends."""
     return diagnostic("W378", declared.at("amplitude"), f"`{declared.name}` begins after the end of the analysis",
-                      f"it begins at {_time(start)}, the analysis ends at {_time(end)}",
+                      f"it begins at {_format_time(start)}, the analysis ends at {_format_time(end)}",
                       "use a longer `duration`; as written, it has no effect")  # fmt: skip
 
 
@@ -115,7 +119,7 @@ def _check_table(declared: Declared, amplitude: Table, analysis: Dynamic) -> Ite
         return
     yield from _check_column_unit(declared, amplitude)
     left = _table_deviation(amplitude, analysis.step, analysis.duration)
-    label = f"off by up to {100.0 * left:.2g} % of its maximum between steps of {_time(analysis.step)}"
+    label = f"off by up to {100.0 * left:.2g} % of its maximum between steps of {_format_time(analysis.step)}"
     if left > MISSED and declared.kind == "support":
         yield diagnostic("E316", declared.at("amplitude"), "the time step does not resolve the table of "
                                                         f"`{declared.name}`", label,
@@ -137,7 +141,7 @@ def _check_column_unit(declared: Declared, amplitude: Table) -> Iterator[Diagnos
     """Check the unit in the name of a table's time column."""
     if units.has_conflicting_unit(amplitude.at_, amplitude.time_unit, units.TIME):
         yield diagnostic("W334", declared.at("amplitude"), f"the column name `{amplitude.at_}` states a different unit",
-                         f"`time_unit` is {_time(amplitude.time_unit)}",
+                         f"`time_unit` is {_format_time(amplitude.time_unit)}",
                          "correct `time_unit` or the name of the column")  # fmt: skip
 
 
@@ -151,8 +155,8 @@ def _check_sine(declared: Declared, amplitude: Sine, step: float) -> Iterator[Di
     count = 1.0 / (amplitude.frequency * step)
     if count >= SHOWN * (1.0 - NEAR):
         return
-    label = f"{count:.3g} steps of {_time(step)} per period of {_time(1.0 / amplitude.frequency)}"
-    better = _time(_round(1.0 / (SHOWN * amplitude.frequency)))
+    label = f"{count:.3g} steps of {_format_time(step)} per period of {_format_time(1.0 / amplitude.frequency)}"
+    better = _format_time(_round_time_step(1.0 / (SHOWN * amplitude.frequency)))
     if count < SEEN:
         yield diagnostic("E381", declared.at("amplitude"),
                          f"the time step does not resolve the sine of `{declared.name}`", label,
@@ -176,26 +180,33 @@ def _check_moving_support(declared: Declared, amplitude: Pulse | Ramp | Smooth, 
                 "W378",
                 declared.at("amplitude"),
                 f"`{declared.name}` moves all the way within one time step",
-                f"it moves in {_time(amplitude.over)}, the step is {_time(step)}",
-                f"use a step of {_time(_round(amplitude.over / SHOWN))} or less to resolve the motion",
+                f"it moves in {_format_time(amplitude.over)}, the step is {_format_time(step)}",
+                f"use a step of {_format_time(_round_time_step(amplitude.over / SHOWN))} or less to resolve the motion",
             )
         return
-    width = _width(amplitude)
+    width = _pulse_duration(amplitude)
     if width < HELD * step * (1.0 - NEAR):
-        yield diagnostic("E382", declared.at("amplitude"), "the time step does not resolve the pulse of "
-                                                        f"`{declared.name}`",
-                         f"it lasts {width / step:.2g} steps of {_time(step)}",
-                         f"use a step of {_time(_round(width / SHOWN))} or less: the motion of a support within a "
-                         "step is not computed")  # fmt: skip
+        yield diagnostic(
+            "E382",
+            declared.at("amplitude"),
+            f"the time step does not resolve the pulse of `{declared.name}`",
+            f"it lasts {width / step:.2g} steps of {_format_time(step)}",
+            f"use a step of {_format_time(_round_time_step(width / SHOWN))} or less: the motion of a support within a "
+            "step is not computed",
+        )
     elif width < SHOWN * step and not (_is_whole(amplitude.start / step) and _is_whole(amplitude.until / step)):
-        yield diagnostic("W378", declared.at("amplitude"),
-                         f"the pulse of `{declared.name}` begins or ends within a time step",
-                         f"it lasts {width / step:.3g} steps of {_time(step)}",
-                         f"use a step that divides the times of the pulse, or one of {_time(_round(width / SHOWN))} "
-                         "or less: a support moves in whole steps")  # fmt: skip
+        yield diagnostic(
+            "W378",
+            declared.at("amplitude"),
+            f"the pulse of `{declared.name}` begins or ends within a time step",
+            f"it lasts {width / step:.3g} steps of {_format_time(step)}",
+            f"use a step that divides the times of the pulse, or one of "
+            f"{_format_time(_round_time_step(width / SHOWN))} "
+            "or less: a support moves in whole steps",
+        )
 
 
-def _width(amplitude: Pulse) -> float:
+def _pulse_duration(amplitude: Pulse) -> float:
     """Return the duration of a pulse, s."""
     return max(0.0, amplitude.until - amplitude.start)
 
@@ -205,7 +216,7 @@ def _is_whole(number: float) -> bool:
     return abs(number - round(number)) < NEAR
 
 
-def _round(step: float) -> float:
+def _round_time_step(step: float) -> float:
     """Round a time step, s, down to two digits."""
     if not step > 0.0:
         return step
@@ -213,5 +224,5 @@ def _round(step: float) -> float:
     return float(f"{math.floor(step / digit * (1.0 + 1e-12)) * digit:.2g}")
 
 
-def _time(t: float) -> str:
+def _format_time(t: float) -> str:
     return units.format_value(float(f"{t:.4g}"), units.TIME)

@@ -66,7 +66,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic("W614", body.at(), f"no contact names the rigid body `{body.name}`, so it has no effect",
                              "no contact", f"add `contact touch = rigid_contact({body.name}, BODY)`, or remove the "
                                                   "body")  # fmt: skip
-        yield from _check_actions(scene, body)
+        yield from _check_rigid_body_actions(scene, body)
         yield from _check_supports(scene, body)
 
 
@@ -187,7 +187,7 @@ def _is_inside(shape: Shape, point: Vector3) -> bool:
     return all(a < c < b for a, c, b in zip(low, point, high, strict=True)) and bool(shape.contains(point))
 
 
-def _check_actions(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
+def _check_rigid_body_actions(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
     """Check that supports hold whole rigid bodies, and refuse declarations that rigid bodies do not support."""
     for declared in scene.declared.values():
         thing = declared.thing

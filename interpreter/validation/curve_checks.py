@@ -43,7 +43,7 @@ def _curves(scene: Scene) -> list[Declared]:
 def _check_uncertainty(reference: Declared) -> Iterator[Diagnostic]:
     """Check the uncertainty of a measured curve, and the dimensions of its amounts."""
     thing: CurveFromFile = reference.thing
-    if isinstance(thing, ConsensusCurve) and (fault := _band(reference)) is not None:
+    if isinstance(thing, ConsensusCurve) and (fault := _band_error(reference)) is not None:
         yield fault
     elif thing.uncertainty is None and not thing.beside_y and thing.repeats == 1:
         yield diagnostic("E408", reference.at(), f"`{reference.name}` has no uncertainty", "no uncertainty",
@@ -59,7 +59,7 @@ def _check_uncertainty(reference: Declared) -> Iterator[Diagnostic]:
                              f" {units.usual_units(due)}{more}")  # fmt: skip
 
 
-def _band(reference: Declared) -> Diagnostic | None:
+def _band_error(reference: Declared) -> Diagnostic | None:
     """Return the error of a curve's band, which needs both ends, given in one way, and the number of codes."""
     thing: ConsensusCurve = reference.thing
     ends = [field for field in ("low", "high") if getattr(thing, field)]
@@ -114,16 +114,16 @@ def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
     analysis = next((a.thing for a in scene.of_kind("analysis").values()), None)
     if reference is not None and not isinstance(reference.thing, CurveFromFile):
         return
-    refusal = _check_has_curve(scene, metric, of, isinstance(analysis, Dynamic), isinstance(analysis, Quasistatic))
+    refusal = _missing_curve_error(scene, metric, of, isinstance(analysis, Dynamic), isinstance(analysis, Quasistatic))
     if refusal is None and isinstance(thing, Hysteresis):
-        refusal = _check_unloading(metric, reference)
+        refusal = _unloading_error(metric, reference)
     if refusal is not None:
         yield refusal
     elif reference is not None:
         yield from _check_dimensions(scene, metric, of, reference, analysis)
 
 
-def _check_unloading(metric: Declared, reference: Declared | None) -> Diagnostic | None:
+def _unloading_error(metric: Declared, reference: Declared | None) -> Diagnostic | None:
     """Return the error if a measured curve has no unloading, or None."""
     if reference is None or not is_cheap_to_read(reference.thing.files):
         return None
@@ -161,7 +161,7 @@ def _check_dimensions(
         yield from _check_time_range(metric, reference, analysis.duration)
 
 
-def _check_has_curve(scene: Scene, metric: Declared, of: Declared, moving: bool, timed: bool) -> Diagnostic | None:
+def _missing_curve_error(scene: Scene, metric: Declared, of: Declared, moving: bool, timed: bool) -> Diagnostic | None:
     """Return the error if a metric has no curve, or None.
 
     Errors have none, in dynamics those without history, and in statics those without `over`.

@@ -96,10 +96,10 @@ def groups(scene: Scene) -> Iterator[Diagnostic]:
         shape = model.thing.own_mesh or case.shape
         if shape.prebuilt and case.groups and is_cheap_to_read([shape.file]) and shape.file not in said:
             said.add(shape.file)
-            yield from _groups(case, shape)
+            yield from _check_groups_of_case(case, shape)
 
 
-def _groups(case: Case, shape: Shape) -> Iterator[Diagnostic]:
+def _check_groups_of_case(case: Case, shape: Shape) -> Iterator[Diagnostic]:
     """Yield errors of the groups of one case."""
     from softmark.interpreter.problem import (
         mesh_group_conditions,  # reads the mesh; only imported for scenes with groups

@@ -293,7 +293,7 @@ def _check_plane_stress_model(thing: Fem, declared: Declared, case: Case) -> Ite
         )
 
 
-def _reason_unknown(metric: Declared, scene: Scene) -> str:
+def _reason_without_value(metric: Declared, scene: Scene) -> str:
     """Return why a metric has no value for an axisymmetric body; "" if it has one."""
     thing = metric.thing
     if isinstance(thing, Force):
@@ -301,7 +301,7 @@ def _reason_unknown(metric: Declared, scene: Scene) -> str:
     if isinstance(thing, StrainEnergy | PorePressure | Outflow | ContactMetric):
         return ""
     if isinstance(thing, DerivedMetric):  # known if the metric `of` is
-        return _reason_unknown(scene.declared[thing.of], scene)
+        return _reason_without_value(scene.declared[thing.of], scene)
     probe = scene.declared.get(thing.looked_at or "")
     if isinstance(thing, AT_POINTS) and probe is not None:
         seen = isinstance(probe.thing, Point | Line)
@@ -317,7 +317,7 @@ def metrics(scene: Scene) -> Iterator[Diagnostic]:
     for metric in scene.of_kind("metric").values():
         body = scene.declared.get(metric.thing.body_in(scene) or "")
         planar = "" if body is None else body.thing.planar
-        if planar == "axisymmetric" and (why := _reason_unknown(metric, scene)):
+        if planar == "axisymmetric" and (why := _reason_without_value(metric, scene)):
             yield diagnostic(
                 "E323",
                 metric.at(),

@@ -33,7 +33,7 @@ from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.name_suggestions import nearest
 from softmark.grammar.tree import Span
 from softmark.interpreter.language.expression_evaluation import PREDEFINED
-from softmark.interpreter.language.field_schema import Vocabulary, _fields, article
+from softmark.interpreter.language.field_schema import Vocabulary, _fields_of_class, article
 from softmark.interpreter.language.loaded_plugin import FILES, Plugin, format_exception
 from softmark.records import dataclass
 from softmark.resource_limits import process_lock
@@ -238,7 +238,7 @@ def _build_plugin(read: PluginSource) -> Plugin:
     entries: list[Entry] = []
     FILES[read.file] = read.source.name
     try:
-        entries = list(_entries(read, _tree(read), doubts))
+        entries = list(_entries(read, _parse_source(read), doubts))
         module = _run(read)
     except BadPlugin as unread:
         broken = {(e.kind, e.word): unread.why for e in entries or _recover_entries(read)}
@@ -249,7 +249,7 @@ def _build_plugin(read: PluginSource) -> Plugin:
             thing = _check_safely(entry, module)
         except BadClass as lacking:
             broken[entry.kind, entry.word] = str(lacking)
-            doubts.append(_left_out_diagnostic(read, entry, lacking))
+            doubts.append(_unusable_word_diagnostic(read, entry, lacking))
             continue
         if entry.table == "adapters":
             programs.append(entry.word)
@@ -263,12 +263,12 @@ def _build_plugin(read: PluginSource) -> Plugin:
                   tuple(doubts))  # fmt: skip
 
 
-def _left_out_diagnostic(read: PluginSource, entry: Entry, why: BadClass) -> Diagnostic:
+def _unusable_word_diagnostic(read: PluginSource, entry: Entry, why: BadClass) -> Diagnostic:
     """Return the diagnostic for a word of a plugin that cannot be used."""
     return read.doubt("W731", f"has a word that is ignored: {why}", entry.node, f"not a valid {entry.kind}", why.remedy)
 
 
-def _tree(read: PluginSource) -> ast.Module:
+def _parse_source(read: PluginSource) -> ast.Module:
     """Parse a plugin. Raises BadPlugin if it is not valid Python."""
     try:
         return ast.parse(read.source.text)
@@ -284,7 +284,7 @@ def _tree(read: PluginSource) -> ast.Module:
 def _entries(read: PluginSource, tree: ast.Module, doubts: list[Diagnostic]) -> Iterator[Entry]:
     """Yield the words in the table of a plugin. Raises BadPlugin if it has no table."""
     form = f'a literal at its top level, such as `{NAME} = {{"metrics": {{"sway": "Sway"}}}}`'
-    node = next((n.value for n in tree.body if isinstance(n, ast.Assign | ast.AnnAssign) and _names(n)), None)
+    node = next((n.value for n in tree.body if isinstance(n, ast.Assign | ast.AnnAssign) and _assigns_words(n)), None)
     if node is None:
         why = f"it has no table `{NAME}`"
         raise BadPlugin(read.doubt("W730", f"is broken: {why}", 1, "no table", f"write {form}"), why)
@@ -300,15 +300,15 @@ def _entries(read: PluginSource, tree: ast.Module, doubts: list[Diagnostic]) -> 
             doubts.append(read.doubt("W731", "has a table that is ignored", key or value, "not a table of words",
                                      f"use the tables {known}, each of words and names of classes"))  # fmt: skip
             continue
-        yield from _lines(read, str(table), value, doubts)
+        yield from _entries_of_table(read, str(table), value, doubts)
 
 
-def _names(node: ast.Assign | ast.AnnAssign) -> bool:
+def _assigns_words(node: ast.Assign | ast.AnnAssign) -> bool:
     targets = node.targets if isinstance(node, ast.Assign) else [node.target]
     return any(isinstance(t, ast.Name) and t.id == NAME for t in targets)
 
 
-def _lines(read: PluginSource, table: str, node: ast.Dict, doubts: list[Diagnostic]) -> Iterator[Entry]:
+def _entries_of_table(read: PluginSource, table: str, node: ast.Dict, doubts: list[Diagnostic]) -> Iterator[Entry]:
     for key, value in zip(node.keys, node.values, strict=True):
         try:
             word, names = ast.literal_eval(key) if key else None, ast.literal_eval(value)
@@ -415,7 +415,7 @@ def check_class(cls: type[Any], kind: str) -> None:
     if not (cls.__doc__ or "").strip() or cls.__doc__.startswith(f"{name}("):  # type: ignore[union-attr]
         raise BadClass(f"`{name}` has no docstring", "add one: `dsl list` and `dsl explain` show it")
     try:
-        _fields(cls)
+        _fields_of_class(cls)
     except Exception as error:
         form = '`Annotated[float, "m in (0, inf)", "what it means"]`'
         raise BadClass(
@@ -490,11 +490,11 @@ def _remove_existing_words(plugin: Plugin, ours: Vocabulary) -> Plugin:
         return plugin
     doubts, broken, read = list(plugin.doubts), dict(plugin.broken), _read(plugin.asked)
     read = dataclasses.replace(read, source=Source(plugin.name, read.source.text))
-    entries = {(e.kind, e.word): e for e in _entries(read, _tree(read), [])}
+    entries = {(e.kind, e.word): e for e in _entries(read, _parse_source(read), [])}
     for (kind, word), other in taken.items():
         whose = "softmark" if other is None else f"the plugin `{other.name}`"
         lacking = BadClass(f"`{word}` is already {article(kind)} {kind} of {whose}", "choose another word")
         broken[kind, word] = str(lacking)
-        doubts.append(_left_out_diagnostic(read, entries[kind, word], lacking))
+        doubts.append(_unusable_word_diagnostic(read, entries[kind, word], lacking))
     words = {k: {w: c for w, c in own.items() if (k, w) not in taken} for k, own in plugin.words.items()}
     return dataclasses.replace(plugin, words=words, broken=broken, doubts=tuple(doubts))

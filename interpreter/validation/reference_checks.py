@@ -74,7 +74,12 @@ def check_comparisons(scene: Scene) -> Iterator[Diagnostic]:
     for declared in (*scene.of_kind("probe").values(), *scene.of_kind("support").values()):
         yield from _check_tracked_points(scene, declared)
     for metric in scene.of_kind("metric").values():
-        refusal = _probe(scene, metric) or _time(scene, metric) or _reference(scene, metric) or _tensor(scene, metric)
+        refusal = (
+            _probe_refusal(scene, metric)
+            or _time_refusal(scene, metric)
+            or _reference_data_refusal(scene, metric)
+            or _tensor_metric_refusal(scene, metric)
+        )
         if refusal is not None:
             yield diagnostic("E509", metric.at(refusal.field), refusal.message, refusal.label, refusal.help)
 
@@ -94,7 +99,7 @@ def _check_tracked_points(scene: Scene, declared: Declared) -> Iterator[Diagnost
 # ------------------------------------------------------------------ the probe and the analysis
 
 
-def _probe(scene: Scene, metric: Declared) -> _Refusal | None:
+def _probe_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
     """Return the refusal of a surface metric without a surface probe, or a strain metric without a volume probe."""
     name = metric.thing.looked_at
     if name is None:
@@ -108,7 +113,7 @@ def _probe(scene: Scene, metric: Declared) -> _Refusal | None:
     if _needs_surface(scene, metric) and not isinstance(probe.thing, Surface):
         return _Refusal("probe", f"`{metric.name}` needs triangles of a surface, but {found}", "no surface",
                         f"use a surface probe: `probe skin = surface({body})`"
-                        + _nearest(metric))  # fmt: skip
+                        + _nearest_projection_hint(metric))  # fmt: skip
     if isinstance(metric.thing, TrajectoryError) and isinstance(probe.thing, Surface):
         return _Refusal("probe", f"`{word}` follows points in time, but {found}", "no time history",
                         f"use a point probe: `probe tip = point({body}, at = ...)`")  # fmt: skip
@@ -124,12 +129,12 @@ def _needs_surface(scene: Scene, metric: Declared) -> bool:
     return thing.along == "normal" or moved or data_kind_of(against) == "field"
 
 
-def _nearest(metric: Declared) -> str:
+def _nearest_projection_hint(metric: Declared) -> str:
     normal = isinstance(metric.thing, SurfaceDistance) and metric.thing.along == "normal"
     return ", or use `along = nearest`" if normal else ""
 
 
-def _tensor(scene: Scene, metric: Declared) -> _Refusal | None:
+def _tensor_metric_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
     """Return the refusal of a stress metric whose model has no stress, or of an invalid component, or None."""
     thing = metric.thing
     if not isinstance(thing, TensorMetric):
@@ -150,7 +155,7 @@ def _tensor(scene: Scene, metric: Declared) -> _Refusal | None:
         help = "use `force(...)`, `displacement(...)`, or `pore_pressure(...)` of a fluid"
         return _Refusal("", message, "not available here", help)
     if not laws or not all(isinstance(law, str) for law in laws):
-        return _check_correct_model(scene, metric)
+        return _reference_model_refusal(scene, metric)
     return _Refusal("", f"`{metric.name}` needs stress or strain, but no model here computes it: {laws[0]}",
                     "no model has stress",
                     "add one: `model solid = fem(tet10, strain = finite, size = 5 mm)`")  # fmt: skip
@@ -167,7 +172,7 @@ def _history_dependent_body(scene: Scene, model: Declared) -> str:
     return f"`{case.body.name}`, a viscoelastic body" if case.remembers else ""
 
 
-def _check_correct_model(scene: Scene, metric: Declared) -> _Refusal | None:
+def _reference_model_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
     """Return the refusal of a stress metric whose reference model has no stress, or None."""
     if (name := metric.thing.against) is None:
         return None
@@ -189,7 +194,7 @@ def _full_model(scene: Scene, model: Declared) -> Declared:
     return model if model.thing.reduces is None else scene.declared[model.thing.reduces]
 
 
-def _time(scene: Scene, metric: Declared) -> _Refusal | None:
+def _time_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
     """Return the refusal of a metric over time without a dynamic analysis, or a frequency with one, or None."""
     moving = any(isinstance(analysis.thing, Dynamic) for analysis in scene.of_kind("analysis").values())
     if moving and isinstance(metric.thing, Frequency):
@@ -206,7 +211,7 @@ def _time(scene: Scene, metric: Declared) -> _Refusal | None:
 # ------------------------------------------------------------------ the reference
 
 
-def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
+def _reference_data_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
     """Return the refusal of a metric whose reference lacks the data that it needs, or None."""
     name = metric.thing.measured_from
     if name is None:
@@ -214,7 +219,7 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
     reference, word = scene.declared[name], metric.constructor.name
     known = data_kind_of(reference)
     if isinstance(metric.thing, ErrorOfValue) is not (known == "value"):
-        return _values(metric, name, known)
+        return _value_metric_refusal(metric, name, known)
     if isinstance(metric.thing, ForceMetric) and reference.kind != "model" and not reference.thing.with_forces:
         return _Refusal("against", f"`{word}` compares forces or energies, but `{name}` has none", "no forces",
                         "compare with a model, or with a theory that has them: `torsion(...)`")  # fmt: skip
@@ -225,7 +230,7 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
         return _Refusal("against", f"`{word}` compares motions, but `{name}` has none", "no time history",
                         "compare with a model of this scene")  # fmt: skip
     if isinstance(metric.thing, CurveMetric) is not (known == "curve"):
-        return _curves(metric, name, known)
+        return _curve_metric_refusal(metric, name, known)
     if isinstance(metric.thing, Hausdorff | SurfaceDistance) and known == "points":
         return _Refusal("against", f"`{word}` needs a surface, but `{name}` has tracked points only", "no surface",
                         "compare points one by one: `mean_error(...)` or `max_error(...)`")  # fmt: skip
@@ -233,11 +238,11 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
         return _Refusal("against", f"`{word}` needs strains, but `{name}` is {KNOWN[known]}", "no strains",
                         "compare with a theory or with another model")  # fmt: skip
     if isinstance(metric.thing, POINTWISE):
-        return _pointwise(scene, metric, name, known)
+        return _displacement_metric_refusal(scene, metric, name, known)
     return None
 
 
-def _curves(metric: Declared, name: str, known: Known) -> _Refusal:
+def _curve_metric_refusal(metric: Declared, name: str, known: Known) -> _Refusal:
     """Return the refusal of a curve metric compared with a reference that is no curve."""
     word = metric.constructor.name
     if known != "curve":
@@ -247,7 +252,7 @@ def _curves(metric: Declared, name: str, known: Known) -> _Refusal:
                     f"compare a curve with it: `metric miss = curve_error(METRIC, against = {name})`")  # fmt: skip
 
 
-def _values(metric: Declared, name: str, known: Known) -> _Refusal:
+def _value_metric_refusal(metric: Declared, name: str, known: Known) -> _Refusal:
     """Return the refusal of a number compared with a reference that has no given values."""
     word = metric.constructor.name
     if known != "value":
@@ -257,7 +262,7 @@ def _values(metric: Declared, name: str, known: Known) -> _Refusal:
                     f"compare a number with it: `metric miss = value_error(METRIC, against = {name})`")  # fmt: skip
 
 
-def _pointwise(scene: Scene, metric: Declared, name: str, known: Known) -> _Refusal | None:
+def _displacement_metric_refusal(scene: Scene, metric: Declared, name: str, known: Known) -> _Refusal | None:
     """Return the refusal of a displacement metric whose reference does not have its material points, or None.
 
     A measured surface has none, and tracked points have only their own.

@@ -63,13 +63,13 @@ def check_refinements(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors and warnings of every reference of a scene that refines models."""
     for reference in scene.of_kind("reference").values():
         if isinstance(reference.thing, SelfConverged):
-            sizes = list(_sizes(reference))
+            sizes = list(_check_sizes(reference))
             found = sizes + list(_methods(scene, reference, well_sized=not sizes))
             with suppress(Fault):  # an ambiguous body is reported for the model
-                yield from found or _warnings(scene, reference)
+                yield from found or _refinement_warnings(scene, reference)
 
 
-def _sizes(reference: Declared) -> Iterator[Diagnostic]:
+def _check_sizes(reference: Declared) -> Iterator[Diagnostic]:
     sizes = reference.thing.sizes
     if sizes.dimension != units.LENGTH:
         given = units.dimension_name(sizes.dimension)
@@ -102,7 +102,7 @@ def _methods(scene: Scene, reference: Declared, well_sized: bool) -> Iterator[Di
         found = _refinement_obstacle(scene, reference, declared)
         if found is None:
             first = seen.setdefault((declared.thing.element, declared.thing.integration), declared)
-            found = _shared_error(reference, declared, first, next(iter(seen.values())))
+            found = _common_error_diagnostic(reference, declared, first, next(iter(seen.values())))
         if found is None and well_sized:
             found = _memory_error(scene, reference, declared)
         if found is not None:
@@ -146,7 +146,9 @@ def _other_body_error(scene: Scene, reference: Declared, declared: Declared) -> 
                       "different bodies", "name models of one body")  # fmt: skip
 
 
-def _shared_error(reference: Declared, declared: Declared, twin: Declared, first: Declared) -> Diagnostic | None:
+def _common_error_diagnostic(
+    reference: Declared, declared: Declared, twin: Declared, first: Declared
+) -> Diagnostic | None:
     """Return the error if two models have common errors or do not converge to one limit, or None."""
     mine, theirs = declared.thing, first.thing
     if twin is not declared:
@@ -200,7 +202,7 @@ def extrapolation_obstacle(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()
     return f"cells of {b} are only {ratio:.3g} times finer than those of {a}, but an order needs {RATIO:g} times"
 
 
-def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
+def _refinement_warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
     """Yield warnings about meshes that show no convergence order, and about methods with common errors."""
     methods = methods_of(scene, reference)
     first, sizes = methods[0], reference.thing.sizes.values

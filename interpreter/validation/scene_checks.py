@@ -37,7 +37,7 @@ from softmark.references.published_values import GivenValues
 
 def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
     """Return all errors and warnings of a scene; if it is not `complete`, those of its valid parts."""
-    found: list[Diagnostic] = [*state_checks.faults(scene), *_given_values(scene)] if complete else []
+    found: list[Diagnostic] = [*state_checks.faults(scene), *_check_given_values(scene)] if complete else []
     where = state_checks.state_of_largest_load(scene)
     for test in LOCAL + (WHOLE if complete else ()):
         found += test(where, found)
@@ -54,14 +54,14 @@ def _has_error(declared: Declared, found: Found) -> bool:
     return any(d.severity == "error" and declared.contains(d) for d in found)
 
 
-def _one_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_single_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for extra in list(scene.of_kind("analysis").values())[1:]:
         yield diagnostic("E222", extra.at(), "the scene already has an analysis",
                          "the second analysis",
                          "keep one analysis, and put the other one into a separate scene")  # fmt: skip
 
 
-def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check by bounds for conditions that select nothing, and supports that hold the whole body."""
     everywhere: dict[str, list[Declared]] = {}
     for declared in (d for kind in ("region", "support", "load") for d in scene.of_kind(kind).values()):
@@ -89,7 +89,7 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             yield diagnostic("E303", last.at("where"), problem, "selects everything", help)
 
 
-def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check that the field values of each shape are compatible."""
     for body in (*scene.of_kind("body").values(), *scene.of_kind("rigid").values()):
         problem = body.thing.shape.fault
@@ -103,14 +103,14 @@ def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
                              "that does not deform as `rigid(...)`, without a material")  # fmt: skip
 
 
-def _plane(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_plane_bodies(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check plane regions and plane bodies, and actions normal to their plane."""
     yield from plane_body_checks.shapes(scene)
     yield from plane_body_checks.check_conditions(scene)
     yield from plane_body_checks.check_actions(scene)
 
 
-def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_symmetry_planes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check that symmetry supports select a plane, and that the body lies on one side of it."""
     for support in scene.of_kind("support").values():
         body = scene.declared.get(support.value("body") or "")
@@ -131,7 +131,7 @@ def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _check_points_inside(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check that probes and point forces lie inside their body."""
     for declared in (*scene.of_kind("probe").values(), *scene.of_kind("load").values()):
-        points = _points(scene, declared)
+        points = _points_of_declaration(scene, declared)
         if not points:
             continue
         body = scene.declared[declared.thing.body]
@@ -153,7 +153,7 @@ def _check_points_inside(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             yield diagnostic("E504", declared.at(field), problem, "outside the body", remedy)
 
 
-def _points(scene: Scene, declared: Declared) -> list[tuple[str, Point]]:
+def _points_of_declaration(scene: Scene, declared: Declared) -> list[tuple[str, Point]]:
     """Return the fields and points that decide whether a probe or load is inside its body; for a line its ends."""
     if declared.kind == "load":
         return list(declared.thing.action.points)
@@ -165,7 +165,7 @@ def _points(scene: Scene, declared: Declared) -> list[tuple[str, Point]]:
     return named if convex else [*named, *(("to", point) for point in stations[1:-1])]
 
 
-def _meshes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_mesh_node_probes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check that probes of mesh nodes belong to a body whose shape has nodes."""
     for probe in scene.of_kind("probe").values():
         if isinstance(probe.thing, MeshNodes) and not probe.thing.mesh.prebuilt:
@@ -176,16 +176,16 @@ def _meshes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 # ------------------------------------------------------------------ what hangs together
 
 
-def _bodies(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_bodies_of_models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check that the body of each model and reference is unambiguous."""
-    for declared in _workers(scene):
+    for declared in _models_and_references(scene):
         try:
             body_of(scene, declared)
         except Fault as unclear:
             yield unclear.diagnostic
 
 
-def _workers(scene: Scene) -> list[Declared]:
+def _models_and_references(scene: Scene) -> list[Declared]:
     return [*scene.asked("model").values(), *scene.of_kind("reference").values()]
 
 
@@ -216,7 +216,7 @@ def _check_undeformed_bodies(scene: Scene, found: Found) -> Iterator[Diagnostic]
         return  # their effect is not known
     asked = (metric.thing for metric in scene.of_kind("metric").values())
     ringing = {thing.concerned for thing in asked if not isinstance(thing, ForceMetric)}
-    cases = (case for _, case in _cases(scene, "model") if not case.loads and not _is_driven(case))
+    cases = (case for _, case in _cases(scene, "model") if not case.loads and not _has_deformation_source(case))
     still = {case.body.name: case for case in cases if case.body.name not in ringing}
     for case in still.values():
         body = case.body.name
@@ -224,14 +224,14 @@ def _check_undeformed_bodies(scene: Scene, found: Found) -> Iterator[Diagnostic]
                          "add one, such as `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
 
 
-def _is_driven(case: Case) -> bool:
+def _has_deformation_source(case: Case) -> bool:
     moved = any(support.thing.moves for support in (*case.supports, *case.drains))
     away = case.analysis.disturbed != "none" or any(hasattr(m, "passive") for m in case.materials)  # active muscle
     moved |= any(touch.driven for touch in case.contacts)
     return moved or away or isinstance(case.analysis, Dynamic)  # an initial velocity is possible
 
 
-def _paths(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_equilibrium_paths(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Refuse reduced models on equilibrium paths, because their basis does not contain the motions along a path."""
     for model, case in _cases(scene, "model"):
         if case.analysis.path == "arc_length" and model.thing.reduces is not None:
@@ -240,7 +240,7 @@ def _paths(scene: Scene, found: Found) -> Iterator[Diagnostic]:
                              f"follow the path with `{model.thing.reduces}`, or use `path = load`")  # fmt: skip
 
 
-def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check models, and report an error that several models share only once."""
     first: dict[tuple[object, ...], tuple[Diagnostic, list[str]]] = {}
     for model, case in _cases(scene, "model"):
@@ -286,7 +286,7 @@ def _check_in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnosti
     return doubts
 
 
-def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for reference, case in _cases(scene, "reference"):
         if reference.thing.how != "solved" or is_rigid(case.body):  # measured: independent of supports; E655
             continue
@@ -302,7 +302,7 @@ def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             yield refused.diagnostic
 
 
-def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check that a metric compares its probe with a reference of the same body, and that it suits plane bodies."""
     yield from plane_body_checks.metrics(scene)
     yield from metric_faults(scene)
@@ -315,14 +315,14 @@ def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         against = metric.thing.measured_from
         if against is None:
             continue
-        looked, known = _compared_body(scene, metric.name), _body(scene, against)
+        looked, known = _compared_body(scene, metric.name), _body_name_or_none(scene, against)
         if None not in (looked, known) and looked != known:
             yield diagnostic("E505", metric.at("against"),
                              f"`{metric.name}` compares points of `{looked}` with a solution for `{known}`",
                              "different bodies", "use a probe and a reference of the same body")  # fmt: skip
 
 
-def _fluid(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_fluid_metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check fluid metrics; the module for these checks is imported only for scenes with fluid."""
     words = ("drained", "pore_pressure", "outflow")
     if any(d.constructor.name in words for kind in ("support", "metric") for d in scene.of_kind(kind).values()):
@@ -331,14 +331,14 @@ def _fluid(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         yield from fluid_checks.metrics(scene)
 
 
-def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check that an expectation uses a metric of a model or reference of the same body."""
     for expectation in scene.expectations:
         for name in find_metrics(expectation.node):
             if name.text in scene.parameters:
                 continue
             owner, metric = name.parts
-            looked, known = _compared_body(scene, metric), _body(scene, owner)
+            looked, known = _compared_body(scene, metric), _body_name_or_none(scene, owner)
             if None not in (looked, known) and looked != known:
                 at = Location(expectation.location.source, name.span)
                 problem = f"`{owner}` refers to `{known}`, but `{metric}` is evaluated on `{looked}`"
@@ -365,11 +365,11 @@ def _count(number: int, what: str) -> str:
     return f"{number} {what}" + ("" if number == 1 else "s")
 
 
-def _comparisons(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_comparisons(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from check_comparisons(scene)
 
 
-def _curves(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_curves(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check measured curves and the metrics compared with them."""
     loops = any(m.thing.of_all_states for m in scene.of_kind("metric").values())
     if loops or any(isinstance(d.thing, CurveFromFile) for d in scene.of_kind("reference").values()):
@@ -378,7 +378,7 @@ def _curves(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         yield from curve_checks.faults(scene, found)
 
 
-def _given_values(scene: Scene) -> Iterator[Diagnostic]:
+def _check_given_values(scene: Scene) -> Iterator[Diagnostic]:
     """Check given values in all states, and the metrics compared with them."""
     if any(isinstance(d.thing, GivenValues) for d in scene.of_kind("reference").values()):
         from softmark.interpreter.validation import value_checks
@@ -386,11 +386,11 @@ def _given_values(scene: Scene) -> Iterator[Diagnostic]:
         yield from value_checks.faults(scene)
 
 
-def _refined(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_refinements(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from doubts_of_refined(scene)
 
 
-def _amplitudes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_amplitudes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check that moving supports of a body share one amplitude in dynamics, and that steps resolve all amplitudes."""
     moved: dict[str, Declared] = {}
     analyses = list(scene.of_kind("analysis").values())
@@ -407,14 +407,14 @@ def _amplitudes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from check_amplitude_resolution(scene)
 
 
-def _contacts(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_contacts(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     if scene.of_kind("contact") or scene.of_kind("rigid"):
         from softmark.interpreter.validation import contact_checks
 
         yield from contact_checks.faults(scene)
 
 
-def _touched(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_rigid_body_contacts(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     if scene.of_kind("contact") or scene.of_kind("rigid"):
         from softmark.interpreter.validation import dynamic_contact_checks, free_body_checks, friction_checks
 
@@ -428,23 +428,23 @@ def _compared_body(scene: Scene, metric: str) -> str | None:
     return body
 
 
-def _body(scene: Scene, worker: str) -> str | None:
+def _body_name_or_none(scene: Scene, worker: str) -> str | None:
     try:
         return body_of(scene, scene.declared[worker])
     except Fault:
         return None
 
 
-def _lints(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_values(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for lint in value_warnings.LINTS:
         yield from lint(scene)
 
 
-def _given(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_files_and_selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     yield from given.faults(scene, found)
 
 
-def _regions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_regions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     if scene.of_kind("region"):
         from softmark.interpreter.validation import region_checks
 
@@ -479,12 +479,15 @@ def _check_unused_declarations(scene: Scene, found: Found) -> Iterator[Diagnosti
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
 LOCAL: tuple[Check, ...] = (
-    _one_analysis, _shapes, _contacts, _plane, _symmetric, _selections, _check_points_inside, _meshes, _lints,
+    _check_single_analysis, _check_shapes, _check_contacts, _check_plane_bodies, _check_symmetry_planes,
+    _check_selections, _check_points_inside, _check_mesh_node_probes, _check_values,
 )  # fmt: skip
 WHOLE: tuple[Check, ...] = (
-    _touched, _bodies, _regions, _check_directions, _check_varying_materials, _given, _check_supports,
-    _check_undeformed_bodies, _paths, _models, _references, _refined, _metrics, _fluid, _comparisons, _curves,
-    _amplitudes, _check_published_columns, _expectations, _check_unused_declarations,
+    _check_rigid_body_contacts, _check_bodies_of_models, _check_regions, _check_directions,
+    _check_varying_materials, _check_files_and_selections, _check_supports, _check_undeformed_bodies,
+    _check_equilibrium_paths, _check_models, _check_references, _check_refinements, _check_metrics,
+    _check_fluid_metrics, _check_comparisons, _check_curves, _check_amplitudes, _check_published_columns,
+    _check_expectations, _check_unused_declarations,
 )  # fmt: skip
 
 

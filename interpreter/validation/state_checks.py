@@ -38,7 +38,7 @@ def state_of_largest_load(scene: Scene) -> Scene:
     if states:
         sizes = [_state_factor(scene, state) for state in states]
         return in_state(scene, sizes.index(max(sizes)))
-    full = {d.name: replace(d, thing=d.thing.in_state(0, 1.0)) for d in _state_driven(scene) if d.kind != "material"}
+    full = {d.name: replace(d, thing=d.thing.in_state(0, 1.0)) for d in _loads_per_state(scene) if d.kind != "material"}
     return replace(scene, declared={**scene.declared, **full}) if full else scene
 
 
@@ -59,7 +59,7 @@ def _has_times(scene: Scene) -> bool:
     return any(isinstance(a.thing, Quasistatic) for a in scene.of_kind("analysis").values())
 
 
-def _state_driven(scene: Scene) -> list[Declared]:
+def _loads_per_state(scene: Scene) -> list[Declared]:
     """Return the loads and supports whose amplitude is the value of the state."""
     return [d for d in find_time_dependent(scene) if isinstance(d.thing.amplitude, PerState)]
 
@@ -76,34 +76,36 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
         from softmark.interpreter.validation.friction_checks import check_rotations
 
         yield from check_rotations(scene)
-    yield from _number(scene, states)
-    yield from _muscles(scene, states)
-    yield from _loops(scene, states)
+    yield from _check_number_of_states(scene, states)
+    yield from _check_muscle_amplitudes(scene, states)
+    yield from _check_hysteresis_metrics(scene, states)
     if scene.of_kind("contact"):
         from softmark.interpreter.validation import friction_checks
 
         yield from friction_checks.check_rotations(scene)
-    driven = _state_driven(scene)
+    driven = _loads_per_state(scene)
     tables = [r for r in scene.of_kind("reference").values() if r.value("states") is not None]
     if any(a.value("states") is not None and not states for a in scene.of_kind("analysis").values()):
         return
     if not states:
         moving = any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values())
-        yield from (_without(d, "amplitude", "depends on the state", moving) for d in driven)
-        yield from (_without(r, "states", "was measured in several states", moving) for r in tables)
+        yield from (_missing_states_error(d, "amplitude", "depends on the state", moving) for d in driven)
+        yield from (_missing_states_error(r, "states", "was measured in several states", moving) for r in tables)
         return
     if _has_times(scene):
-        yield from _times(scene, states)
-        yield from (_without(d, "amplitude", "depends on the state", True) for d in driven)
-    yield from (wrong for r in tables if (wrong := _check_column_numbers(r) or _as_many(r, len(states))) is not None)
+        yield from _check_state_times(scene, states)
+        yield from (_missing_states_error(d, "amplitude", "depends on the state", True) for d in driven)
+    yield from (
+        wrong for r in tables if (wrong := _check_column_numbers(r) or _state_count_error(r, len(states))) is not None
+    )
     if len(states) > 1:
-        yield from (_single_state_error(r) for r in scene.of_kind("reference").values() if _measured_once(r))
-        yield from (_fitted(m) for m in scene.asked("model").values() if _is_fitted(m))
+        yield from (_single_state_error(r) for r in scene.of_kind("reference").values() if _is_single_measurement(r))
+        yield from (_fitted_model_error(m) for m in scene.asked("model").values() if _is_fitted(m))
         if not driven and not tables and not _has_times(scene):
-            yield _alike(scene)
+            yield _equal_states_warning(scene)
 
 
-def _muscles(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
+def _check_muscle_amplitudes(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
     """Check for muscle tensions with a negative amplitude, and for fibres that active strain shortens too far."""
     for muscle in scene.of_kind("material").values():
         amplitude = getattr(muscle.thing, "amplitude", None)
@@ -143,7 +145,7 @@ def _amplitude_range(scene: Scene, amplitude: Any, states: tuple[float, ...]) ->
         return 0.0, 0.0
 
 
-def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
+def _check_number_of_states(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
     """Check that there is at least one state, and not more than a run can store."""
     for analysis in scene.of_kind("analysis").values():
         given = analysis.value("times" if _has_times(scene) else "states")
@@ -157,7 +159,7 @@ def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
                          f"more than {MOST}", "use fewer states: each is solved and kept")  # fmt: skip
 
 
-def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
+def _check_state_times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
     """Check that state times increase, lie within the amplitude, and do not need too many time steps."""
     analysis = next(iter(scene.of_kind("analysis").values()))
     thing: Quasistatic = analysis.thing
@@ -184,7 +186,7 @@ def _table_error(scene: Scene, duration: float) -> Diagnostic | None:
     return next((wrong for d in find_time_dependent(scene) if (wrong := table_fault(d, duration)) is not None), None)
 
 
-def _loops(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
+def _check_hysteresis_metrics(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
     """Check that hysteresis metrics have states of loading and unloading; dynamic analyses are refused with curves."""
     if any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()) or _has_times(scene):
         return  # in time a curve turns where it does
@@ -193,7 +195,7 @@ def _loops(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
             yield wrong
 
 
-def _without(declared: Declared, field: str, does: str, moving: bool) -> Diagnostic:
+def _missing_states_error(declared: Declared, field: str, does: str, moving: bool) -> Diagnostic:
     help = f"add states to the analysis: {SOME}"
     if moving:
         help = f"use an amplitude in time such as `ramp(over = 0.5 s)`, or states: {SOME}"
@@ -214,7 +216,7 @@ def _check_column_numbers(reference: Declared) -> Diagnostic | None:
                                             "state 2")  # fmt: skip
 
 
-def _as_many(reference: Declared, count: int) -> Diagnostic | None:
+def _state_count_error(reference: Declared, count: int) -> Diagnostic | None:
     own = len(reference.value("states").values)
     if own == count:
         return None
@@ -224,7 +226,7 @@ def _as_many(reference: Declared, count: int) -> Diagnostic | None:
                       "give one per state, in the order of the analysis; a state may be repeated")  # fmt: skip
 
 
-def _measured_once(reference: Declared) -> bool:
+def _is_single_measurement(reference: Declared) -> bool:
     many = isinstance(
         reference.thing, CurveFromFile | GivenValues
     )  # what was measured all along, or says of what it is
@@ -263,7 +265,7 @@ def _is_fitted(model: Declared) -> bool:
     return vars(model.thing.stiffness).get("metric") is not None if "stiffness" in vars(model.thing) else False
 
 
-def _fitted(model: Declared) -> Diagnostic:
+def _fitted_model_error(model: Declared) -> Diagnostic:
     return diagnostic(
         "E314",
         model.at("stiffness"),
@@ -274,7 +276,7 @@ def _fitted(model: Declared) -> Diagnostic:
     )
 
 
-def _alike(scene: Scene) -> Diagnostic:
+def _equal_states_warning(scene: Scene) -> Diagnostic:
     analysis = next(iter(scene.of_kind("analysis").values()))
     values = ", ".join(map(format_state, states_of(scene)[:6]))
     return diagnostic("W325", analysis.at("states"), f"the states of `{analysis.name}` are all the same",

@@ -34,10 +34,12 @@ def check(scene: Scene) -> Iterator[Diagnostic]:
         return
     size = scene.table.size if scene.table else 0
     each = max(FEWEST, min(TRIED, TEXT // (size + 1)) // max(1, len(sweeps)))
-    tried = {n: [_try(scene, sweep, v) for v in _pick_values(sweep.over, each)] for n, sweep in sweeps.items()}
+    tried = {
+        n: [_compile_with_value(scene, sweep, v) for v in _pick_values(sweep.over, each)] for n, sweep in sweeps.items()
+    }
     for name, study in studies.items():
         if name in tried:
-            yield from _sweep(scene, study, tried[name])
+            yield from _check_sweep(scene, study, tried[name])
         elif isinstance(study.thing, RobustnessStudy):
             yield from robustness_plan.find_study_errors(scene, study)
         else:
@@ -60,16 +62,16 @@ def _pick_values(over: Sequence[Variant], most: int) -> Sequence[Variant]:
     return [over[round(i * (len(over) - 1) / (most - 1))] for i in range(most)]
 
 
-def _try(scene: Scene, sweep: Sweep, variant: Variant) -> _TriedValue:
+def _compile_with_value(scene: Scene, sweep: Sweep, variant: Variant) -> _TriedValue:
     """Compile the scene with one value of a sweep."""
     other, diagnostics = apply_overrides(scene, [override_of(sweep, variant)])
     return _TriedValue(variant, value_in(other, sweep.target.name), [d for d in diagnostics if d.severity == "error"])
 
 
-def _sweep(scene: Scene, study: Declared, tried: Sequence[_TriedValue]) -> Iterator[Diagnostic]:
+def _check_sweep(scene: Scene, study: Declared, tried: Sequence[_TriedValue]) -> Iterator[Diagnostic]:
     """Yield the errors of one sweep."""
     if study.thing.with_ is not None:
-        yield from _is_sweep(scene, study, "with")
+        yield from _check_names_sweep(scene, study, "with")
     links = combined_sweeps(scene, study)
     targets = [link.thing.target.name for link in links if isinstance(link.thing, Sweep)]
     twice = next((name for name in targets if targets.count(name) > 1), None)
@@ -91,10 +93,10 @@ def _variant_error(target: SweepTarget, tried: _TriedValue) -> Diagnostic:
     places, source = (tried.variant.at.span, target.span), tried.variant.at.source
     own = (d for d in tried.errors if d.source is source and d.span is not None
            and any(p.start <= d.span.start and d.span.end <= p.end for p in places))  # fmt: skip
-    return next(own, None) or _consequence(target.name, tried.variant, tried.errors[0])
+    return next(own, None) or _error_at_sweep_value(target.name, tried.variant, tried.errors[0])
 
 
-def _consequence(name: str, variant: Variant, error: Diagnostic) -> Diagnostic:
+def _error_at_sweep_value(name: str, variant: Variant, error: Diagnostic) -> Diagnostic:
     """Return an error elsewhere in the scene as an error at the sweep value that causes it."""
     note = ""
     if error.span is not None and error.source is not None:
@@ -110,14 +112,14 @@ def _check_sweep_user(
     """Check that a convergence study or Pareto front refers to a usable sweep."""
     if study.thing.over is None:
         return
-    found = list(_is_sweep(scene, study, "over"))
+    found = list(_check_names_sweep(scene, study, "over"))
     yield from found
     if found or not isinstance(study.thing, Convergence):
         return
     sweep = scene.declared[study.thing.over]
     values = tried.get(sweep.name)
     if values is None:  # of another file
-        values = [_try(scene, sweep.thing, v) for v in _pick_values(sweep.thing.over, 20)]
+        values = [_compile_with_value(scene, sweep.thing, v) for v in _pick_values(sweep.thing.over, 20)]
     numbers = {one.number for one in values if one.number is not None}
     if len(numbers) < FEWEST:
         message = f"`{study.name}` needs at least {FEWEST} different numbers to find an order of convergence"
@@ -125,7 +127,7 @@ def _check_sweep_user(
                          "add values to the sweep, such as halves of the last")  # fmt: skip
 
 
-def _is_sweep(scene: Scene, study: Declared, field: str) -> Iterator[Diagnostic]:
+def _check_names_sweep(scene: Scene, study: Declared, field: str) -> Iterator[Diagnostic]:
     name = study.value(field)
     other = scene.declared[name]
     if not isinstance(other.thing, Sweep):

@@ -54,15 +54,15 @@ def _check_uncertainties(reference: Declared) -> Iterator[Diagnostic]:
                          "give the source: a paper and its table, a code and its version, or who measured it"
                          )  # fmt: skip
         return
-    if isinstance(reference.thing, Consensus) and (fault := _band(reference)) is not None:
+    if isinstance(reference.thing, Consensus) and (fault := _band_error(reference)) is not None:
         yield fault
         return
     for field in reference.thing.lists:
         if reference.value(field) is not None:
-            yield from _field(reference, field)
+            yield from _check_uncertainty_field(reference, field)
 
 
-def _field(reference: Declared, field: str) -> Iterator[Diagnostic]:
+def _check_uncertainty_field(reference: Declared, field: str) -> Iterator[Diagnostic]:
     """Check one field that gives uncertainties."""
     values, own = reference.thing.values, reference.value(field)
     shares = field in SHARES
@@ -85,7 +85,7 @@ def _field(reference: Declared, field: str) -> Iterator[Diagnostic]:
         )
 
 
-def _band(reference: Declared) -> Diagnostic | None:
+def _band_error(reference: Declared) -> Diagnostic | None:
     """Return the error for a band that is missing, given in two ways, or lacks one end, or None."""
     said = [field for field in reference.thing.lists if reference.value(field) is not None]
     if said in (["spread"], ["low", "high"]):

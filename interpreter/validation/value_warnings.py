@@ -46,7 +46,7 @@ def _materials(scene: Scene) -> Iterator[tuple[Any, Callable[[str], Location]]]:
             yield region.thing.material, lambda field, region=region: region.at("material")  # type: ignore[misc]
 
 
-def _densities(scene: Scene) -> Iterator[Diagnostic]:
+def _warn_of_unusual_densities(scene: Scene) -> Iterator[Diagnostic]:
     for material, at in _materials(scene):
         density = material.density
         if not isinstance(density, float | int):  # varies in space
@@ -63,7 +63,7 @@ def _densities(scene: Scene) -> Iterator[Diagnostic]:
                              "off by a factor of 1000?" if likely else "unusual value", help)  # fmt: skip
 
 
-def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
+def _warn_of_unusual_stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
     for material, at in _materials(scene):
         young = None if getattr(material, "directed", False) else material.young
         if not isinstance(young, float | int):  # varies in space, or is missing
@@ -83,7 +83,7 @@ def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
         )
 
 
-def _convexities(scene: Scene) -> Iterator[Diagnostic]:
+def _warn_of_unstable_constants(scene: Scene) -> Iterator[Diagnostic]:
     """Warn about constants with which a finite strain law loses stability, if a model uses such a law."""
     if all(getattr(model.thing, "strain", "") != "finite" for model in scene.of_kind("model").values()):
         return
@@ -99,7 +99,7 @@ def _pascals(young: float) -> str:
     return f"{young:.6g} Pa" if young < SOFTEST else units.format_value(young, units.PRESSURE)
 
 
-def _gravities(scene: Scene) -> Iterator[Diagnostic]:
+def _warn_of_unusual_gravity(scene: Scene) -> Iterator[Diagnostic]:
     for declared in scene.of_kind("load").values():
         action = declared.thing.action
         pull = math.hypot(*action.acceleration) if isinstance(action, BodyForce) else 0.0
@@ -109,7 +109,7 @@ def _gravities(scene: Scene) -> Iterator[Diagnostic]:
                              "very strong", "on Earth it is 9.81 m/s^2")  # fmt: skip
 
 
-def _dashpots(scene: Scene) -> Iterator[Diagnostic]:
+def _warn_of_idle_dashpots(scene: Scene) -> Iterator[Diagnostic]:
     """Warn about dashpots in an analysis in which nothing has a velocity."""
     analysis = next(iter(scene.of_kind("analysis").values()), None)
     if analysis is not None and isinstance(analysis.thing, Dynamic):
@@ -133,7 +133,7 @@ def _warn_of_predetermined_results(scene: Scene) -> Iterator[Diagnostic]:
                              "compare a metric of a model or reference, such as `rod.eta`")  # fmt: skip
 
 
-def _registered(scene: Scene) -> Iterator[Diagnostic]:
+def _warn_of_registered_surfaces(scene: Scene) -> Iterator[Diagnostic]:
     for reference in scene.of_kind("reference").values():
         if reference.thing.registered == "icp":
             yield diagnostic("W316", reference.at("register"),
@@ -143,7 +143,7 @@ def _registered(scene: Scene) -> Iterator[Diagnostic]:
                              "disappear")  # fmt: skip
 
 
-def _amplitudes(scene: Scene) -> Iterator[Diagnostic]:
+def _warn_of_static_amplitudes(scene: Scene) -> Iterator[Diagnostic]:
     """Warn about amplitudes over time in a static analysis, which has no time."""
     if any(isinstance(a.thing, Dynamic | Quasistatic) for a in scene.of_kind("analysis").values()):
         return
@@ -195,13 +195,13 @@ def find_unused_names(scene: Scene) -> Iterator[Diagnostic]:
 
 
 LINTS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (
-    _densities,
-    _stiffnesses,
-    _convexities,
-    _gravities,
-    _dashpots,
-    _registered,
-    _amplitudes,
+    _warn_of_unusual_densities,
+    _warn_of_unusual_stiffnesses,
+    _warn_of_unstable_constants,
+    _warn_of_unusual_gravity,
+    _warn_of_idle_dashpots,
+    _warn_of_registered_surfaces,
+    _warn_of_static_amplitudes,
     _warn_of_predetermined_results,
     _check_half_models,
 )

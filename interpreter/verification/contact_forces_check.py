@@ -140,7 +140,7 @@ def _is_engulfed(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> boo
     gap = gap_of(touch.rigid.thing.shape)
     if gap is None or gap.centroid is None:
         return False
-    look, inside = _current_distance(touch), _inside_body(case, mesh, u)
+    look, inside = _current_distance(touch), _point_in_body_test(case, mesh, u)
     middle = _plane_components(case, move_points(np.array([gap.centroid]), *rigid_motion(touch)))
     if _evaluate_distance(look, middle)[0][0] < 0.0:
         return inside(middle[0])
@@ -151,7 +151,7 @@ def _is_engulfed(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> boo
     return bool(len(places)) and all(map(inside, places))
 
 
-def _inside_body(case: Case, mesh: DeformedMesh, u: Floats) -> Callable[[Floats], bool]:
+def _point_in_body_test(case: Case, mesh: DeformedMesh, u: Floats) -> Callable[[Floats], bool]:
     """Return a function that reports whether a point (3,), m, is in the deformed body or its plane section."""
     facets, x = np.asarray(mesh.mesh.facets), mesh.points + u
     if case.planar:  # only one face of the slice
@@ -203,7 +203,7 @@ def contact_forces(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> t
     of, N, A = _points(case, touch, mesh, facets)
     joined = mesh.joined.get(touch.name)
     if joined is not None:
-        of, N, A = _with_added_points((of, N, A), joined)
+        of, N, A = _append_added_points((of, N, A), joined)
     x = _plane_components(case, np.einsum("pa,pai->pi", N, (mesh.points + u)[of]))
     g, n = _evaluate_distance(_current_distance(touch), x)
     if joined is not None:
@@ -226,7 +226,9 @@ def contact_forces(case: Case, touch: Touch, mesh: DeformedMesh, u: Floats) -> t
     return found, 4.0 * EPS * size * float((A * slope).sum())
 
 
-def _with_added_points(points: tuple[Ints, Floats, Floats], joined: AddedContactPoints) -> tuple[Ints, Floats, Floats]:
+def _append_added_points(
+    points: tuple[Ints, Floats, Floats], joined: AddedContactPoints
+) -> tuple[Ints, Floats, Floats]:
     """Return the contact points together with those that the solver added, whose areas are taken from its state."""
     of, N, A = points
     own = joined.points
@@ -317,10 +319,10 @@ def _current_distance(touch: Touch) -> rigid_contact_forces.Distance:
 
     Raises NoIndependentFormula.
     """
-    return rigid_contact_forces.moved_distance(_distance(touch.rigid.thing.shape), *rigid_motion(touch))
+    return rigid_contact_forces.moved_distance(_shape_distance(touch.rigid.thing.shape), *rigid_motion(touch))
 
 
-def _distance(shape: Shape) -> rigid_contact_forces.Distance:
+def _shape_distance(shape: Shape) -> rigid_contact_forces.Distance:
     """Return the distance function of a shape at its declared position. Raises NoIndependentFormula."""
     make = DISTANCES.get(type(shape))
     if make is None:
@@ -329,66 +331,66 @@ def _distance(shape: Shape) -> rigid_contact_forces.Distance:
     return found
 
 
-def _half_space(shape: Any) -> rigid_contact_forces.Distance:
+def _half_space_distance(shape: Any) -> rigid_contact_forces.Distance:
     return rigid_contact_forces.half_space_distance(shape.origin, shape.normal)
 
 
-def _box(shape: Any) -> rigid_contact_forces.Distance:
+def _box_distance(shape: Any) -> rigid_contact_forces.Distance:
     high = np.array(shape.origin) + np.array(shape.size)
     return rigid_contact_forces.box_distance(shape.origin, high, getattr(shape, "rounding", 0.0))
 
 
-def _cylinder(shape: Any) -> rigid_contact_forces.Distance:
+def _cylinder_distance(shape: Any) -> rigid_contact_forces.Distance:
     s, r, h = getattr(shape, "inner", 0.0), shape.radius, shape.length
-    return _around(shape, [(s, 0.0), (r, 0.0), (r, h), (s, h)])
+    return _revolved_profile_distance(shape, [(s, 0.0), (r, 0.0), (r, h), (s, h)])
 
 
-def _punch(shape: Any) -> rigid_contact_forces.Distance:
+def _punch_distance(shape: Any) -> rigid_contact_forces.Distance:
     q, r, h = shape.rounding, shape.radius, shape.length
-    return _around(shape, [(0.0, q), (r - q, q), (r - q, h - q), (0.0, h - q)], q)
+    return _revolved_profile_distance(shape, [(0.0, q), (r - q, q), (r - q, h - q), (0.0, h - q)], q)
 
 
-def _tip(shape: Any) -> rigid_contact_forces.Distance:
+def _rounded_cone_distance(shape: Any) -> rigid_contact_forces.Distance:
     q, h = shape.rounding, shape.length - shape.rounding
-    return _around(shape, [(0.0, q), (np.tan(0.5 * shape.angle) * (h - q), h), (0.0, h)], q)
+    return _revolved_profile_distance(shape, [(0.0, q), (np.tan(0.5 * shape.angle) * (h - q), h), (0.0, h)], q)
 
 
-def _cone(shape: Any) -> rigid_contact_forces.Distance:
+def _cone_distance(shape: Any) -> rigid_contact_forces.Distance:
     end = [(shape.end, shape.length)] if shape.end else []
-    return _around(shape, [(0.0, 0.0), (shape.radius, 0.0), *end, (0.0, shape.length)])
+    return _revolved_profile_distance(shape, [(0.0, 0.0), (shape.radius, 0.0), *end, (0.0, shape.length)])
 
 
-def _around(shape: Any, corners: Any, rounding: float = 0.0) -> rigid_contact_forces.Distance:
+def _revolved_profile_distance(shape: Any, corners: Any, rounding: float = 0.0) -> rigid_contact_forces.Distance:
     return rigid_contact_forces.revolved_distance(
         rigid_contact_forces.polygon_distance(corners, rounding, mirrored=True), shape.origin, shape.axis
     )
 
 
-def _extruded(shape: Any) -> rigid_contact_forces.Distance:
+def _extrusion_distance(shape: Any) -> rigid_contact_forces.Distance:
     section = rigid_contact_forces.polygon_distance(shape.corners)
     return rigid_contact_forces.prism_distance(section, ORDERS[shape.along], shape.base, shape.base + shape.height)
 
 
-def _enclosed(shape: Any) -> rigid_contact_forces.Distance:
+def _closed_surface_distance(shape: Any) -> rigid_contact_forces.Distance:
     return rigid_contact_forces.closed_surface_distance(*shape.surface(0.0))
 
 
 DISTANCES: Mapping[type, Callable[[Any], rigid_contact_forces.Distance]] = {
-    HalfSpace: _half_space,
+    HalfSpace: _half_space_distance,
     Sphere: lambda shape: rigid_contact_forces.ball_distance(shape.origin, shape.radius),
     SphericalShell: lambda shape: rigid_contact_forces.hollow_ball_distance(shape.origin, shape.radius, shape.inner),
-    Box: _box,
-    RoundedBox: _box,
-    Cylinder: _cylinder,
-    Tube: _cylinder,
-    Cone: _cone,
-    Revolved: lambda shape: _around(shape, shape.outline),
-    Punch: _punch,
-    RoundedCone: _tip,
-    Extruded: _extruded,
-    Tetrahedralized: _enclosed,
-    MeshFile: _enclosed,
-    Union: _enclosed,
-    Difference: _enclosed,
-    Intersection: _enclosed,
+    Box: _box_distance,
+    RoundedBox: _box_distance,
+    Cylinder: _cylinder_distance,
+    Tube: _cylinder_distance,
+    Cone: _cone_distance,
+    Revolved: lambda shape: _revolved_profile_distance(shape, shape.outline),
+    Punch: _punch_distance,
+    RoundedCone: _rounded_cone_distance,
+    Extruded: _extrusion_distance,
+    Tetrahedralized: _closed_surface_distance,
+    MeshFile: _closed_surface_distance,
+    Union: _closed_surface_distance,
+    Difference: _closed_surface_distance,
+    Intersection: _closed_surface_distance,
 }

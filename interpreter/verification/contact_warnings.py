@@ -39,11 +39,11 @@ DEEP = 0.25  # relative to the displacement or the least radius of the rigid bod
 
 def selected_area_ratios(case: Case, mesh: Mesh | None) -> dict[str, float]:
     """Return the ratio of contact facet area to selected area for each contact for which both areas are known."""
-    found = {touch.name: _share(case, touch, mesh) for touch in case.contacts if mesh is not None}
+    found = {touch.name: _selected_area_ratio(case, touch, mesh) for touch in case.contacts if mesh is not None}
     return {name: share for name, share in found.items() if share is not None}
 
 
-def _share(case: Case, touch: Touch, mesh: Mesh) -> float | None:
+def _selected_area_ratio(case: Case, touch: Touch, mesh: Mesh) -> float | None:
     where = touch.thing.where
     if where == EVERYWHERE:
         return None

@@ -22,7 +22,7 @@ Results = Mapping[str, ModelResult | ReferenceResult]
 
 def judge(scene: Scene, results: Results, expectation: Expectation, states: Sequence[float] = ()) -> ExpectationResult:
     """Return whether the results meet an expectation, in every state unless the expectation names one."""
-    return replace(_verdict(scene, results, expectation, states), about=_named_metrics(expectation))
+    return replace(_evaluate_in_states(scene, results, expectation, states), about=_named_metrics(expectation))
 
 
 def _named_metrics(expectation: Expectation) -> tuple[tuple[str, str], ...]:
@@ -30,7 +30,9 @@ def _named_metrics(expectation: Expectation) -> tuple[tuple[str, str], ...]:
     return tuple(dict.fromkeys((name.parts[0], name.parts[1]) for name in find_metrics(expectation.node)))
 
 
-def _verdict(scene: Scene, results: Results, expectation: Expectation, states: Sequence[float]) -> ExpectationResult:
+def _evaluate_in_states(
+    scene: Scene, results: Results, expectation: Expectation, states: Sequence[float]
+) -> ExpectationResult:
     text, line = expectation.text, expectation.location.span.line
     named = names_in_expectation(expectation.node)
     missing = sorted(named - set(results) - set(scene.parameters))
@@ -40,8 +42,10 @@ def _verdict(scene: Scene, results: Results, expectation: Expectation, states: S
         reason = "; ".join(f"{name} was not computed ({results[name].status})" for name in left)
         return ExpectationResult(text, line, None, None, reason=reason, left_out=True)
     if not states or all(_needs_all_states(scene, name) for name in find_stateless_metrics(expectation.node)):
-        return _evaluate(expectation, _KnownValues(scene, results, states))
-    each = [_evaluate(expectation, _KnownValues(scene, results, states, number)) for number in range(len(states))]
+        return _evaluate_condition(expectation, _KnownValues(scene, results, states))
+    each = [
+        _evaluate_condition(expectation, _KnownValues(scene, results, states, number)) for number in range(len(states))
+    ]
     return _combine_states(each, states)
 
 
@@ -51,7 +55,7 @@ def _needs_all_states(scene: Scene, metric: str) -> bool:
     return declared is not None and declared.kind == "metric" and declared.thing.of_all_states
 
 
-def _evaluate(expectation: Expectation, known: _KnownValues) -> ExpectationResult:
+def _evaluate_condition(expectation: Expectation, known: _KnownValues) -> ExpectationResult:
     text, line = expectation.text, expectation.location.span.line
     place = Place(expectation.location.source, [])
     evaluator = Evaluator(place, known.of, known.scene.vocabulary, known.at)

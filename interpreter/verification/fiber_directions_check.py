@@ -112,7 +112,7 @@ def mixed_body_of(
 ) -> MixedBody:
     """Return cells in mixed formulation with their nodal pressures. Raises NoIndependentFormula."""
     if isinstance(case.material, ActiveStrain):
-        return _active_strain_mixed(case, points, cells, kind, u, pressures, rules)
+        return _active_strain_mixed_body(case, points, cells, kind, u, pressures, rules)
     material: Any = case.material
     axes, mu = axes_of(material), material.shear_modulus
     anywhere = fiber_axes_by_differences.split_off_pressure(material, np.eye(3)[None])
@@ -133,7 +133,7 @@ def _active_strain_body(case: Case, points: Floats, cells: Any, kind: str, u: Fl
     def at(X: Floats) -> Stress:
         psi = (
             fiber_axes_by_differences.energy_along_axes(law, axes_of(law)(X), law.bulk)
-            if _is_directed(law)
+            if _has_fiber_directions(law)
             else law.finite_law().psi
         )
         return EnergyStress(
@@ -146,7 +146,7 @@ def _active_strain_body(case: Case, points: Floats, cells: Any, kind: str, u: Fl
     return fiber_axes_by_differences.AnisotropicBody(points, cells, kind, u, TERM, stiff, False, case.depth, rules, at)
 
 
-def _active_strain_mixed(
+def _active_strain_mixed_body(
     case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any
 ) -> MixedBody:
     """Return cells of muscle with active strain in mixed formulation. Raises NoIndependentFormula.
@@ -155,8 +155,8 @@ def _active_strain_mixed(
     """
     muscle: Any = case.material
     law = muscle.law
-    plain = None if _is_directed(law) else split_law(law, "finite", law.young, law.poisson)
-    if plain is None and not _is_directed(law):
+    plain = None if _has_fiber_directions(law) else split_law(law, "finite", law.young, law.poisson)
+    if plain is None and not _has_fiber_directions(law):
         raise NoIndependentFormula(
             f"the material {type(law).__name__} cannot be split into isochoric and volumetric parts"
         )
@@ -175,7 +175,7 @@ def _active_strain_mixed(
     )
 
 
-def _is_directed(law: Any) -> bool:
+def _has_fiber_directions(law: Any) -> bool:
     return bool(getattr(law, "directed", False))
 
 

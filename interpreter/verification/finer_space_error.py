@@ -112,10 +112,10 @@ def solve_finer_space(
     from softmark.solvers.statics.static_equilibrium import NotConverged, equilibrium
 
     model: Fem = declared.thing
-    _must_fit(estimate_memory(solved.mesh))
+    _require_free_memory(estimate_memory(solved.mesh))
     try:
         above = build_finer_space(solved.mesh, None if model.mesh is not None else case.shape)
-        thing = _without_locking(model, representative_materials(case, solved.mesh), above.mesh.kind)
+        thing = _locking_free_model(model, representative_materials(case, solved.mesh), above.mesh.kind)
         budget.check()
         static, _ = build_static(thing, replace(declared, thing=thing), case, BuildContext(scene=scene), above.mesh)
         problem = static.problem
@@ -124,7 +124,7 @@ def solve_finer_space(
         x[problem.fixed] = problem.target
         static = interaction_setup.recenter_stabilization(static, x)
         problem = static.problem
-        _must_be_affordable(problem.assembly, solved, budget)
+        _require_affordable_tangent(problem.assembly, solved, budget)
         coarse = _LazyValue(lambda: CoarseLevel.of(above.P, below()[0], problem.assembly, below()[1]))
         if problem.assembly.saddle:  # pressures start from zero, so the first step says little
             state = equilibrium(replace(problem, start=x, watch=budget.check)).x
@@ -148,7 +148,7 @@ def finer_cells(model: Fem, case: Case, solved: DeformedMesh) -> tuple[Fem, Call
     """
     from softmark.solvers.mesh.mesh_refinement import UnmatchedFaces, build_finer_space, estimate_memory
 
-    _must_fit(estimate_memory(solved.mesh))
+    _require_free_memory(estimate_memory(solved.mesh))
 
     def make() -> Any:
         """Return the mesh of the finer space."""
@@ -158,10 +158,10 @@ def finer_cells(model: Fem, case: Case, solved: DeformedMesh) -> tuple[Fem, Call
             raise NoErrorEstimate(str(error) or UNMATCHED) from error
 
     kind = solved.mesh.element.finer
-    return _without_locking(model, representative_materials(case, solved.mesh), kind), make
+    return _locking_free_model(model, representative_materials(case, solved.mesh), kind), make
 
 
-def _must_be_affordable(assembly: Assembly, solved: DeformedMesh, budget: Budget) -> None:
+def _require_affordable_tangent(assembly: Assembly, solved: DeformedMesh, budget: Budget) -> None:
     """Raise BudgetExceeded if factorising the finer tangent exceeds the remaining budget.
 
     The cost grows with a power of the number of unknowns.
@@ -172,12 +172,12 @@ def _must_be_affordable(assembly: Assembly, solved: DeformedMesh, budget: Budget
         budget.must_hold((assembly.dofs / solved.displacement.size) ** FACTORS)
 
 
-def _must_be_elastic(case: Case) -> None:
+def _require_elastic_material(case: Case) -> None:
     if case.remembered:
         raise NoErrorEstimate("friction depends on the earlier states, which were not computed on the finer space")
 
 
-def _must_fit(needed: float) -> None:
+def _require_free_memory(needed: float) -> None:
     """Raise NoErrorEstimate if a finer space needs more than its allowed fraction of the free memory."""
     free = resource_limits.available_memory()
     if needed > SHARE * free:
@@ -192,7 +192,7 @@ def displacement_field(model: Fem, case: Case, mesh: DeformedMesh) -> CachedFiel
     return CachedField(displacement_of(mesh.mesh, mesh.displacement), stress_of(model, case, mesh), {})
 
 
-def _without_locking(model: Fem, materials: tuple[Any, ...], kind: str) -> Fem:
+def _locking_free_model(model: Fem, materials: tuple[Any, ...], kind: str) -> Fem:
     """Return the model for the finer cells, with an element that does not lock in place of one that does."""
     from softmark.solvers.materials import mixed_for
 
@@ -243,7 +243,7 @@ def solve_on_same_mesh(
     from softmark.solvers.statics.finer_space_solve import StateLost, solve_with_known_tangent
     from softmark.solvers.statics.static_equilibrium import NotConverged, equilibrium
 
-    _must_be_elastic(case)
+    _require_elastic_material(case)
     static, _ = build_static(declared.thing, declared, case, BuildContext(scene=scene), solved.mesh)
     u = np.ascontiguousarray(solved.displacement, dtype=np.float64).ravel()
     try:

@@ -56,8 +56,8 @@ def _verify(scene: Scene, declared: Declared, case: Case, prepared: Prepared, so
     solution = replace(solution, facts=facts)
     if solution.displacement is None:
         return solution
-    if (reason := _not_finite(solution)) is not None:
-        return _failed(solution, reason)
+    if (reason := _describe_nonfinite_numbers(solution)) is not None:
+        return _failed_solution(solution, reason)
     if solution.reduction_error is not None:
         from softmark.interpreter.verification.by_model.reduced_verifier import check_reduced_solution
 
@@ -77,21 +77,21 @@ def _verify(scene: Scene, declared: Declared, case: Case, prepared: Prepared, so
         )
     facts = facts | {"checks": to_plain_json(found)}
     if reason is not None:
-        return _failed(replace(solution, facts=facts), reason)
+        return _failed_solution(replace(solution, facts=facts), reason)
     inverted = _inverted_cell_warnings(declared, solution, found)
     notes = (*solution.notes, *inverted, *material_stability.stability_warnings(declared, found),
              *_unverified_warnings(declared, found))  # fmt: skip
     return replace(solution, facts=facts, notes=notes)
 
 
-def _failed(solution: Solution, reason: str) -> Solution:
+def _failed_solution(solution: Solution, reason: str) -> Solution:
     return Solution("failed", reason, solution.facts, notes=solution.notes)
 
 
 # ------------------------------------------------------------------ numbers
 
 
-def _not_finite(solution: Solution) -> str | None:
+def _describe_nonfinite_numbers(solution: Solution) -> str | None:
     """Return text that names the nonfinite numbers of a solution, or None."""
     mesh, history = solution.mesh, solution.history
     if mesh is not None and not solid_forces.is_finite([np.asarray(mesh.displacement)]):

@@ -92,7 +92,7 @@ def check_integrals(case: Case, mesh: DeformedMesh, pressures: bool) -> tuple[di
     for own, which in split_by_material(case, mesh):
         part = some_cells(mesh.mesh, which)
         for name, rows, seen in _integrands(own, part, pressures):
-            off = _volumes_off(seen, part)
+            off = _largest_volume_error(seen, part)
             worst = max(worst, off)
             if off > OFF and reason is None:
                 reason = f"the quadrature points of `{name}` miss the volume of a cell by {100 * off:.2g} %"
@@ -129,7 +129,7 @@ def _integrands(case: Case, mesh: Any, pressures: bool) -> Iterator[tuple[str, C
     yield "young" if isinstance(material.young, Profile) else "poisson", moduli, seen
 
 
-def _volumes_off(seen: Any, mesh: Any) -> float:
+def _largest_volume_error(seen: Any, mesh: Any) -> float:
     """Return the largest relative error of cell volumes by quadrature, among cells with special quadrature points."""
     if seen.rule is None:
         return 0.0
@@ -190,17 +190,17 @@ def integrate_by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, 
     grid = np.stack(np.meshgrid(*[np.arange(BOXES) / BOXES] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     low, size = grid, np.full_like(grid, 1.0 / BOXES)
     at, told = cell_to_cube(kind, hints), f(hints)
-    owner = _first_owners(at)
+    owner = _initial_box_numbers(at)
     total, error = np.zeros((4, len(close))), np.zeros(len(close))
     taken = 0
     for turn in range(ROUNDS + 1):
         values, own, off, bend = _integrate_boxes(kind, f, low, size)
-        surprise = _surprises(values, told, owner)
+        surprise = _excess_over_box_range(values, told, owner)
         if turn == 0 and surprise.any():  # what is seen in one place may be as narrow all along a layer of boxes
-            more = _layers(at, surprise.max(axis=0), low + 0.5 * size)
+            more = _points_in_layers(at, surprise.max(axis=0), low + 0.5 * size)
             at, told = np.concatenate([at, more]), np.concatenate([told, f(cube_to_cell(kind, more)[0])], axis=1)
-            owner = _first_owners(at)
-            surprise = _surprises(values, told, owner)
+            owner = _initial_box_numbers(at)
+            surprise = _excess_over_box_range(values, told, owner)
         beyond, some = np.zeros((len(close), len(low))), np.flatnonzero(surprise.any(axis=0))
         for g in range(len(close)):
             np.maximum.at(beyond[g], owner, surprise[g])
@@ -234,12 +234,12 @@ def integrate_by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, 
     return total, error
 
 
-def _first_owners(at: Floats) -> Any:
+def _initial_box_numbers(at: Floats) -> Any:
     """Return the number of the initial box that contains each point `at` (n, 3) of the unit cube, shape (n,)."""
     return (np.clip((at * BOXES).astype(int), 0, BOXES - 1) @ [BOXES**2, BOXES, 1]).astype(int)
 
 
-def _surprises(values: Floats, told: Floats, owner: Any) -> Floats:
+def _excess_over_box_range(values: Floats, told: Floats, owner: Any) -> Floats:
     """Return by how much values `told` (g, n) exceed the range of `values` in their boxes.
 
     The result (g, n) is zero unless the excess is larger than the range itself. `owner` is the box of each point.
@@ -249,7 +249,7 @@ def _surprises(values: Floats, told: Floats, owner: Any) -> Floats:
     return np.where(above > np.maximum((most - least)[:, owner], 0.0), above, 0.0)
 
 
-def _layers(at: Floats, surprise: Floats, centres: Floats) -> Floats:
+def _points_in_layers(at: Floats, surprise: Floats, centres: Floats) -> Floats:
     """Return added points (n, 3) in all boxes of each layer across an axis that contains an unexpected value.
 
     They lie at the height of the layer's point with the largest `surprise`.

@@ -193,11 +193,16 @@ def stability_warnings(declared: Declared, found: Mapping[str, Any]) -> Iterator
     """Yield a warning if a law loses ellipticity, or else stability."""
     if (known := found.get("gives_way")) is not None:
         less = found.get("drucker")
-        more = f"; Drucker's stability (Hencky strain) is violated in {_share(less)}" if less is not None else ""
+        more = (
+            f"; Drucker's stability (Hencky strain) is violated in {_format_unstable_fraction(less)}"
+            if less is not None
+            else ""
+        )
         yield diagnostic(
             "W366",
             declared.at(),
-            f"the law of `{declared.name}` loses ellipticity in {_share(known)}, most at {_where(known)}",
+            f"the law of `{declared.name}` loses ellipticity in "
+            f"{_format_unstable_fraction(known)}, most at {_format_unstable_point(known)}",
             f"not strongly elliptic{more}",
             "strain localizes in bands one cell wide, so the result depends on the mesh: use a law that "
             "is elliptic at these strains",
@@ -206,17 +211,18 @@ def stability_warnings(declared: Declared, found: Mapping[str, Any]) -> Iterator
         yield diagnostic(
             "W385",
             declared.at(),
-            f"the law of `{declared.name}` violates Drucker's stability in {_share(known)}, most at {_where(known)}",
+            f"the law of `{declared.name}` violates Drucker's stability in "
+            f"{_format_unstable_fraction(known)}, most at {_format_unstable_point(known)}",
             "stress decreases as strain increases",
             "this compares Kirchhoff stress with Hencky strain; the body may have several equilibria: "
             "use constants fitted at such strains, or another law",
         )
 
 
-def _share(known: Mapping[str, Any]) -> str:
+def _format_unstable_fraction(known: Mapping[str, Any]) -> str:
     return f"{units.format_volume_fraction(known['share'])} of the volume"
 
 
-def _where(known: Mapping[str, Any]) -> str:
+def _format_unstable_point(known: Mapping[str, Any]) -> str:
     stretches = ", ".join(f"{s:.3g}" for s in known["stretches"])
     return f"{units.format_vector(known['at_m'], units.LENGTH)}, where its principal stretches are {stretches}"

@@ -50,7 +50,7 @@ def error_of(view: View, metric: Metric | None, probe: ProbeResult | None) -> Me
         most = float(np.linalg.norm(own, axis=1).max(initial=0.0))
         if most == 0.0:
             return None
-        return MetricError(float(np.linalg.norm(off[-1])) / most, _period(modes.frequencies, np.abs(off[-1])))
+        return MetricError(float(np.linalg.norm(off[-1])) / most, _dominant_period(modes.frequencies, np.abs(off[-1])))
     last = metric is not None and metric.last
     X, u = (probe.points[-1:], probe.course[:, -1:]) if last else (probe.points, probe.course)
     along = None if metric is None else metric.direction
@@ -72,7 +72,7 @@ def _compare_motions(
     each = [float(np.linalg.norm(s)) for s in shapes] * np.abs(modes.error if not at_end else modes.error[-1:]).max(
         axis=0
     )
-    return MetricError(off / swing, _period(modes.frequencies, each), off)
+    return MetricError(off / swing, _dominant_period(modes.frequencies, each), off)
 
 
 def _is_about_motion(metric: Metric | None) -> bool:
@@ -88,7 +88,7 @@ def _largest(u: Floats) -> float:
     return float(np.sqrt((u.reshape(len(u), -1) ** 2).sum(axis=1)).max(initial=0.0))
 
 
-def _period(frequencies: Floats, shares: Floats) -> float:
+def _dominant_period(frequencies: Floats, shares: Floats) -> float:
     return float(2.0 * np.pi / frequencies[int(np.argmax(shares))])
 
 
@@ -102,7 +102,7 @@ def step_warnings(
     analysis = view.case.analysis
     if not isinstance(analysis, Dynamic) or view.step_errors is None or any(n.code == RESOLVED for n in notes):
         return ()
-    found = sorted(_errors(scene, view), key=lambda pair: -pair[1].relative)
+    found = sorted(_time_step_errors(scene, view), key=lambda pair: -pair[1].relative)
     wrong = [(name, error) for name, error in found if error.relative > WRONG]
     if not wrong:
         return ()
@@ -116,7 +116,8 @@ def step_warnings(
         diagnostic(
             "W420",
             declared.at(),
-            f"the time step of `{declared.name}` causes an error of {' and '.join(map(_in_words, wrong[:3]))}",
+            f"the time step of `{declared.name}` causes an error of "
+            f"{' and '.join(map(_format_metric_error, wrong[:3]))}",
             f"a step of {units.format_value(analysis.step, units.TIME)}",
             f"vibrations with a period of {period} dominate, resolved by "
             f"{worst.period / analysis.step:.2g} steps per period: use a step of {better} or less",
@@ -124,7 +125,7 @@ def step_warnings(
     )
 
 
-def _errors(scene: Scene, view: View) -> Iterator[tuple[str, MetricError]]:
+def _time_step_errors(scene: Scene, view: View) -> Iterator[tuple[str, MetricError]]:
     """Yield the time-step error of every metric of a view's body, by name; of its probes if it has no metrics."""
     metrics = scene.of_kind("metric")
     for name, metric in metrics.items():
@@ -139,7 +140,7 @@ def _errors(scene: Scene, view: View) -> Iterator[tuple[str, MetricError]]:
                 yield name, found
 
 
-def _in_words(pair: tuple[str, MetricError]) -> str:
+def _format_metric_error(pair: tuple[str, MetricError]) -> str:
     name, error = pair
     share = f"{100 * error.relative:.2g} % of its largest value"
     if error.length is None:

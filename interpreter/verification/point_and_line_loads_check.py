@@ -34,26 +34,26 @@ def at_points(at: Vector3, force: Vector3, case: Case, mesh: DeformedMesh) -> Fl
     Raises NoIndependentFormula.
     """
     if not case.planar:
-        return _at_point(at, force, mesh)
+        return _forces_at_one_point(at, force, mesh)
     x, y, _ = at
     rim, found = 0.5 * case.body.thing.thickness, np.zeros_like(mesh.points)
     for z, share in ((-rim, 1.0), (0.0, 4.0), (rim, 1.0)):
-        found += share / 6.0 * _at_point((x, y, z), force, mesh)
+        found += share / 6.0 * _forces_at_one_point((x, y, z), force, mesh)
     return found
 
 
-def _at_point(at: Vector3, force: Vector3, mesh: DeformedMesh) -> Floats:
+def _forces_at_one_point(at: Vector3, force: Vector3, mesh: DeformedMesh) -> Floats:
     """Return the nodal forces (n, 3), N, of a point load, from the shape functions of the cell around its point.
 
     The shape functions sum to one and reproduce the position of the point.
     """
-    nodes, N = _within_cells(mesh.mesh, np.array([at]))
+    nodes, N = _shape_functions_at_points(mesh.mesh, np.array([at]))
     found: Floats = np.zeros_like(mesh.points)
     np.add.at(found, nodes[0], N[0][:, None] * np.array(force))
     return found
 
 
-def _within_cells(mesh: Mesh, X: Floats) -> tuple[Ints, Floats]:
+def _shape_functions_at_points(mesh: Mesh, X: Floats) -> tuple[Ints, Floats]:
     """Return nodes (n, a) and shape functions (n, a) of the cells that contain points X (n, 3), m, by Newton's method.
 
     Points outside their cell, where a mesh cuts off a curved surface, keep the linear continuation of `locate`. Raises
@@ -86,7 +86,7 @@ def along_line(start: Vector3, end: Vector3, force: Vector3, mesh: Mesh) -> tupl
     found, unsure = np.zeros(len(mesh.points)), 0.0
     ends = np.array([[0.0, 1.0]])
     for halved in range(HALVED + 1):
-        coarse, fine = (_shares(mesh, begin, way, ends, rule) for rule in RULES)
+        coarse, fine = (_node_fractions_of_stretches(mesh, begin, way, ends, rule) for rule in RULES)
         apart = np.asarray(abs(fine - coarse).sum(axis=1)).ravel()
         done = (apart <= AGREE) | (halved == HALVED)
         found += np.asarray(fine.tocsr()[np.flatnonzero(done)].sum(axis=0)).ravel()
@@ -106,12 +106,12 @@ def _lobatto(points: int) -> tuple[Floats, Floats]:
     return x, 2.0 / (points * (points - 1) * P(x) ** 2)
 
 
-def _shares(mesh: Mesh, begin: Floats, way: Floats, ends: Floats, rule: int) -> coo_array:
+def _node_fractions_of_stretches(mesh: Mesh, begin: Floats, way: Floats, ends: Floats, rule: int) -> coo_array:
     """Return the fraction of each node in stretches with `ends` (k, 2), relative to the length: sparse (k, n)."""
     x, w = _lobatto(rule)
     step = np.diff(ends, axis=1)
     s, weights = ends[:, :1] + 0.5 * step * (x + 1.0), 0.5 * step * w
-    nodes, N = _within_cells(mesh, begin + s.ravel()[:, None] * way)
+    nodes, N = _shape_functions_at_points(mesh, begin + s.ravel()[:, None] * way)
     rows = np.repeat(np.arange(len(ends)), rule * nodes.shape[1])
     values = (weights.ravel()[:, None] * N).ravel()
     return coo_array((values, (rows, nodes.ravel())), shape=(len(ends), len(mesh.points)))

@@ -42,7 +42,7 @@ def check_balance(verifier: Verifier, found: VerifiedSolution) -> tuple[dict[str
     if not known or found.solution.carried is None:
         return {}, None
     carried = found.solution.carried()
-    scale, allowed = _measures(carried, known, float(found.solution.facts.get("residual") or 0.0))
+    scale, allowed = _force_scale_and_tolerance(carried, known, float(found.solution.facts.get("residual") or 0.0))
     again, noise, unknown = _independent_reactions(verifier, found) if scale != 0.0 else ({}, 0.0, None)
     if unknown is None and scale != 0.0:  # rigidly rotated cells have forces below rounding
         allowed += verifier.rounding(found)
@@ -52,7 +52,7 @@ def check_balance(verifier: Verifier, found: VerifiedSolution) -> tuple[dict[str
         return {"reactions": nothing}, None
     within = {pair.name for pair in found.case.pairs}  # of whose forces those on one side are told
     outer = {name: own for name, own in known.items() if name not in within}
-    force, moment = _relative(_total(carried, outer), carried, scale)
+    force, moment = _relative_imbalance(_resultant_of_reactions_and_loads(carried, outer), carried, scale)
     facts: dict[str, Any] = {"force": force, "moment": moment, "allowed": allowed / scale}
     reason = None
     if not carried.turns_freely:
@@ -67,7 +67,8 @@ def check_balance(verifier: Verifier, found: VerifiedSolution) -> tuple[dict[str
     if unknown is not None:
         return {"reactions": facts | {"apart": None, "reason": unknown}}, reason
     apart = min(
-        _reaction_distance(carried, own, again, scale) for own in (known, _rounded_reactions(found, carried) or known)
+        _reaction_distance(carried, own, again, scale)
+        for own in (known, _reactions_of_rounded_state(found, carried) or known)
     )
     if reason is None and not apart * scale <= max(allowed, _unverified_share(found.case) * scale) + noise:
         reason = (
@@ -76,7 +77,7 @@ def check_balance(verifier: Verifier, found: VerifiedSolution) -> tuple[dict[str
     return {"reactions": facts | {"apart": apart}}, reason
 
 
-def _rounded_reactions(found: VerifiedSolution, carried: NodalForces) -> Mapping[str, Reaction]:
+def _reactions_of_rounded_state(found: VerifiedSolution, carried: NodalForces) -> Mapping[str, Reaction]:
     """Return reactions in the rounded state that independent formulas use; empty if there is no such state.
 
     Reactions found by balancing constraint forces are as free of rounding as the reported ones.
@@ -119,19 +120,21 @@ def _unverified_share(case: Case) -> float:
     return MOST_UNSURE if any(load.thing.action.surface is not None for load in case.loads) else EXACT
 
 
-def _total(carried: NodalForces, known: Mapping[str, Reaction]) -> Wrench:
+def _resultant_of_reactions_and_loads(carried: NodalForces, known: Mapping[str, Reaction]) -> Wrench:
     """Return the sum of the forces and moments of supports and loads."""
     supports = (Wrench(np.array(r.force), np.array(r.moment)) for r in known.values())
     return sum((*supports, *carried.applied.values()), NOTHING)
 
 
-def _relative(left: Wrench, carried: NodalForces, scale: float) -> tuple[float, float]:
+def _relative_imbalance(left: Wrench, carried: NodalForces, scale: float) -> tuple[float, float]:
     """Return an unbalanced force, and its moment about the centre over the body's extent, relative to `scale`."""
     moment = np.linalg.norm(left.about(carried.middle)) / carried.extent
     return float(np.linalg.norm(left.force)) / scale, float(moment) / scale
 
 
-def _measures(carried: NodalForces, known: Mapping[str, Reaction], residual: float) -> tuple[float, float]:
+def _force_scale_and_tolerance(
+    carried: NodalForces, known: Mapping[str, Reaction], residual: float
+) -> tuple[float, float]:
     """Return the largest load or reaction, N, including moments over the body's extent, and the allowed imbalance, N.
 
     The size of a load is the sum of the sizes of its nodal forces: a uniform pressure has no resultant, but is a load.
@@ -156,7 +159,7 @@ def _reaction_distance(
     for name, own in known.items():
         other = again[name]
         apart = Wrench(np.array(own.force) - other.force, np.array(own.moment) - other.moment)
-        most = max(most, *_relative(apart, carried, scale))
+        most = max(most, *_relative_imbalance(apart, carried, scale))
     return most
 
 

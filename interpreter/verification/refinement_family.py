@@ -110,7 +110,7 @@ def extrapolate_limit(family: Family, where: SamplePoints) -> Limit:
     coarse, fine = (where.mean_square(c) for c in changes[-2:])
     # distances of the finest three from the finest, as values of one quantity
     found = estimate_convergence(list(zip(family.sizes[-3:], (fine + coarse, fine, 0.0), strict=True)))
-    doubt = family.unfit or found.reason or _not_asymptotic(found.order or 0.0, family, where, changes)
+    doubt = family.unfit or found.reason or _not_asymptotic_reason(found.order or 0.0, family, where, changes)
     left = family.tolerance * largest_norm(u[-1])  # what the solver leaves
     if doubt is None and found.order is not None:
         return _extrapolate(family, found.order, changes[-2:], left, where.X)
@@ -118,7 +118,7 @@ def extrapolate_limit(family: Family, where: SamplePoints) -> Limit:
     return Limit(family.name, family.fields[-1], SAFETY_TWO * apart + left, found.order, False, doubt)
 
 
-def _not_asymptotic(order: float, family: Family, where: SamplePoints, changes: list[Floats]) -> str | None:
+def _not_asymptotic_reason(order: float, family: Family, where: SamplePoints, changes: list[Floats]) -> str | None:
     """Return why a family is not in the asymptotic range, or None."""
     if not LOWEST <= order <= family.formal + ABOVE:
         return f"far from the theoretical order {family.formal:g}"
@@ -143,14 +143,16 @@ def _extrapolate(family: Family, order: float, changes: list[Floats], left: floa
         u = finest(X)
         return u + beyond * (u - second(X))
 
-    orders = _local_orders(family, [_local_mean(X, change) for change in changes], min(order, family.formal))
+    orders = _local_orders(
+        family, [_local_root_mean_square(X, change) for change in changes], min(order, family.formal)
+    )
     change = np.linalg.norm(changes[-1], axis=1)
     cautious = SAFETY_THREE * float((change / np.expm1(orders * finer)).max(initial=0.0))
     hidden = largest_norm(changes[-1]) / float(np.expm1(FIRST * finer))
     return Limit(family.name, displacement, max(cautious, hidden) + left, order, True, None)
 
 
-def _local_mean(X: Floats, change: Floats) -> Floats:
+def _local_root_mean_square(X: Floats, change: Floats) -> Floats:
     """Return the root mean square of a change (n, 3), m, over the neighbourhood of each point X (n, 3), shape (n,).
 
     A change has zeros between its waves, and a point on one of them would show any order.
@@ -228,16 +230,18 @@ def find_reference(
     for number, (method, size) in enumerate(steps, start=1):
         told = f"{reference.name}: {method.declared.name}, size = {units.format_value(size, units.LENGTH)}"
         say("reference", f"{told} ({number} of {len(steps)})")
-        members.append(_member(method, size, BuildContext(scene=scene, measured=measured)))
+        members.append(_solve_at_size(method, size, BuildContext(scene=scene, measured=measured)))
     families = [members[i : i + len(sizes)] for i in range(0, len(members), len(sizes))]
     where = _sample_mesh(families[0][0].mesh, points)
     shop = BuildContext(scene=scene, measured=measured)
-    limits = [_limit_of(m, f, where, shop) for m, f in zip(methods, families, strict=True)]
+    limits = [_extrapolate_method(m, f, where, shop) for m, f in zip(methods, families, strict=True)]
     best, error = combine_limits(limits, where)
     return ConvergedReference(best.displacement, error, _facts(methods, families, limits, best))
 
 
-def _limit_of(method: Method, members: Sequence[Member], where: SamplePoints, workshop: BuildContext) -> Limit:
+def _extrapolate_method(
+    method: Method, members: Sequence[Member], where: SamplePoints, workshop: BuildContext
+) -> Limit:
     """Return the limit of one method, whose error includes the parts of supports that the meshes miss."""
     unheld = _support_mismatch(method.case, members)
     family = Family(
@@ -254,7 +258,7 @@ def _limit_of(method: Method, members: Sequence[Member], where: SamplePoints, wo
     found = extrapolate_limit(family, where)
     if unheld is None:
         return found
-    wide = _member(replace(method, case=replace(method.case, wide=True)), members[-1].size, workshop)
+    wide = _solve_at_size(replace(method, case=replace(method.case, wide=True)), members[-1].size, workshop)
     apart = largest_norm(wide.displacement(where.X) - members[-1].displacement(where.X))
     return replace(found, estimate=found.estimate + apart)
 
@@ -269,7 +273,7 @@ def _support_mismatch(case: Case, members: Sequence[Member]) -> str | None:
     return None
 
 
-def _member(method: Method, size: float, workshop: BuildContext) -> Member:
+def _solve_at_size(method: Method, size: float, workshop: BuildContext) -> Member:
     """Solve one model at one cell size. Raises Fault, or NoLimit if it finds no equilibrium."""
     declared = method.at(size)
     model_builders.load(declared.thing)

@@ -23,7 +23,7 @@ def rounding_error(
     result: ModelResult, case: Case, mesh: DeformedMesh | None, cells: int, seen: ProbeResultUnderTest
 ) -> float:
     """Return the rounding error in the metric's unit. Raises NoErrorEstimate."""
-    facts, (far, cell) = result.solve, _coordinate_range(case, mesh, cells, seen)
+    facts, (far, cell) = result.solve, _largest_coordinate_and_shortest_side(case, mesh, cells, seen)
     if EPS * far > LOST * cell:
         raise NoErrorEstimate(
             f"it is so far from the origin that rounding errors reach {EPS * far / cell:.1g} of a cell"
@@ -38,7 +38,7 @@ def rounding_error(
     # differences of coordinates along a cell, of which strain is a part
     strain = float(checks.get("largest_strain") or 0.0)
     strain = strain or float(np.abs(seen.u).max(initial=0.0)) / _extent(case, mesh, seen)
-    strain = max(strain, _muscle_strain(case, mesh))
+    strain = max(strain, _free_muscle_strain(case, mesh))
     lost = EPS * far / (cell * strain) if strain > 0.0 else math.inf
     found = 10.0 * (max(USUAL, float(checks.get("rounding") or 0.0)) + lost)
     if not found <= COARSE:
@@ -48,7 +48,7 @@ def rounding_error(
     return found * seen.acting
 
 
-def _muscle_strain(case: Case, mesh: DeformedMesh | None) -> float:
+def _free_muscle_strain(case: Case, mesh: DeformedMesh | None) -> float:
     """Return the strain that active muscle would cause in an unsupported body; 0 without muscle."""
     if not any(hasattr(material, "passive") for material in case.materials):
         return 0.0
@@ -73,7 +73,7 @@ def _extent(case: Case, mesh: DeformedMesh | None, seen: ProbeResultUnderTest) -
     return float(bounds) or (along.length if (along := case.shape.swept) is not None else 0.0) or 1.0
 
 
-def _coordinate_range(
+def _largest_coordinate_and_shortest_side(
     case: Case, mesh: DeformedMesh | None, count: int, seen: ProbeResultUnderTest
 ) -> tuple[float, float]:
     """Return the largest coordinate, before or after deformation, and the shortest cell side, m."""

@@ -68,7 +68,7 @@ def _barrier_forces(pressing: Any, u: Floats) -> Floats:
     V = skin.places(u)
     p, x = V[skin.corners :], V[: skin.corners]
     pairs = deformable_friction_forces.find_candidate_pairs(p, x, skin.faces, pressing.distance)
-    pairs = pairs[_may_touch(skin, pairs[:, 0], pairs[:, 1], pressing.alone)]
+    pairs = pairs[_possible_contact_pairs(skin, pairs[:, 0], pairs[:, 1], pressing.alone)]
     f, back = deformable_friction_forces.contact_forces(
         p, x, skin.faces, pairs, 0.5 * skin.A, pressing.distance, pressing.stiffness
     )
@@ -117,7 +117,7 @@ def _spring_forces(points: Floats, one: Ints, other: Ints, u: Floats, k: float, 
         good = np.flatnonzero((np.abs(height) < reach) & (aside < ASIDE * reach) & facing)
         good = good[np.unique(pairs[good, 0], return_index=True)[1]]  # on a side of two triangles either will do
         at, corners = pairs[good, 0], other[home[pairs[good, 1]]]
-        M = solid_forces.shape_functions(kind, _local(points[corners], foot[good]))
+        M = solid_forces.shape_functions(kind, _local_coordinates(points[corners], foot[good]))
         apart = np.einsum("pa,pai->pi", N[at], u[facets[at]]) - np.einsum("pa,pai->pi", M, u[corners])
         f = k * A[at, None] * apart
         np.add.at(found, facets[at], -N[at][:, :, None] * f[:, None])
@@ -125,7 +125,7 @@ def _spring_forces(points: Floats, one: Ints, other: Ints, u: Floats, k: float, 
     return found
 
 
-def _local(corners: Floats, X: Floats) -> Floats:
+def _local_coordinates(corners: Floats, X: Floats) -> Floats:
     """Return local coordinates (p, 2) of points X (p, 3), m, on facets with nodes `corners` (p, a, 3), m.
 
     They are found by Gauss-Newton steps.
@@ -151,7 +151,7 @@ def _friction_forces(name: str, pair: Any, mesh: DeformedMesh, u: Floats) -> Flo
     V = skin.places(u)
     p, x = V[skin.corners + which], V[: skin.corners]
     pairs = deformable_friction_forces.find_candidate_pairs(p, x, skin.faces, pressing.distance)
-    pairs = pairs[_may_touch(skin, which[pairs[:, 0]], pairs[:, 1], pressing.alone)]
+    pairs = pairs[_possible_contact_pairs(skin, which[pairs[:, 0]], pairs[:, 1], pressing.alone)]
     area = 0.5 * skin.A[which]
     N = area[:, None] * deformable_friction_forces.contact_pressures(
         p, x, skin.faces, pairs, pressing.distance, pressing.stiffness
@@ -168,7 +168,7 @@ def _friction_forces(name: str, pair: Any, mesh: DeformedMesh, u: Floats) -> Flo
     return found
 
 
-def _may_touch(skin: Any, samples: Any, faces: Any, alone: bool) -> Any:
+def _possible_contact_pairs(skin: Any, samples: Any, faces: Any, alone: bool) -> Any:
     """Return a mask of the pairs of samples and faces (c,) that may be in contact.
 
     With `alone`, sample and face must be on different parts of the body; otherwise their facets must share no corner.

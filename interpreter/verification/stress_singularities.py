@@ -87,11 +87,11 @@ def _singular_points(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
         facets = facets[is_on_border(mesh.points, facets)]
     of_facets = np.all(held[facets], axis=1)  # (f, 3)
     free = ~np.any(of_facets, axis=1)
-    rim = _nodes_between(facets, np.all(of_facets, axis=1), free)
+    rim = _nodes_shared_by_facets(facets, np.all(of_facets, axis=1), free)
     sideways = any(material.poisson != 0.0 for material in case.materials)
     if len(rim) and sideways:
         yield _describe_edge(case, mesh, rim, whole=True), mesh.points[rim]
-    punched = _flat_continuations(mesh, facets, of_facets, free)
+    punched = _nodes_of_flat_continuations(mesh, facets, of_facets, free)
     if len(punched):
         yield _describe_edge(case, mesh, punched, whole=False), mesh.points[punched]
     ends = _interface_ends(case, mesh, facets, held) if sideways and case.parts else rim[:0]
@@ -114,8 +114,8 @@ def unbounded_displacement(case: Case, mesh: Mesh | None, X: Floats, u: Floats) 
     moved, edge = np.linalg.norm(u, axis=-1).reshape(-1, len(X)).max(axis=0), _edge_length(mesh)
     for load in case.loads:
         if (action := load.thing.action).points:
-            near = np.linalg.norm(level * (X - _nearest(action, X)), axis=1) < edge
-            if np.any(near & (_dent(action, case, edge) > TRIFLE * moved)):
+            near = np.linalg.norm(level * (X - _nearest_load_points(action, X)), axis=1) < edge
+            if np.any(near & (_unresolved_indentation(action, case, edge) > TRIFLE * moved)):
                 return load
     return None
 
@@ -130,13 +130,17 @@ def unbounded_work(metric: Metric, case: Case, mesh: Mesh | None, value: float) 
         if (action := load.thing.action).points:
             ends = _ends(action)
             length = float(np.linalg.norm(ends[-1] - ends[0])) if len(ends) > 1 else 1.0
-            work = length * float(np.linalg.norm(action.vector)) * _dent(action, case, _edge_length(mesh))
+            work = (
+                length
+                * float(np.linalg.norm(action.vector))
+                * _unresolved_indentation(action, case, _edge_length(mesh))
+            )
             if work > TRIFLE * abs(value):
                 return load
     return None
 
 
-def _dent(action: Action, case: Case, edge: float) -> float:
+def _unresolved_indentation(action: Action, case: Case, edge: float) -> float:
     """Return the displacement, m, that refinement adds under a force, by the solutions of Boussinesq and Flamant."""
     young = min(material.young for material in case.typical)
     across = edge if len(action.points) == 1 else 1.0  # of a line its force is per length already
@@ -157,7 +161,7 @@ def _ends(action: Action) -> Floats:
     return np.array([point for _, point in action.points])
 
 
-def _nearest(action: Action, X: Floats) -> Floats:
+def _nearest_load_points(action: Action, X: Floats) -> Floats:
     """Return the points of a force that are nearest to X (n, 3), m: (n, 3) for a line, (1, 3) for a point."""
     ends = _ends(action)
     if len(ends) == 1:
@@ -210,17 +214,19 @@ def held_directions(case: Case, mesh: Mesh) -> NDArray[np.bool_]:
     return held
 
 
-def _nodes_between(facets: NDArray[np.int64], some: NDArray[np.bool_], others: NDArray[np.bool_]) -> NDArray[np.int64]:
+def _nodes_shared_by_facets(
+    facets: NDArray[np.int64], some: NDArray[np.bool_], others: NDArray[np.bool_]
+) -> NDArray[np.int64]:
     """Return nodes that belong both to facets of one kind and to facets of another, by their masks (f,)."""
     return np.intersect1d(facets[some], facets[others]).astype(np.int64)
 
 
-def _flat_continuations(
+def _nodes_of_flat_continuations(
     mesh: Mesh, facets: NDArray[np.int64], of_facets: NDArray[np.bool_], free: NDArray[np.bool_]
 ) -> NDArray[np.int64]:
     """Return nodes where facets held only along their normal continue as free facets in the same plane, within FLAT."""
     slide = ~free & ~np.all(of_facets, axis=1)
-    rim = _nodes_between(facets, slide, free)
+    rim = _nodes_shared_by_facets(facets, slide, free)
     if not len(rim):
         return rim
     normals = facet_normals(mesh, facets)

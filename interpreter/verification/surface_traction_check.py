@@ -92,7 +92,7 @@ def mismatch(
     if any(load.thing.action.balanced for load in case.loads):
         return None
     mesh = stress.state.mesh
-    samples = _with_patches(metric, case, mesh, place, metric.samples(place, stress))
+    samples = _add_points_on_loaded_patches(metric, case, mesh, place, metric.samples(place, stress))
     points, facets, normals = _points_on_faces(case, mesh, samples.X)
     if not len(points):
         return None
@@ -105,11 +105,11 @@ def mismatch(
     row = np.searchsorted(sides.rows, chosen)
     tensors = sides.tensors
     here = Tensors(tensors.six[row], tensors.H[row], tensors.small)
-    corrected, worst = _nearest_admissible(here, boundary)
+    corrected, worst = _nearest_admissible_stresses(here, boundary)
     six, H = tensors.six.copy(), tensors.H.copy()
     six[row] = corrected
     change = corrected - here.six
-    H[row] += _gradient_change(case, sides.materials[row], change, stress)
+    H[row] += _displacement_gradient_change(case, sides.materials[row], change, stress)
     try:
         before, after = metric.values(tensors), metric.values(Tensors(six, H, tensors.small))
     except (Undefined, np.linalg.LinAlgError):
@@ -128,7 +128,7 @@ def mismatch(
     return TractionMismatch(max(abs(other - value), whole), samples.X[chosen[i]], *worst(i))
 
 
-def _with_patches(
+def _add_points_on_loaded_patches(
     metric: TensorMetric, case: Case, mesh: Mesh, place: ProbePlace, samples: ProbeSamples
 ) -> ProbeSamples:
     """Return the samples of a surface or volume, with one more point on every loaded part of a facet."""
@@ -154,7 +154,7 @@ def _with_patches(
     return ProbeSamples(X, shares, samples.materials)
 
 
-def _gradient_change(case: Case, materials: Ints, change: Floats, stress: Stresses) -> Floats:
+def _displacement_gradient_change(case: Case, materials: Ints, change: Floats, stress: Stresses) -> Floats:
     """Return the change of the displacement gradient (n, 9) for a change of stress (n, 6), Pa, by Hooke's law."""
     found = np.zeros((len(change), 9))
     for number in np.unique(materials).tolist():
@@ -199,7 +199,7 @@ def _points_on_faces(case: Case, mesh: Mesh, X: Floats) -> tuple[Ints, Ints, Flo
     known = _interpolate_normals(own, normals, points, rows, where.nodes, where.N)
     beyond = np.flatnonzero(where.outside > 0.0)
     if len(beyond):
-        nearest, N = _nearest(mesh, own, X[beyond])
+        nearest, N = _nearest_facets(mesh, own, X[beyond])
         points, rows = np.concatenate([points, beyond]), np.concatenate([rows, nearest])
         known = np.concatenate([known, np.einsum("pa,pai->pi", N, normals[nearest])])
     length = np.linalg.norm(known, axis=1, keepdims=True)
@@ -233,7 +233,7 @@ def _smooth_normals(mesh: Mesh, own: Ints) -> Floats:
     return found.reshape(own_normals.shape)
 
 
-def _nearest(mesh: Mesh, own: Ints, X: Floats) -> tuple[Ints, Floats]:
+def _nearest_facets(mesh: Mesh, own: Ints, X: Floats) -> tuple[Ints, Floats]:
     """Return the facet (n,) nearest to each point X (n, 3), m, outside a mesh, and weights of its nodes (n, a)."""
     from scipy.spatial import cKDTree
 
@@ -262,7 +262,7 @@ def _boundary(
     n = len(chosen)
     found = Boundary(np.zeros((n, FACES, 3)), np.zeros((n, FACES, 3)), np.zeros((n, FACES)),
                      np.zeros((n, FACES, 3), dtype=np.bool_), [()] * n)  # fmt: skip
-    held = _held_at(case, mesh, X[chosen]) | _is_in_contact(at_rest, X[chosen])[:, None]
+    held = _held_components_at_points(case, mesh, X[chosen]) | _contact_mask(at_rest, X[chosen])[:, None]
     acting = [_ActingLoad(case, load, mesh) for load in case.loads if load.thing.action.surface is not None]
     filled = np.zeros(n, dtype=np.int64)
     names: list[tuple[str, ...]] = [()] * n
@@ -282,7 +282,7 @@ def _boundary(
                 total, pressure = total + t, pressure + p
         if doubtful[i]:
             continue
-        k = _slot(found, i, int(filled[i]), normal, total, pressure)
+        k = _free_face_slot(found, i, int(filled[i]), normal, total, pressure)
         if k is None:  # the face is known already, or its traction contradicts the known one
             continue
         filled[i] = k + 1
@@ -293,7 +293,7 @@ def _boundary(
     return Boundary(found.normals, found.tractions, found.pressures, found.free, names)
 
 
-def _slot(found: Boundary, i: int, filled: int, normal: Floats, total: Floats, pressure: float) -> int | None:
+def _free_face_slot(found: Boundary, i: int, filled: int, normal: Floats, total: Floats, pressure: float) -> int | None:
     """Return the slot for a new face of a point; None if the face is known already, or if no slot is left."""
     for k in range(filled):
         if found.normals[i, k] @ normal > 0.99:
@@ -303,7 +303,7 @@ def _slot(found: Boundary, i: int, filled: int, normal: Floats, total: Floats, p
     return filled if filled < FACES else None
 
 
-def _held_at(case: Case, mesh: Mesh, X: Floats) -> Bools:
+def _held_components_at_points(case: Case, mesh: Mesh, X: Floats) -> Bools:
     """Return a mask of the components that supports hold at points X (n, 3), m, by the nodes around each point."""
     held = held_directions(case, mesh)
     where = locate_points(mesh, X)
@@ -312,7 +312,7 @@ def _held_at(case: Case, mesh: Mesh, X: Floats) -> Bools:
     return found
 
 
-def _is_in_contact(at_rest: Any, X: Floats) -> Bools:
+def _contact_mask(at_rest: Any, X: Floats) -> Bools:
     """Return a mask of the points X (n, 3), m, at which contact pressure acts (n,)."""
     found = np.zeros(len(X), dtype=np.bool_)
     for touch in getattr(at_rest, "touches", {}).values():
@@ -354,7 +354,7 @@ class _ActingLoad:
         return known
 
 
-def _nearest_admissible(tensors: Tensors, known: Boundary) -> tuple[Floats, Any]:
+def _nearest_admissible_stresses(tensors: Tensors, known: Boundary) -> tuple[Floats, Any]:
     """Return the nearest stresses (n, 6), Pa, that satisfy known tractions, and a function to describe a mismatch."""
     S, normals = tensors.cauchy.copy(), known.normals
     n, wanted = normals.copy(), known.tractions - known.pressures[:, :, None] * normals
@@ -364,7 +364,7 @@ def _nearest_admissible(tensors: Tensors, known: Boundary) -> tuple[Floats, Any]
         area = np.linalg.norm(turned, axis=2, keepdims=True)
         n = turned / np.where(area > 0.0, area, 1.0)
         wanted = known.tractions / np.where(area > 0.0, area, 1.0) - known.pressures[:, :, None] * n
-    free = known.free & ~_is_conflicting(n, wanted, known.free)[:, None, None]
+    free = known.free & ~_conflicting_edge_points(n, wanted, known.free)[:, None, None]
     first = np.where(free, np.einsum("nij,nfj->nfi", S, n) - wanted, 0.0)
     acting = free.any(axis=2)
     for _ in range(ROUNDS if acting.sum(axis=1).max(initial=0) > 1 else 1):
@@ -377,7 +377,7 @@ def _nearest_admissible(tensors: Tensors, known: Boundary) -> tuple[Floats, Any]
     return six, partial(_worst_mismatch, tensors.cauchy, n, wanted, first, known.loads)
 
 
-def _is_conflicting(n: Floats, wanted: Floats, free: Bools) -> Bools:
+def _conflicting_edge_points(n: Floats, wanted: Floats, free: Bools) -> Bools:
     """Return a mask of the points (n,) on edges where no symmetric stress satisfies the tractions of both faces.
 
     An example is the edge between a sheared and a free face.

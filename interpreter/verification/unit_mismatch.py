@@ -54,13 +54,13 @@ def _probes_off_by_factor(
     """Yield each probe at which another result differs by such a factor, with that result and the factor as text."""
     for other in others:
         for name in (n for n in own if n in other.probes):
-            mine, theirs = _size(own[name]), _size(other.probes[name])
+            mine, theirs = _largest_probe_displacement(own[name]), _largest_probe_displacement(other.probes[name])
             for factor, words in FACTORS.items():
                 if theirs > 0.0 and abs(mine / theirs / factor - 1.0) <= NEAR:
                     yield name, other.name, words
 
 
-def _size(seen: ProbeResult) -> float:
+def _largest_probe_displacement(seen: ProbeResult) -> float:
     """Return the largest displacement of the points of a probe, m."""
     u = seen.displacement if seen.course is None else seen.course
     return float(np.linalg.norm(u, axis=-1).max(initial=0.0))

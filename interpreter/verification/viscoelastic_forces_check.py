@@ -38,18 +38,24 @@ def deformation_history(case: Case, strain: str, mesh: DeformedMesh, points: int
         raise NoIndependentFormula(f"the history of {len(past.times)} steps is too long to be verified")
     g, tau = (np.array(column) for column in zip(*material.branches, strict=True))
     return DisplacementHistory(
-        past.times, past.states, _part(material, strain), g, tau, _measure(material, strain), case.depth
+        past.times,
+        past.states,
+        _relaxing_stress(material, strain),
+        g,
+        tau,
+        _history_strain_measure(material, strain),
+        case.depth,
     )
 
 
-def _measure(material: Any, strain: str) -> Measure:
+def _history_strain_measure(material: Any, strain: str) -> Measure:
     """Return the name of the strain measure in which a viscoelastic material's history is recorded."""
     if strain == "finite":
         return "green" if material.of == "whole" else "shape"
     return "small" if strain == "small" else "turned"
 
 
-def _part(material: Any, strain: str) -> solid_forces.Stress:
+def _relaxing_stress(material: Any, strain: str) -> solid_forces.Stress:
     """Return the relaxing part of the stress: by Hooke's law, or by differences of the energy at finite strain.
 
     Raises NoIndependentFormula.

@@ -157,22 +157,22 @@ def with_predicted_pressures(assembly: Assembly, x: Floats, d: Floats | None) ->
     If d is None, it uses the pressures that a corotational law has in x. Return None if none of the energies can use
     predicted pressures.
     """
-    if not any(_uses_pressures(e) for e in assembly.internal):
+    if not any(_can_use_pressures(e) for e in assembly.internal):
         return None
-    return assembly.with_internal([_with_expected_pressures(e, x, d) for e in assembly.internal])
+    return assembly.with_internal([_energy_with_predicted_pressures(e, x, d) for e in assembly.internal])
 
 
-def _uses_pressures(energy: Energy) -> bool:
+def _can_use_pressures(energy: Energy) -> bool:
     """Return whether an energy can use predicted pressures."""
     if isinstance(energy, EnergySum):
-        return any(_uses_pressures(part) for part in energy.parts)
+        return any(_can_use_pressures(part) for part in energy.parts)
     return isinstance(energy, MixedPoints | MeanDilatation)
 
 
-def _with_expected_pressures(energy: Energy, x: Floats, d: Floats | None) -> Energy:
+def _energy_with_predicted_pressures(energy: Energy, x: Floats, d: Floats | None) -> Energy:
     """Return an energy whose tangent uses predicted pressures (see `with_predicted_pressures`)."""
     if isinstance(energy, EnergySum):
-        return replace(energy, parts=tuple(_with_expected_pressures(part, x, d) for part in energy.parts))
+        return replace(energy, parts=tuple(_energy_with_predicted_pressures(part, x, d) for part in energy.parts))
     if not isinstance(energy, MixedPoints | MeanDilatation):
         return energy
     if d is not None:

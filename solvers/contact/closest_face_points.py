@@ -13,15 +13,15 @@ def closest_point_weights(p: Floats, t: Floats) -> Floats:
     `p` (c, d), m, are the points and `t` (c, k, d), m, the corners of one face for each point.
     """
     if t.shape[1] == 2:
-        return _segment_weights(p, t)
-    found = _triangle_plane_weights(p, t)
+        return _closest_segment_weights(p, t)
+    found = _projected_barycentric_coordinates(p, t)
     out = np.flatnonzero((found < 0.0).any(axis=1))
     best = np.full(len(out), np.inf)
     for i, j in ((0, 1), (1, 2), (2, 0)):
-        two = _segment_weights(p[out], t[out][:, [i, j]])
+        two = _closest_segment_weights(p[out], t[out][:, [i, j]])
         own = np.zeros((len(out), 3))
         own[:, [i, j]] = two
-        far = np.linalg.norm(_vectors_from(own, p[out], t[out]), axis=1)
+        far = np.linalg.norm(_vectors_from_face_points(own, p[out], t[out]), axis=1)
         nearer = far < best
         found[out[nearer]], best = own[nearer], np.minimum(far, best)
     return found
@@ -29,7 +29,7 @@ def closest_point_weights(p: Floats, t: Floats) -> Floats:
 
 def vectors_from_closest_points(p: Floats, t: Floats) -> Floats:
     """Return the vectors (c, d), m, from the closest points on faces t (c, k, d) to the points p (c, d)."""
-    return _vectors_from(closest_point_weights(p, t), p, t)
+    return _vectors_from_face_points(closest_point_weights(p, t), p, t)
 
 
 def nearest_pair_of_each(of: Ints, far: Floats) -> Ints:
@@ -42,7 +42,7 @@ def nearest_pair_of_each(of: Ints, far: Floats) -> Ints:
     return found
 
 
-def _vectors_from(shares: Floats, p: Floats, t: Floats) -> Floats:
+def _vectors_from_face_points(shares: Floats, p: Floats, t: Floats) -> Floats:
     """Return the vectors (c, d), m, from points on faces t (c, k, d) to the points p (c, d).
 
     `shares` (c, k) are the shape functions of the face corners at the points on the faces.
@@ -51,14 +51,14 @@ def _vectors_from(shares: Floats, p: Floats, t: Floats) -> Floats:
     return found
 
 
-def _segment_weights(p: Floats, t: Floats) -> Floats:
+def _closest_segment_weights(p: Floats, t: Floats) -> Floats:
     """Return the shape functions (c, 2) of the ends of segments t (c, 2, d) at the points closest to p (c, d)."""
     a = t[:, 1] - t[:, 0]
     s = np.clip(np.einsum("ci,ci->c", p - t[:, 0], a) / np.einsum("ci,ci->c", a, a), 0.0, 1.0)
     return np.stack([1.0 - s, s], axis=1)
 
 
-def _triangle_plane_weights(p: Floats, t: Floats) -> Floats:
+def _projected_barycentric_coordinates(p: Floats, t: Floats) -> Floats:
     """Return barycentric coordinates (c, 3) of points p (c, 3) projected onto planes of triangles t (c, 3, 3)."""
     a, b, r = t[:, 1] - t[:, 0], t[:, 2] - t[:, 0], p - t[:, 0]
     n = np.cross(a, b)

@@ -93,8 +93,8 @@ def build_contact_surface(
     facets = np.flatnonzero(is_on_border(mesh.points, mesh.facets)) if flat else np.arange(len(mesh.facets))
     sampled = facets if where is None else np.intersect1d(facets, where)
     split = _subdivide_into_lines if flat else subdivide_facet
-    nodes, N, faces, home = _build_corners(mesh, facets, parts, split)
-    of, inside, A = _place_samples(mesh, sampled, parts, flat)
+    nodes, N, faces, home = _build_corners_and_faces(mesh, facets, parts, split)
+    of, inside, A = _build_sample_points(mesh, sampled, parts, flat)
     rows = sparse.vstack([N, inside]).tocsr()
     d = 2 if flat else 3
     X = rows @ mesh.points
@@ -159,7 +159,7 @@ def _runs_along_z(mesh: Mesh, facets: Ints) -> Any:
     return np.abs(z[:, 1] - z[:, 0]) > 0.5 * np.ptp(z, axis=1)
 
 
-def _shape_functions(mesh: Mesh, facets: Ints, xi: Floats, flat: bool) -> Floats:
+def _slice_averaged_shape_functions(mesh: Mesh, facets: Ints, xi: Floats, flat: bool) -> Floats:
     """Return shape functions (f, p, k) of facets at local points xi (p, 2); for a slice, averaged over its thickness.
 
     Pressure on a slice is uniform through its thickness. Forces only at mid-thickness would bend facets of eight nodes.
@@ -174,7 +174,7 @@ def _shape_functions(mesh: Mesh, facets: Ints, xi: Floats, flat: bool) -> Floats
     return found
 
 
-def _shape_function_rows(mesh: Mesh, facets: Ints, N: Floats) -> Any:
+def _shape_function_matrix(mesh: Mesh, facets: Ints, N: Floats) -> Any:
     """Return shape functions N (f, p, k) of facets as a sparse matrix (f p, n) over all n nodes."""
     f, p, k = N.shape
     columns = np.repeat(mesh.facets[facets][:, None, :], p, axis=1)
@@ -185,7 +185,7 @@ def _shape_function_rows(mesh: Mesh, facets: Ints, N: Floats) -> Any:
     return found
 
 
-def _build_corners(mesh: Mesh, facets: Ints, parts: int, split: Any) -> tuple[Ints, Any, Ints, Ints]:
+def _build_corners_and_faces(mesh: Mesh, facets: Ints, parts: int, split: Any) -> tuple[Ints, Any, Ints, Ints]:
     """Return the corners and faces of the split facets, with corners shared by several facets merged.
 
     The result is: one mesh node near each corner (c,), sparse shape-function rows of the corners (c, n), faces (t, d),
@@ -193,7 +193,7 @@ def _build_corners(mesh: Mesh, facets: Ints, parts: int, split: Any) -> tuple[In
     """
     xi, small = split(mesh.facets.shape[1], parts)
     flat = small.shape[1] == 2
-    rows = _shape_function_rows(mesh, facets, _shape_functions(mesh, facets, xi, flat))
+    rows = _shape_function_matrix(mesh, facets, _slice_averaged_shape_functions(mesh, facets, xi, flat))
     mark = rows @ np.random.default_rng(0).random(
         (len(mesh.points), 2)
     )  # two random numbers per node identify a corner
@@ -216,7 +216,7 @@ def _find_reversed_lines(mesh: Mesh, facets: Ints, rows: Any, xi: Floats) -> Any
     return along[:, 1] * out[:, 0] - along[:, 0] * out[:, 1] < 0.0
 
 
-def _place_samples(mesh: Mesh, facets: Ints, parts: int, flat: bool) -> tuple[Ints, Any, Floats]:
+def _build_sample_points(mesh: Mesh, facets: Ints, parts: int, flat: bool) -> tuple[Ints, Any, Floats]:
     """Return the samples of facets: the facet (s,), the shape-function row (s, n) and the area (s,), m^2, of each.
 
     Samples are the Gauss points of the parts of facets. Half of the pressure on a facet acts on its own samples. The
@@ -236,7 +236,9 @@ def _place_samples(mesh: Mesh, facets: Ints, parts: int, flat: bool) -> tuple[In
         weights = np.tile(half * w, parts)
     else:
         xi, weights = _gauss_points_of_parts(k, parts)
-    N = 2.0 * _shape_functions(mesh, facets, xi, flat) - _piecewise_linear_functions(mesh, facets, xi, parts, flat)
+    N = 2.0 * _slice_averaged_shape_functions(mesh, facets, xi, flat) - _piecewise_linear_shape_functions(
+        mesh, facets, xi, parts, flat
+    )
     G = np.broadcast_to(facet.gradient(xi), (len(facets), len(xi), k, 2)).copy()
     if flat:
         turned = _runs_along_z(mesh, facets)
@@ -245,13 +247,13 @@ def _place_samples(mesh: Mesh, facets: Ints, parts: int, flat: bool) -> tuple[In
     area = np.linalg.norm(np.cross(t[0], t[1]), axis=2)
     if flat:
         area = 2.0 * area  # of the whole thickness: the other coordinate runs from -1 to 1
-    return np.repeat(facets, len(xi)), _shape_function_rows(mesh, facets, N), (area * weights).ravel()
+    return np.repeat(facets, len(xi)), _shape_function_matrix(mesh, facets, N), (area * weights).ravel()
 
 
-def _piecewise_linear_functions(mesh: Mesh, facets: Ints, xi: Floats, parts: int, flat: bool) -> Floats:
+def _piecewise_linear_shape_functions(mesh: Mesh, facets: Ints, xi: Floats, parts: int, flat: bool) -> Floats:
     """Return shape functions interpolated linearly on each part of a facet (f, p, k), at local points xi (p, 2)."""
     corners, small = (_subdivide_into_lines if flat else subdivide_facet)(mesh.facets.shape[1], parts)
-    N = _shape_functions(mesh, facets, corners, flat)
+    N = _slice_averaged_shape_functions(mesh, facets, corners, flat)
     if flat:
         at = 0.5 * parts * (xi[:, 0] + 1.0)
         part = np.minimum(at.astype(np.int64), parts - 1)

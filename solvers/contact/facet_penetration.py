@@ -129,19 +129,19 @@ class SearchedFacets:
             turned = np.abs(z[:, 1] - z[:, 0]) > 0.5 * np.ptp(z, axis=1)
             along = np.where(turned[:, None], (0.0, 1.0), (1.0, 0.0))
             across = 3.0**-0.5 * along[:, ::-1]
-            line = FacetParts(kind, each, each, np.zeros_like(along), along[:, None], across, -1.0, _in_square)
-            return (_split_parts(line, ((-1.0,), (1.0,))) if curved else line,)
+            line = FacetParts(kind, each, each, np.zeros_like(along), along[:, None], across, -1.0, _is_in_square)
+            return (_subdivide_regions(line, ((-1.0,), (1.0,))) if curved else line,)
         axes = np.broadcast_to(np.eye(2), (len(each), 2, 2))
         none, low, has = (
             np.zeros((len(each), 2)),
             -1.0 if kind.square else 0.0,
-            _in_square if kind.square else _in_triangle,
+            _is_in_square if kind.square else _is_in_triangle,
         )
         whole, sides = FacetParts(kind, each, each, none, axes, none, low, has), self._sides(kind)
         if not curved:
             return whole, sides
         quarters = kind.rim if kind.square else ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), None)
-        return _split_parts(whole, quarters), _split_parts(sides, ((0.0,), (1.0,)))
+        return _subdivide_regions(whole, quarters), _subdivide_regions(sides, ((0.0,), (1.0,)))
 
     def _sides(self, kind: Any) -> FacetParts:
         """Return the sides of facets of element class `kind`; a side shared by two facets is returned once."""
@@ -152,11 +152,11 @@ class SearchedFacets:
         rim = np.array(kind.rim)
         a, b = rim[side], np.roll(rim, -1, axis=0)[side]
         return FacetParts(
-            kind, facet, len(self.of) + np.arange(len(first)), a, (b - a)[:, None], 0.0 * a, 0.0, _in_triangle
+            kind, facet, len(self.of) + np.arange(len(first)), a, (b - a)[:, None], 0.0 * a, 0.0, _is_in_triangle
         )
 
 
-def _split_parts(parts: FacetParts, corners: Any) -> FacetParts:
+def _subdivide_regions(parts: FacetParts, corners: Any) -> FacetParts:
     """Return regions split into smaller ones, one at each of the given corners.
 
     In the list `corners`, None stands for the inverted triangle in the middle of a triangle.
@@ -171,12 +171,12 @@ def _split_parts(parts: FacetParts, corners: Any) -> FacetParts:
     return FacetParts(parts.kind, facet, which, a, way, across, parts.low, parts.has)
 
 
-def _in_square(t: Floats) -> NDArray[np.bool_]:
+def _is_in_square(t: Floats) -> NDArray[np.bool_]:
     """Return whether coordinates t (..., m) lie in the square, or on the line, from -1 to 1."""
     return np.asarray((np.abs(t) <= 1.0).all(axis=-1))
 
 
-def _in_triangle(t: Floats) -> NDArray[np.bool_]:
+def _is_in_triangle(t: Floats) -> NDArray[np.bool_]:
     """Return whether coordinates t (..., m) lie in the unit triangle, or on the line from 0 to 1."""
     return np.asarray((t >= 0.0).all(axis=-1) & (t.sum(axis=-1) <= 1.0))
 
@@ -224,7 +224,10 @@ def search_penetration(contact: RigidContact, x: Floats) -> tuple[AddedContactPo
                 contact, parts.some(np.flatnonzero(deep)), where[parts.facet][deep], t[deep], g[deep]
             )
         behind |= bool(deep.any())
-        for on, plane in ((deep | (inside & held), _deepest_planes), (held & ~inside, _border_planes)):
+        for on, plane in (
+            (deep | (inside & held), _planes_at_deepest_points),
+            (held & ~inside, _planes_at_region_borders),
+        ):
             if on.any():
                 some = np.flatnonzero(on)
                 own = parts.some(some)
@@ -232,7 +235,7 @@ def search_penetration(contact: RigidContact, x: Floats) -> tuple[AddedContactPo
                     _make_added_points(contact, facets, own, *plane(contact, own, where[own.facet], t[some], g[some]))
                 )
     if behind or presses_off_surface(contact, x):
-        return _concatenate_movable(
+        return _concatenate_movable_points(
             [one for one in found if len(one)], contact
         ), not behind and not presses_off_surface(contact, x, MOST)
     return None, True
@@ -305,7 +308,7 @@ def _refine_deepest_points(parts: FacetParts, where: Floats, gap: Gap, t: Floats
 Planes = tuple[tuple[Floats, Floats], Floats, Floats]  # t (k, m) and ways, c (k, 3), m, and normals (k, 3)
 
 
-def _deepest_planes(contact: RigidContact, parts: FacetParts, where: Floats, t: Floats, g: Floats) -> Planes:
+def _planes_at_deepest_points(contact: RigidContact, parts: FacetParts, where: Floats, t: Floats, g: Floats) -> Planes:
     """Return new coordinates of added points, and the planes (points and normals) to keep them in front of.
 
     t (k, m) are the coordinates of the deepest points of the regions, and g (k,), m, their gaps.
@@ -322,7 +325,7 @@ def _deepest_planes(contact: RigidContact, parts: FacetParts, where: Floats, t: 
     return _step_towards_deepest(contact, parts, t), c - left[:, None] * out, normals
 
 
-def _border_planes(contact: RigidContact, parts: FacetParts, where: Floats, t: Floats, g: Floats) -> Planes:
+def _planes_at_region_borders(contact: RigidContact, parts: FacetParts, where: Floats, t: Floats, g: Floats) -> Planes:
     """Return coordinates and planes for added points whose regions are now deepest at their border.
 
     The planes keep the points where they are on the rigid body. If an edge of the rigid body lies in a facet, it
@@ -333,7 +336,7 @@ def _border_planes(contact: RigidContact, parts: FacetParts, where: Floats, t: F
     c, n = (own[which] for own in contact.planes(contact.body))
     t, _ = _find_deepest_points(parts, where, lambda y: np.asarray(np.linalg.norm(y - c[:, None], axis=2)))
     x, y = (np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.beside))
-    normals = np.array([_component_across(*both) for both in zip(y - x, n, strict=True)])
+    normals = np.array([_component_perpendicular_to_region(*both) for both in zip(y - x, n, strict=True)])
     return (t, np.full((len(t), 2, 2), np.nan)), c, normals / np.linalg.norm(normals, axis=1)[:, None]
 
 
@@ -401,12 +404,12 @@ def _common_normal(ways: Floats, n: Floats) -> Floats:
 
     sides = _tangent_basis(ways)
     along = np.vstack([*(n @ side for side in sides), np.ones(len(n))])
-    found = _component_across(ways, nnls(along, np.array([*np.zeros(len(sides)), 1.0]))[0] @ n)
+    found = _component_perpendicular_to_region(ways, nnls(along, np.array([*np.zeros(len(sides)), 1.0]))[0] @ n)
     means = (found, np.asarray(n.mean(axis=0)))
     return next((one for one in means if float(np.linalg.norm(one)) > FLATTEST), n[0])
 
 
-def _component_across(ways: Floats, n: Floats) -> Floats:
+def _component_perpendicular_to_region(ways: Floats, n: Floats) -> Floats:
     """Return the component (3,) of a vector n (3,) perpendicular to a region, given vectors `ways` (q, 3) along it."""
     sides = _tangent_basis(ways)
     found: Floats = n - sides.T @ (sides @ n)
@@ -419,7 +422,7 @@ def _tangent_basis(ways: Floats) -> Floats:
     return found
 
 
-def _concatenate_movable(found: list[AddedContactPoints], contact: RigidContact) -> AddedContactPoints | None:
+def _concatenate_movable_points(found: list[AddedContactPoints], contact: RigidContact) -> AddedContactPoints | None:
     """Return all found points that have at least one free node, as one set; None if there are none."""
     if not found:
         return None

@@ -53,7 +53,7 @@ def find_overlaps(mesh: Mesh, one: Ints, other: Ints, reach: float) -> FacetOver
     A = np.outer(area, 2.0 * w).ravel()
     first, second = np.repeat(first, len(w)), np.repeat(second, len(w))
     places = _project_to_facets(mesh, first, X), _project_to_facets(mesh, second, X)
-    here, there = (_positions(mesh, facets, xi) for facets, xi in zip((first, second), places, strict=True))
+    here, there = (_facet_point_positions(mesh, facets, xi) for facets, xi in zip((first, second), places, strict=True))
     return FacetOverlaps(first, second, *places, A, here, np.linalg.norm(here - there, axis=1))
 
 
@@ -137,7 +137,7 @@ def _doubled_area(p: Any, q: Any, c: Any) -> float:
     return float((q[0] - p[0]) * (c[1] - p[1]) - (q[1] - p[1]) * (c[0] - p[0]))
 
 
-def _positions(mesh: Mesh, facets: Ints, xi: Floats) -> Floats:
+def _facet_point_positions(mesh: Mesh, facets: Ints, xi: Floats) -> Floats:
     """Return the positions (p, 3), m, of points with local coordinates xi (p, 2) on facets (p,) at rest."""
     found: Floats = np.einsum("pa,pai->pi", FACETS[mesh.facets.shape[1]].shape(xi), mesh.points[mesh.facets[facets]])
     return found

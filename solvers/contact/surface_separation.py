@@ -27,7 +27,7 @@ def least_facing_distance(V: Floats, faces: Ints, normals: Floats) -> float | No
     for column in faces.T:
         np.add.at(own, column, normals)
     own /= np.maximum(np.linalg.norm(own, axis=1, keepdims=True), 1e-300)
-    around = _faces_at_corners(faces, len(V))
+    around = _faces_around_corners(faces, len(V))
     middles = V[faces].mean(axis=1)
     radii = np.linalg.norm(V[faces] - middles[:, None], axis=2).max(axis=1)
     best, rows = np.inf, max(1, CHUNK // len(faces))
@@ -38,7 +38,7 @@ def least_facing_distance(V: Floats, faces: Ints, normals: Floats) -> float | No
         size = far[p, f] + radii[f]
         against = (np.einsum("ci,ci->c", way, normals[f]) < radii[f]) & (size > 0.0)
         p, f = p[against], f[against]
-        p, f = _sort_by_distance(some, p, f, far, radii)
+        p, f = _sort_pairs_by_distance(some, p, f, far, radii)
         for cut in np.array_split(np.arange(len(p)), range(CHUNK // 20, len(p), CHUNK // 20)):
             best = min(best, _least_distance_of_pairs(V, faces, (normals, own, around), some[p[cut]], f[cut]))
             if not len(cut) or best <= float((far[p[cut], f[cut]] - radii[f[cut]]).max()):
@@ -46,7 +46,7 @@ def least_facing_distance(V: Floats, faces: Ints, normals: Floats) -> float | No
     return best
 
 
-def _sort_by_distance(some: Ints, p: Ints, f: Ints, far: Floats, radii: Floats) -> tuple[Ints, Ints]:
+def _sort_pairs_by_distance(some: Ints, p: Ints, f: Ints, far: Floats, radii: Floats) -> tuple[Ints, Ints]:
     """Return pairs of corners p and faces f, sorted by a lower bound of their distance.
 
     `far` (corners, faces), m, are distances to the centres of the faces, and `radii` (f,), m, the sizes of the faces.
@@ -55,7 +55,7 @@ def _sort_by_distance(some: Ints, p: Ints, f: Ints, far: Floats, radii: Floats) 
     return p[order], f[order]
 
 
-def _faces_at_corners(faces: Ints, count: int) -> tuple[Ints, Ints]:
+def _faces_around_corners(faces: Ints, count: int) -> tuple[Ints, Ints]:
     """Return the faces at all of `count` corners, as one array, and the index where each corner starts.
 
     The shapes are (f k,) and (count + 1,), for `faces` (f, k).

@@ -69,7 +69,7 @@ def tunnelling_depth(contact: RigidContact, before: Floats, x: Floats) -> float:
     if travel == 0.0:
         return 0.0
     inner = depth_of_centroid(own)
-    deep = _greatest_depths(own, (start, end), (first, last), inner)
+    deep = _greatest_depths_on_path(own, (start, end), (first, last), inner)
     allowed = np.full(len(deep), max(DEEP * inner, WIDE * travel) if pressed else APART * min(inner, travel))
     if pressed and inner > 0.0:
         n0, n1 = (own.look(pose.back(X))[1] for pose, X in ((start, first), (end, last)))
@@ -77,12 +77,12 @@ def tunnelling_depth(contact: RigidContact, before: Floats, x: Floats) -> float:
     deepest = float(deep[deep > allowed].max(initial=0.0))
     if contact.skin is not None and 0.0 < inner < np.inf:
         middle = np.array(own.centroid) * ((1.0, 1.0, 0.0) if contact.flat else 1.0)
-        if _passes_centroid(contact.skin.at(before, start) - middle, contact.skin.at(x, end) - middle):
+        if _has_passed_centroid(contact.skin.at(before, start) - middle, contact.skin.at(x, end) - middle):
             return max(deepest, inner)
     return deepest
 
 
-def _greatest_depths(
+def _greatest_depths_on_path(
     own: Gap, poses: tuple[RigidMotion, RigidMotion], ends: tuple[Floats, Floats], inner: float
 ) -> Floats:
     """Return the greatest depth (n,), m, of each point on its straight way between two positions.
@@ -117,7 +117,7 @@ def sweeps_centroid(contact: RigidContact, before: Floats, x: Floats) -> bool:
     return len(_swept_triangle_normals(contact.skin.at(before, start) - middle, contact.skin.at(x, end) - middle)) > 0
 
 
-def _passes_centroid(A: Floats, B: Floats) -> bool:
+def _has_passed_centroid(A: Floats, B: Floats) -> bool:
     """Return whether triangles that move straight from A to B (t, 3, 3), m, have passed through a centroid at 0.
 
     The centroid then enters the body through some triangles and leaves it through others that face the other way.

@@ -41,7 +41,7 @@ class CentralDifferences:
     def advance(self, system: DynamicSystem, past: StepStart, step: float) -> Motion:
         """Return the motion after one kick-drift-kick step. Raises StepFailed if the body is too stiff for the step."""
         if step > system.longest:
-            raise StepFailed(_too_stiff(system.longest))
+            raise StepFailed(_format_too_stiff(system.longest))
         end = past.now.time + step
         load = system.forces.graded(past.now.time, end)
         now = system.under(past.now, load.first)
@@ -52,7 +52,7 @@ class CentralDifferences:
         a, v = system.kick(now, x, half, end, load.last)
         system.longest = self.safety * system.frequencies.after(now, x, a, end)
         if step > system.longest:
-            raise StepFailed(_too_stiff(system.longest))
+            raise StepFailed(_format_too_stiff(system.longest))
         return Motion(end, x, v, a, load.last)
 
 
@@ -65,6 +65,6 @@ def _energy_oscillation(step: float, critical: float) -> float:
     return share / (1.0 - share) if share < 1.0 else 0.0
 
 
-def _too_stiff(critical: float) -> str:
+def _format_too_stiff(critical: float) -> str:
     """Return the reason of a failed step that exceeds the critical step, s, as text."""
     return f"the critical step is now {critical:.4g} s"

@@ -56,7 +56,7 @@ def rigid_contact_resultant(contact: Any, x: Floats) -> ContactResultant:
     gaps = contact.gaps(x)
     press = contact.A * contact.pressures(x)
     left = float(press @ gaps / whole) if (whole := float(press.sum())) > 0.0 else 0.0
-    wrench = _force_resultant(contact.pushes(x), (contact.spots(x), contact.at_rest))
+    wrench = _resultant_with_magnitudes(contact.pushes(x), (contact.spots(x), contact.at_rest))
     return ContactResultant(*wrench, float(gaps.min(initial=np.inf)), left)
 
 
@@ -71,10 +71,10 @@ def pair_contact_resultant(contact: Any, x: Floats) -> ContactResultant:
     push, u = (own[: pressing.skin.M.shape[1]].reshape(-1, 3) for own in (-g, x))
     push = push if pressing.told is None else np.where(pressing.told[:, None], push, 0.0)
     X = np.zeros_like(u) if pressing.X is None else pressing.X
-    return ContactResultant(*_force_resultant(push, (X + u, X)), pressing.least(x), 0.0)
+    return ContactResultant(*_resultant_with_magnitudes(push, (X + u, X)), pressing.least(x), 0.0)
 
 
-def _force_resultant(push: Floats, arms: tuple[Floats, ...]) -> tuple[Floats, Floats, float, Floats]:
+def _resultant_with_magnitudes(push: Floats, arms: tuple[Floats, ...]) -> tuple[Floats, Floats, float, Floats]:
     """Return force, moments for each set of arms, total magnitude, and weighted arms of forces (p, 3), N."""
     sizes = np.linalg.norm(push, axis=1)
     moments = np.array([np.cross(arm, push).sum(axis=0) for arm in arms])

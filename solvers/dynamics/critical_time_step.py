@@ -36,12 +36,12 @@ def largest_mode(K: sparse.csr_matrix, mass: Floats, start: Floats | None = None
         values, vectors = np.linalg.eigh(A.toarray())
         largest, vector = float(values[-1]), vectors[:, -1]
     else:
-        found = None if start is None else _lanczos(A, start)
-        largest, vector = found or _arpack(A, start)
+        found = None if start is None else _largest_eigenpair_by_lanczos(A, start)
+        largest, vector = found or _largest_eigenpair_by_arpack(A, start)
     return float(np.sqrt(max(largest, 0.0))), vector
 
 
-def _arpack(A: sparse.csr_matrix, start: Floats | None) -> tuple[float, Floats]:
+def _largest_eigenpair_by_arpack(A: sparse.csr_matrix, start: Floats | None) -> tuple[float, Floats]:
     """Return the largest eigenvalue of A and its vector.
 
     If the iteration does not converge, the matrix norm, an upper bound, replaces the eigenvalue.
@@ -54,7 +54,7 @@ def _arpack(A: sparse.csr_matrix, start: Floats | None) -> tuple[float, Floats]:
     return float(values[0]), vectors[:, 0]
 
 
-def _lanczos(A: sparse.csr_matrix, start: Floats) -> tuple[float, Floats] | None:
+def _largest_eigenpair_by_lanczos(A: sparse.csr_matrix, start: Floats) -> tuple[float, Floats] | None:
     """Return the largest eigenvalue of A and its vector, from a nearly correct start vector.
 
     Ten per cent of noise is mixed into the start, because another mode may have become the fastest. Returns None if

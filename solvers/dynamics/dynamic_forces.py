@@ -50,11 +50,11 @@ class DynamicForces:
         self.lumped: Floats | None = mass if isinstance(mass, np.ndarray) else None
         self.M = sparse.diags(mass).tocsr() if isinstance(mass, np.ndarray) else mass.tocsr()
         self.M_free = _canonical_matrix(self.M[self.free][:, self.free])
-        self.pattern, self._mass_slots = _with_mass(assembly.pattern, self)
+        self.pattern, self._mass_slots = _extend_pattern_by_mass(assembly.pattern, self)
         self.impact = self._impact(amplitudes[plain:], problem.meets) if self.contacts or problem.meets else None
         self._repeats = problem.remembering is None and problem.turning is None  # forces depend on the state alone
         self._last: tuple[bytes, Floats] = (b"", np.zeros(0))
-        self._blocks = _block_places(self.pattern, self.free, problem.turning.where) if problem.turning else None
+        self._blocks = _block_positions(self.pattern, self.free, problem.turning.where) if problem.turning else None
 
     def _impact(self, amplitudes: Sequence[Amplitude], meets: Sequence[DynamicPatternEnergy]) -> DynamicContacts:
         """Return the contacts with rigid bodies, which move by `amplitudes`, and between deformable surfaces."""
@@ -179,7 +179,7 @@ class DynamicForces:
         data[places] += blocks.ravel()[which]
 
 
-def _block_places(pattern: Pattern, free: Ints, where: Ints) -> tuple[Ints, Ints]:
+def _block_positions(pattern: Pattern, free: Ints, where: Ints) -> tuple[Ints, Ints]:
     """Return the entries of blocks (n, 3, 3) on free unknowns, and their positions in the sparsity pattern.
 
     `where` (n, 3) are the unknowns of the blocks.
@@ -193,7 +193,7 @@ def _block_places(pattern: Pattern, free: Ints, where: Ints) -> tuple[Ints, Ints
     return which, places
 
 
-def _with_mass(pattern: Pattern, forces: DynamicForces) -> tuple[Pattern, Ints]:
+def _extend_pattern_by_mass(pattern: Pattern, forces: DynamicForces) -> tuple[Pattern, Ints]:
     """Return the pattern extended by missing entries of the mass matrix, and the positions of the mass entries."""
     slots = _entry_positions(pattern, forces.M_free)
     if slots is None:

@@ -93,7 +93,7 @@ def next_entry(system: DynamicSystem, last: EnergyEntry, motion: Motion) -> Ener
         since, touches = impact.at(last.motion.time), impact.at(motion.time)
         contact_work += touches.work(motion.x, since)
         reaction += touches.gradient(motion.x)
-        impulses = None if impulses is None else impulses + h * _resultants(system, -pushed, reaction, -drag)
+        impulses = None if impulses is None else impulses + h * _force_resultants(system, -pushed, reaction, -drag)
         heat = touches.lost(motion.x) if impact.rubs else 0.0
         friction = None if friction is None else friction + heat
         pressed = (here.contact or 0.0) - (last.contact or 0.0) - (contact_work - last.contact_work) + heat
@@ -120,7 +120,7 @@ def next_entry(system: DynamicSystem, last: EnergyEntry, motion: Motion) -> Ener
     )
 
 
-def _resultants(system: DynamicSystem, loads: Floats, reaction: Floats, drag: Floats) -> Floats:
+def _force_resultants(system: DynamicSystem, loads: Floats, reaction: Floats, drag: Floats) -> Floats:
     """Return the resultants (3, 3), N, of loads, reactions and damping on the deformable body."""
     held = np.zeros_like(reaction)
     held[system.forces.fixed] = reaction[system.forces.fixed]

@@ -186,7 +186,7 @@ class _TimeIntegration:
         """Return the error for a motion with too much energy at a time `now`, s."""
         gain = self.account.balance.gain
         return Diverged(
-            f"at {now:.6g} s the energy has grown by {_ratio_in_words(gain)} the energy supplied by the "
+            f"at {now:.6g} s the energy has grown by {_format_ratio(gain)} the energy supplied by the "
             "initial state, loads and supports",
             self._trajectory(complete=False),
             tuple(self.system.newton.history),
@@ -250,6 +250,6 @@ class _TimeIntegration:
         return () if impact is None or not impact.rubs else tuple(seen.rubbed for seen in impact.log)
 
 
-def _ratio_in_words(share: float) -> str:
+def _format_ratio(share: float) -> str:
     """Return a ratio in words, such as `60 % of` or `3.2 times`."""
     return f"{100 * share:.0f} % of" if share < 1.0 else f"{share:.3g} times"

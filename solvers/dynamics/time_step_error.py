@@ -75,11 +75,11 @@ def estimate_step_error(problem: Dynamics, points: Floats, duration: float, step
     steps = math.ceil(duration / step - 1e-9)
     if forces.impact is not None or steps > LONGEST or len(forces.free) > LARGEST:
         return None
-    found = _modes(forces, problem, points)
+    found = _excited_modes(forces, problem, points)
     if found is None:
         return None
     w, shapes, pushes, amplitudes, speed = found
-    recurrence = _recurrence(problem.integrator)
+    recurrence = _select_integration(problem.integrator)
     if recurrence is None:
         return None
     times = np.minimum(step * np.arange(steps + 1), duration)
@@ -97,7 +97,7 @@ def estimate_step_error(problem: Dynamics, points: Floats, duration: float, step
 # ------------------------------------------------------------------ modes
 
 
-def _modes(
+def _excited_modes(
     forces: DynamicForces, problem: Dynamics, points: Floats
 ) -> tuple[Floats, Floats, Floats, list[Amplitude], Floats] | None:
     """Return frequencies (k,), shapes (free, k), modal loads (k, l), amplitudes, initial modal velocities (k,)."""
@@ -210,7 +210,7 @@ def _exact_modal_motion(
     for begin, end in itertools.pairwise(times):
         h = float(end - begin) / parts
         if abs(h - known[0]) > 1e-9 * h:
-            known = h, _propagator(w, drag, h)
+            known = h, _modal_propagators(w, drag, h)
         E = known[1]
         for part in range(parts):
             start, stop, *_ = constant or modal.loads(begin + part * h, begin + (part + 1) * h)
@@ -219,7 +219,7 @@ def _exact_modal_motion(
     return np.array(found)
 
 
-def _propagator(w: Floats, drag: Floats, h: float) -> Floats:
+def _modal_propagators(w: Floats, drag: Floats, h: float) -> Floats:
     """Return matrices (k, 4, 4) that advance (q, q', load, slope of the load) by a time h, s."""
     A = np.zeros((len(w), 4, 4))
     A[:, 0, 1] = A[:, 1, 2] = A[:, 2, 3] = 1.0
@@ -233,26 +233,32 @@ def _propagator(w: Floats, drag: Floats, h: float) -> Floats:
 Recurrence = Callable[[_Modal, Floats, Floats], Floats]
 
 
-def _recurrence(integrator: Integrator) -> Recurrence | None:
+def _select_integration(integrator: Integrator) -> Recurrence | None:
     """Return the function that integrates modal equations like an integrator; None for an unknown one."""
     match integrator:
         case ImplicitEuler():
-            return _euler
+            return _integrate_euler
         case BDF2():
-            return _bdf2
+            return _integrate_bdf2
         case CentralDifferences():
-            return _leapfrog
+            return _integrate_central_differences
         case GeneralizedAlpha(spectral_radius=r):
             m, f = (2.0 * r - 1.0) / (r + 1.0), r / (r + 1.0)
-            return lambda *a: _newmark(*a, beta=0.25 * (1.0 - m + f) ** 2, gamma=0.5 - m + f, m=m, f=f, weight=0.5)
+            return lambda *a: _integrate_newmark(
+                *a, beta=0.25 * (1.0 - m + f) ** 2, gamma=0.5 - m + f, m=m, f=f, weight=0.5
+            )
         case Trapezoidal() | Midpoint():
-            return _mean
+            return _integrate_trapezoidal
         case Newmark(beta=b, gamma=c):
-            return _mean if (b, c) == (0.25, 0.5) else lambda *a: _newmark(*a, beta=b, gamma=c, weight=c)
+            return (
+                _integrate_trapezoidal
+                if (b, c) == (0.25, 0.5)
+                else lambda *a: _integrate_newmark(*a, beta=b, gamma=c, weight=c)
+            )
     return None
 
 
-def _mean_step(modal: _Modal, x: Floats, v: Floats, F: Floats, h: float) -> tuple[Floats, Floats]:
+def _advance_trapezoidal(modal: _Modal, x: Floats, v: Floats, F: Floats, h: float) -> tuple[Floats, Floats]:
     """Return modal displacements and velocities (k,) after a trapezoidal step under the mean load F (k,)."""
     w, c = modal.w, modal.drag
     rest = (1.0 / h - 0.5 * c) * v - w**2 * x - 0.25 * h * w**2 * v + F
@@ -260,17 +266,17 @@ def _mean_step(modal: _Modal, x: Floats, v: Floats, F: Floats, h: float) -> tupl
     return x + 0.5 * h * (v + end), end
 
 
-def _mean(modal: _Modal, speed: Floats, times: Floats) -> Floats:
+def _integrate_trapezoidal(modal: _Modal, speed: Floats, times: Floats) -> Floats:
     """Return the modal displacements (t, k) by the trapezoidal rule."""
     x, v = np.zeros_like(speed), speed
     found = [x]
     for begin, end in itertools.pairwise(times):
-        x, v = _mean_step(modal, x, v, modal.loads(begin, end)[2], float(end - begin))
+        x, v = _advance_trapezoidal(modal, x, v, modal.loads(begin, end)[2], float(end - begin))
         found.append(x)
     return np.array(found)
 
 
-def _euler(modal: _Modal, speed: Floats, times: Floats) -> Floats:
+def _integrate_euler(modal: _Modal, speed: Floats, times: Floats) -> Floats:
     """Return the modal displacements (t, k) by the implicit Euler method."""
     x, v = np.zeros_like(speed), speed
     found = [x]
@@ -282,7 +288,7 @@ def _euler(modal: _Modal, speed: Floats, times: Floats) -> Floats:
     return np.array(found)
 
 
-def _bdf2(modal: _Modal, speed: Floats, times: Floats) -> Floats:
+def _integrate_bdf2(modal: _Modal, speed: Floats, times: Floats) -> Floats:
     """Return the modal displacements (t, k) by the second backward difference formula."""
     x, v, last, length = np.zeros_like(speed), speed, np.zeros_like(speed), 0.0
     before: tuple[Floats, Floats] | None = None
@@ -290,7 +296,7 @@ def _bdf2(modal: _Modal, speed: Floats, times: Floats) -> Floats:
     for begin, end in itertools.pairwise(times):
         h, mean = float(end - begin), modal.loads(begin, end)[2]
         if before is None:
-            after = _mean_step(modal, x, v, mean, h)
+            after = _advance_trapezoidal(modal, x, v, mean, h)
         else:
             r = h / length
             c0, c2 = (1.0 + 2.0 * r) / (1.0 + r) / h, r**2 / (1.0 + r) / h
@@ -304,7 +310,7 @@ def _bdf2(modal: _Modal, speed: Floats, times: Floats) -> Floats:
     return np.array(found)
 
 
-def _newmark(
+def _integrate_newmark(
     modal: _Modal, speed: Floats, times: Floats, *, beta: float, gamma: float, weight: float, m: float = 0.0,
     f: float = 0.0,
 ) -> Floats:  # fmt: skip
@@ -329,7 +335,7 @@ def _newmark(
     return np.array(found)
 
 
-def _leapfrog(modal: _Modal, speed: Floats, times: Floats) -> Floats:
+def _integrate_central_differences(modal: _Modal, speed: Floats, times: Floats) -> Floats:
     """Return the modal displacements (t, k) by central differences."""
     w, alpha = modal.w, modal.alpha
     x, v, a = np.zeros_like(speed), speed, modal.at_first(speed)

@@ -124,9 +124,9 @@ def amplification(integrator: Integrator, wh: float) -> complex | None:
             return cmath.exp(2.0j * math.asin(half))
         case GeneralizedAlpha(spectral_radius=r):
             m, f = (2.0 * r - 1.0) / (r + 1.0), r / (r + 1.0)
-            return _newmark(0.25 * (1.0 - m + f) ** 2, 0.5 - m + f, m, f, wh)
+            return _newmark_amplification(0.25 * (1.0 - m + f) ** 2, 0.5 - m + f, m, f, wh)
         case Newmark(beta=b, gamma=c):
-            return _newmark(b, c, 0.0, 0.0, wh)
+            return _newmark_amplification(b, c, 0.0, 0.0, wh)
     from softmark.solvers.dynamics.implicit_midpoint import Midpoint
     from softmark.solvers.dynamics.trapezoidal_rule import Trapezoidal
 
@@ -135,7 +135,7 @@ def amplification(integrator: Integrator, wh: float) -> complex | None:
     return None
 
 
-def _newmark(beta: float, gamma: float, m: float, f: float, wh: float) -> complex:
+def _newmark_amplification(beta: float, gamma: float, m: float, f: float, wh: float) -> complex:
     """Return the principal eigenvalue of Newmark's formulas with weights m and f; unknowns (x, h v, h^2 a)."""
     left = np.array([[1.0, 0.0, -beta], [0.0, 1.0, -gamma], [(1.0 - f) * wh**2, 0.0, 1.0 - m]])
     right = np.array([[1.0, 1.0, 0.5 - beta], [0.0, 1.0, 1.0 - gamma], [-f * wh**2, 0.0, -m]])
@@ -155,14 +155,14 @@ def loaded_frequency(forces: DynamicForces, problem: Dynamics, points: Floats) -
     """Return the angular frequency, rad/s, of the lowest mode that loads, supports or the initial velocity excite."""
     free = forces.free
     K, M = forces.tangent(problem.rest, forces.factors(0.0)), forces.M_free
-    push = _excitation(forces, problem, points)
+    push = _excitation_forces(forces, problem, points)
     if not (len(free) and np.all(np.isfinite(K.data)) and np.all(np.isfinite(push)) and np.any(push)):
         return None
     shifted = shifted_solver(forces, K, M)
     if shifted is None:
         return None
     solve, top = shifted
-    return _inverse_iteration(K, M, solve, push, free_rigid_motions(forces, points, M), RIGID * top)
+    return _frequency_by_inverse_iteration(K, M, solve, push, free_rigid_motions(forces, points, M), RIGID * top)
 
 
 def shifted_solver(
@@ -188,7 +188,7 @@ def free_rigid_motions(forces: DynamicForces, points: Floats, M: sparse.csr_matr
     return rigid_motions(points, forces.free, M) if loose else None
 
 
-def _excitation(forces: DynamicForces, problem: Dynamics, points: Floats) -> Floats:
+def _excitation_forces(forces: DynamicForces, problem: Dynamics, points: Floats) -> Floats:
     """Return the forces (free,), N, that excite vibrations; loads, supports and velocity have equal weight."""
     pushes = [forces.inertia(problem.velocity)]
     for load in forces.loads:
@@ -221,7 +221,7 @@ def rigid_motions(points: Floats, free: np.ndarray, M: sparse.csr_matrix) -> Flo
     return basis
 
 
-def _inverse_iteration(
+def _frequency_by_inverse_iteration(
     K: sparse.csr_matrix,
     M: sparse.csr_matrix,
     solve: Callable[[Floats], Floats],

@@ -186,7 +186,7 @@ class Quad8(Quadrilateral):
     @staticmethod
     def places() -> Floats:
         """Return the local points of the nodes, shape (8, 2)."""
-        return _with_middles(Quad8.between)
+        return _corners_and_midside_points(Quad8.between)
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
@@ -219,7 +219,7 @@ class Quad9(Quadrilateral):
     @staticmethod
     def places() -> Floats:
         """Return the local points of the nodes, shape (9, 2)."""
-        return _with_middles(Quad9.between)
+        return _corners_and_midside_points(Quad9.between)
 
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
@@ -237,7 +237,7 @@ class Quad9(Quadrilateral):
         return quadratic_shape_functions.lagrange_gradient(Quad9.places(), xi)
 
 
-def _with_middles(between: Rows) -> Floats:
+def _corners_and_midside_points(between: Rows) -> Floats:
     """Return the local points (k, 2) of the square's corners, followed by its midside nodes.
 
     Each entry of `between` lists the corners whose mean is the position of one midside node.

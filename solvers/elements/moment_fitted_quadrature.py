@@ -21,7 +21,7 @@ else:
 
 
 @cache
-def _powers(nodes: int) -> Floats:
+def _monomial_exponents(nodes: int) -> Floats:
     """Return the exponents (q, 2) of the monomials that a pressure on a facet with `nodes` nodes leads to.
 
     The degree is the total degree on triangles and the degree in each coordinate on squares.
@@ -36,14 +36,14 @@ def point_positions(nodes: int) -> Floats:
 
 
 @cache
-def _coefficients(nodes: int) -> Floats:
+def _basis_coefficients(nodes: int) -> Floats:
     """Return the coefficients (q, q) of the basis polynomials with respect to the monomials."""
-    return np.asarray(np.linalg.inv(_monomials(nodes, point_positions(nodes))), dtype=np.float64)
+    return np.asarray(np.linalg.inv(_monomial_values(nodes, point_positions(nodes))), dtype=np.float64)
 
 
-def _monomials(nodes: int, xi: Floats) -> Floats:
+def _monomial_values(nodes: int, xi: Floats) -> Floats:
     """Return the values (m, q) of the monomials at local points xi (m, 2)."""
-    found: Floats = np.prod(xi[:, None, :] ** _powers(nodes), axis=2)
+    found: Floats = np.prod(xi[:, None, :] ** _monomial_exponents(nodes), axis=2)
     return found
 
 
@@ -52,7 +52,7 @@ def basis_polynomials(nodes: int, xi: Floats) -> Floats:
 
     Each polynomial is one at one quadrature point and zero at all others.
     """
-    found: Floats = _monomials(nodes, xi) @ _coefficients(nodes)
+    found: Floats = _monomial_values(nodes, xi) @ _basis_coefficients(nodes)
     return found
 
 

@@ -38,10 +38,10 @@ def lagrange(places: Floats, xi: Floats) -> Floats:
 
 def lagrange_gradient(places: Floats, xi: Floats) -> Floats:
     """Return dN/dxi (m, a, d) of the Lagrange shape functions of nodes at `places` (a, d), at xi (m, d)."""
-    return _product_rule(*_coordinate_polynomials(places, xi))
+    return _differentiate_products(*_polynomials_with_derivatives(places, xi))
 
 
-def _coordinate_polynomials(places: Floats, xi: Floats) -> tuple[Floats, Floats]:
+def _polynomials_with_derivatives(places: Floats, xi: Floats) -> tuple[Floats, Floats]:
     """Return the Lagrange polynomial of each node in each coordinate, and its derivative, both (m, a, d)."""
     p, t = places, xi[:, None, :]
     return _evaluate_lagrange(p, t), np.where(p == 0.0, -2.0 * t, t + 0.5 * p)
@@ -61,32 +61,37 @@ def serendipity(places: Floats, xi: Floats) -> Floats:
 
     Nodes are corners and middles of edges.
     """
-    found: Floats = _factors(places, xi[:, None, :]).prod(axis=2) * _last_factor(places, xi)
+    found: Floats = _serendipity_factors(places, xi[:, None, :]).prod(axis=2) * _remaining_serendipity_factor(
+        places, xi
+    )
     return found
 
 
 def serendipity_gradient(places: Floats, xi: Floats) -> Floats:
     """Return dN/dxi (m, a, d) of the serendipity shape functions of nodes at `places` (a, d), at xi (m, d)."""
-    f, df = _coordinate_factors(places, xi)
+    f, df = _factors_with_derivatives(places, xi)
     corner = (places != 0.0).all(axis=1)[:, None]
     tilt = np.where(corner, places, 0.0) / 2 ** places.shape[1]
-    found: Floats = _product_rule(f, df) * _last_factor(places, xi)[..., None] + f.prod(axis=2)[..., None] * tilt
+    found: Floats = (
+        _differentiate_products(f, df) * _remaining_serendipity_factor(places, xi)[..., None]
+        + f.prod(axis=2)[..., None] * tilt
+    )
     return found
 
 
-def _coordinate_factors(places: Floats, xi: Floats) -> tuple[Floats, Floats]:
+def _factors_with_derivatives(places: Floats, xi: Floats) -> tuple[Floats, Floats]:
     """Return the factor of each serendipity function in each coordinate, and its derivative, both (m, a, d)."""
     p, t = places, xi[:, None, :]
-    return _factors(p, t), np.where(p == 0.0, -2.0 * t, p)
+    return _serendipity_factors(p, t), np.where(p == 0.0, -2.0 * t, p)
 
 
-def _factors(p: Floats, t: Floats) -> Floats:
+def _serendipity_factors(p: Floats, t: Floats) -> Floats:
     """Return the factors at t: 1 - t^2 for nodes with coordinate p = 0, else 1 + p t."""
     found: Floats = np.where(p == 0.0, 1.0 - t**2, 1.0 + p * t)
     return found
 
 
-def _last_factor(places: Floats, xi: Floats) -> Floats:
+def _remaining_serendipity_factor(places: Floats, xi: Floats) -> Floats:
     """Return the last factor (m, a) of each serendipity function at local points xi (m, d).
 
     For a corner it is a linear function that vanishes at the middles of the corner's edges; for a mid-edge node it is
@@ -97,7 +102,7 @@ def _last_factor(places: Floats, xi: Floats) -> Floats:
     return found
 
 
-def _product_rule(f: Floats, df: Floats) -> Floats:
+def _differentiate_products(f: Floats, df: Floats) -> Floats:
     """Return the derivatives (m, a, d) of products of factors.
 
     `f` (m, a, d) are the factors, each a function of one coordinate, and `df` (m, a, d) their derivatives.

@@ -274,7 +274,7 @@ def rotation(
 
 
 @part
-def _twist_matrix(
+def _scaled_symmetric_inverse(
     a00: float, a11: float, a22: float, a01: float, a02: float, a12: float, c: float, lowest: float, memory: Floats
 ) -> Six:  # fmt: skip
     """Return the six distinct entries of Y = c A^-1, A symmetric.
@@ -305,7 +305,7 @@ def _twist_matrix(
 
 
 @part
-def _gather(
+def _gather_deformation_gradients(
     u: Floats, cells: Ints, G: Floats, begin: int, count: int, F: Floats, norms: Floats, dets: Floats, q: Floats
 ) -> None:  # fmt: skip
     """Compute F (count, 9) of `count` cells from the cell `begin` on, and the invariants that `stretch_sums` needs."""
@@ -343,7 +343,7 @@ def has_no_inverted_cell(u: Floats, cells: Ints, G: Floats, F: Floats) -> bool:
 
 
 @part
-def _add_forces(e: int, cells: Ints, G: Floats, P: Nine, forces: Floats) -> None:
+def _add_cell_forces(e: int, cells: Ints, G: Floats, P: Nine, forces: Floats) -> None:
     """Add the nodal forces P dN/dX of one cell; the stress P is already multiplied by the cell volume."""
     p00, p01, p02, p10, p11, p12, p20, p21, p22 = P
     x, y, z = 0.0, 0.0, 0.0
@@ -364,7 +364,7 @@ def _add_forces(e: int, cells: Ints, G: Floats, P: Nine, forces: Floats) -> None
 
 
 @part
-def _fill_blocks(
+def _fill_stiffness_blocks(
     e: int, G: Floats, R: Nine, Y: Six, mu: float, lam: float, factor: float, r: Floats, block: Floats
 ) -> None:
     """Fill the blocks 1 <= a <= b <= 3 of a cell: factor (2 mu r_a.r_b I + lam r_a r_b^T + [r_a] Y [r_b]^T)."""
@@ -397,7 +397,7 @@ def _fill_blocks(
 
 
 @part
-def _complete_blocks(block: Floats) -> None:
+def _complete_stiffness_blocks(block: Floats) -> None:
     """Fill the remaining blocks of a cell, by symmetry and because its rows and columns sum to zero (node 0)."""
     for i in range(3):
         for k in range(3):
@@ -455,7 +455,7 @@ def assemble_cells(
     norms, dets, squares, sums, steps = lists[0], lists[1], lists[2], lists[3], lists[4]
     for begin in range(0, cells.shape[0], BATCH):
         count = min(BATCH, cells.shape[0] - begin)
-        _gather(u, cells, G, begin, count, F, norms, dets, squares)
+        _gather_deformation_gradients(u, cells, G, begin, count, F, norms, dets, squares)
         stretch_sums(count, dets, squares, sums, steps)
         for j in range(count):
             e = begin + j
@@ -480,7 +480,7 @@ def assemble_cells(
                     a * d10 + b * r10, a * d11 + b * r11, a * d12 + b * r12,
                     a * d20 + b * r20, a * d21 + b * r21, a * d22 + b * r22,
                 )  # fmt: skip
-                _add_forces(e, cells, G, P, forces)
+                _add_cell_forces(e, cells, G, P, forces)
             if what & TANGENT:
                 # V = F R^T = R S R^T, the stretch in the turned frame; Y = c (tr V I - V)^-1
                 v00 = f00 * r00 + f01 * r01 + f02 * r02
@@ -490,9 +490,9 @@ def assemble_cells(
                 v02 = 0.5 * (f00 * r20 + f01 * r21 + f02 * r22 + f20 * r00 + f21 * r01 + f22 * r02)
                 v12 = 0.5 * (f10 * r20 + f11 * r21 + f12 * r22 + f20 * r10 + f21 * r11 + f22 * r12)
                 c = lam * (traces[e] if what & LAGGED else t) - 2.0 * mu
-                Y = _twist_matrix(v11 + v22, v00 + v22, v00 + v11, -v01, -v02, -v12, c, lowest, memory)
-                _fill_blocks(e, G, R, Y, mu, lam, scale * w[e], memory, block)
-                _complete_blocks(block)
+                Y = _scaled_symmetric_inverse(v11 + v22, v00 + v22, v00 + v11, -v01, -v02, -v12, c, lowest, memory)
+                _fill_stiffness_blocks(e, G, R, Y, mu, lam, scale * w[e], memory, block)
+                _complete_stiffness_blocks(block)
                 if single:
                     _scatter_rows(e, rows, block, data)
                 else:

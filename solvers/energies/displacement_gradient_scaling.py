@@ -41,7 +41,10 @@ def is_relaxed(law: Any, many: int = 1) -> bool:
 
     `many` is the number of points if the constants of the law differ from point to point, else 1.
     """
-    rest, strained = _stress(law, many, np.zeros((3, 3))), _stress(law, many, np.diag((0.1, 0.0, -0.1)))
+    rest, strained = (
+        _stress_at_points(law, many, np.zeros((3, 3))),
+        _stress_at_points(law, many, np.diag((0.1, 0.0, -0.1))),
+    )
     return bool(np.abs(rest).max() <= AGREEING * np.abs(strained).max())
 
 
@@ -51,7 +54,7 @@ def is_linear(law: Any, many: int = 1) -> bool:
     `many` is the number of points if the constants of the law differ from point to point, else 1.
     """
     H = np.random.default_rng(1).uniform(-0.1, 0.1, (3, 3))
-    once, more, less = (_stress(law, many, k * H) for k in (1.0, 4.0, -2.0))
+    once, more, less = (_stress_at_points(law, many, k * H) for k in (1.0, 4.0, -2.0))
     with np.errstate(all="ignore"):
         apart = np.abs(more - 4.0 * once).max() + np.abs(less + 2.0 * once).max()
     return bool(apart <= AGREEING * np.abs(once).max())
@@ -70,7 +73,7 @@ def first_piola_stress(law: Any, H: Floats) -> Floats:
     return P
 
 
-def _stress(law: Any, many: int, H: Floats) -> Floats:
+def _stress_at_points(law: Any, many: int, H: Floats) -> Floats:
     """Return the stress P (many, 3, 3), Pa, for F = I + H, with the same H (3, 3) at `many` points."""
     with np.errstate(all="ignore"):
         found: Floats = law.P(np.broadcast_to(np.eye(3) + H, (many, 3, 3)).copy())

@@ -71,11 +71,11 @@ def add_stiffness(A: Floats, dNdX: Floats, w: Floats, scale: float, slots: Ints,
                             for J in range(3):
                                 value += dNdX[e, p, a, J] * half[i, J, k]
                             block[3 * a + i, 3 * b + k] += value
-        _scatter(e, block, slots, data)
+        _scatter_block(e, block, slots, data)
 
 
 @part
-def _scatter(e: int, block: Floats, slots: Ints, data: Floats) -> None:
+def _scatter_block(e: int, block: Floats, slots: Ints, data: Floats) -> None:
     """Add the block (3a, 3a) of cell e, given by its 3x3 blocks on and above the diagonal, to the matrix values.
 
     The three columns of a node are adjacent in the matrix unless the node is fixed in only some directions. Positions
@@ -178,13 +178,15 @@ def add_invariant_stiffness(
             factor = scale * w[begin + e, p]
             swap = factor * s[e, p] / (1.0 + j[e, p])
             mixed = factor * c[e, p] if c.shape[0] > 0 else 0.0
-            _node_vectors(h[e, p], dNdX[begin + e, p], p, swap, factor * d[e, p], factor * a[e, p], mixed, vectors)
-        _couple_nodes(vectors, dNdX[begin + e], c.shape[0] > 0, block)
-        _scatter(e, block, slots, data)
+            _compute_node_vectors(
+                h[e, p], dNdX[begin + e, p], p, swap, factor * d[e, p], factor * a[e, p], mixed, vectors
+            )
+        _fill_node_blocks(vectors, dNdX[begin + e], c.shape[0] > 0, block)
+        _scatter_block(e, block, slots, data)
 
 
 @part
-def _node_vectors(
+def _compute_node_vectors(
     h: Floats, g: Floats, p: int, swap: float, grow: float, along: float, mixed: float, vectors: Floats
 ) -> None:
     """Compute six vectors for every node at one point p, with g = dN/dX, C = cof F and t = C g.
@@ -214,8 +216,8 @@ def _node_vectors(
 
 
 @part
-def _couple_nodes(vectors: Floats, g: Floats, mixed: bool, block: Floats) -> None:
-    """Fill the 3x3 blocks of a cell on and above the diagonal from the vectors of `_node_vectors`.
+def _fill_node_blocks(vectors: Floats, g: Floats, mixed: bool, block: Floats) -> None:
+    """Fill the 3x3 blocks of a cell on and above the diagonal from the vectors of `_compute_node_vectors`.
 
     g (q, a, 3) are the shape-function gradients dN/dX of the cell.
     """

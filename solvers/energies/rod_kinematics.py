@@ -37,7 +37,7 @@ _APART = np.concatenate([-np.eye(3), np.zeros((3, 3)), np.eye(3), np.zeros((3, 3
 _EYE3, _EYE4 = np.eye(3), np.eye(4)
 
 
-def _steps_map() -> Floats:
+def _derivative_map() -> Floats:
     """Return the constant matrix (12, 96) that maps (q_a, q_b, c) to derivatives (8, 12) of p and c by the 12 dofs."""
     S = np.zeros((3, 4, 2, 4, 12))
     behind = PRODUCT[:, :, 1:].transpose(1, 0, 2) / 2  # q times half a rotation vector, (4, 4, 3)
@@ -46,7 +46,7 @@ def _steps_map() -> Floats:
     return S.reshape(12, 96)
 
 
-def _force_map() -> Floats:
+def _force_derivative_map() -> Floats:
     """Return the constant matrix (50, 49) that maps products of components to second derivatives by (d, p).
 
     The products (50,) are those formed in `RodElements._force_part`.
@@ -68,7 +68,7 @@ def _force_map() -> Floats:
     return M.reshape(50, 49)
 
 
-def _moment_map() -> Floats:
+def _moment_derivative_map() -> Floats:
     """Return the constant matrix (14, 16) that maps products of components to second derivatives by c.
 
     The products (14,) are those formed in `ElementRotations.curvature`.
@@ -96,7 +96,12 @@ def _second_derivative_map() -> Floats:
     return M.reshape(17, 144)
 
 
-_STEPS, _FORCE, _MOMENT, _OWN = _steps_map(), _force_map(), _moment_map(), _second_derivative_map()
+_STEPS, _FORCE, _MOMENT, _OWN = (
+    _derivative_map(),
+    _force_derivative_map(),
+    _moment_derivative_map(),
+    _second_derivative_map(),
+)
 
 
 @dataclass(frozen=True)

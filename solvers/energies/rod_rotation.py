@@ -11,7 +11,7 @@ import numpy as np
 from softmark.solvers.energies.energy import Floats
 
 
-def _hamilton() -> Floats:
+def _hamilton_product_constants() -> Floats:
     """Return the structure constants of the quaternions: (p q)_j = H[j, m, n] p_m q_n."""
     H = np.zeros((4, 4, 4))
     H[0] = np.diag([1.0, -1.0, -1.0, -1.0])
@@ -22,7 +22,7 @@ def _hamilton() -> Floats:
 
 
 _CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
-PRODUCT = _hamilton()
+PRODUCT = _hamilton_product_constants()
 _SANDWICH = np.einsum("kan,n,ami->kimn", PRODUCT[1:], _CONJUGATE, PRODUCT[:, :, 1:])  # p v conj(p)
 ROTATION = (_SANDWICH + _SANDWICH.swapaxes(2, 3)) / 2  # R_ki = ROTATION[k, i, m, n] p_m p_n
 # the same, applied to all products of components (16,)

@@ -44,13 +44,13 @@ class RodHistory(EnergyHistory):
     @classmethod
     def at_rest(cls, energy: RodElastic | MovingRod, g: Floats, tau: Floats) -> RodHistory:
         """Return the history of a body that has always been at rest."""
-        none = np.zeros((len(_rod(energy).elements), 6))
+        none = np.zeros((len(_static_rod_energy(energy).elements), 6))
         return cls(energy, g, tau, none, np.zeros((len(tau), *none.shape)), none)
 
     def over(self, h: float) -> Energy:
         """Return the energy whose minimum is the state at the end of a step of h seconds from now."""
         held, stiffness = self._held(h)
-        other = _rod(self.energy).stiffened(VaryingStiffness(stiffness), held / stiffness)
+        other = _static_rod_energy(self.energy).stiffened(VaryingStiffness(stiffness), held / stiffness)
         energy: Any = self.energy
         return other if isinstance(energy, RodElastic) else replace(energy, elastic=other)
 
@@ -102,21 +102,21 @@ class RodHistory(EnergyHistory):
     def _strains(self, x: Floats) -> Floats:
         """Return the strains of the elements in state x (n, 6)."""
         energy: Any = self.energy
-        return _rod(energy).strains(x if isinstance(energy, RodElastic) else energy.chart.state(x))
+        return _static_rod_energy(energy).strains(x if isinstance(energy, RodElastic) else energy.chart.state(x))
 
     @property
     def _C(self) -> Floats:
         """Stiffnesses of each element (n, 6)."""
-        rod = _rod(self.energy)
+        rod = _static_rod_energy(self.energy)
         return np.broadcast_to(rod.stiffness.diagonal, (len(rod.elements), 6))
 
     @property
     def _l(self) -> Floats:
         """Undeformed lengths of the elements (n,), m."""
-        return _rod(self.energy).lengths
+        return _static_rod_energy(self.energy).lengths
 
 
-def _rod(energy: Any) -> RodElastic:
+def _static_rod_energy(energy: Any) -> RodElastic:
     """Return the static rod energy of `energy`, a `RodElastic` or a `MovingRod`."""
     found: RodElastic = energy if isinstance(energy, RodElastic) else energy.elastic
     return found

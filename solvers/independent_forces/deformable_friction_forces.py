@@ -138,7 +138,7 @@ def friction_forces(
     t = x[faces[pairs[:, 1]]]
     r = p[pairs[:, 0]] - closest_points(p[pairs[:, 0]], t)
     best: dict[int, tuple[float, int]] = {}
-    for number, key in enumerate(_face_ranks(r, t).tolist()):
+    for number, key in enumerate(_friction_face_keys(r, t).tolist()):
         one, face = pairs[number].tolist()
         least, other = best.get(one, (np.inf, number))
         if key < (1.0 - SAME) * least or (key <= (1.0 + SAME) * least and face < pairs[other, 1]):
@@ -162,7 +162,7 @@ def normals(t: Floats) -> Floats:
     return found
 
 
-def _face_ranks(r: Floats, t: Floats) -> Floats:
+def _friction_face_keys(r: Floats, t: Floats) -> Floats:
     """Return a key for each pair (c,); the face with the smallest key takes the friction of a point.
 
     The key is the distance |r|. Among equal distances, faces whose normal is along the gap r (c, d) come first.

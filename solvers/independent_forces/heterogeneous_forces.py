@@ -103,12 +103,14 @@ def stress_terms(material: Any, strain: str, selective: bool) -> tuple[Heterogen
     if law is None:
         return _finite_strain_terms(material, selective)
     if not selective:
-        return (_term(law),)
+        return (_make_heterogeneous_term(law),)
     known = law
-    return _term(lambda mu, lam: known(mu, 0.0 * lam)), _term(lambda mu, lam: known(0.0 * mu, lam), mean=True)
+    return _make_heterogeneous_term(lambda mu, lam: known(mu, 0.0 * lam)), _make_heterogeneous_term(
+        lambda mu, lam: known(0.0 * mu, lam), mean=True
+    )
 
 
-def _term(of: Moduli, mean: bool = False) -> HeterogeneousTerm:
+def _make_heterogeneous_term(of: Moduli, mean: bool = False) -> HeterogeneousTerm:
     """Return the part of the stress made by `of`, which cannot be evaluated without moduli."""
 
     def none(F: Floats) -> Floats:
@@ -139,10 +141,10 @@ def _finite_strain_terms(material: Any, selective: bool) -> tuple[HeterogeneousT
         return lambda F: of_all(F) - of_shear(F)
 
     if not selective:
-        return (_term(lambda mu, lam: EnergyStress(whole(mu, lam))),)
+        return (_make_heterogeneous_term(lambda mu, lam: EnergyStress(whole(mu, lam))),)
     return (
-        _term(lambda mu, lam: EnergyStress(shear(mu, lam))),
-        _term(lambda mu, lam: EnergyStress(rest(mu, lam)), mean=True),
+        _make_heterogeneous_term(lambda mu, lam: EnergyStress(shear(mu, lam))),
+        _make_heterogeneous_term(lambda mu, lam: EnergyStress(rest(mu, lam)), mean=True),
     )
 
 

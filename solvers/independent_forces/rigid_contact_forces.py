@@ -64,12 +64,12 @@ def box_distance(low: Floats, high: Floats, rounding: float = 0.0) -> Distance:
     a, b = np.asarray(low) + rounding, np.asarray(high) - rounding
 
     def look(x: Floats) -> tuple[Floats, Floats]:
-        return _add_rounding(x, np.clip(x, a, b), np.minimum(x - a, b - x).min(axis=1), rounding)
+        return _rounded_gap_and_normal(x, np.clip(x, a, b), np.minimum(x - a, b - x).min(axis=1), rounding)
 
     return look
 
 
-def _add_rounding(x: Floats, nearest: Floats, deep: Floats, by: float) -> tuple[Floats, Floats]:
+def _rounded_gap_and_normal(x: Floats, nearest: Floats, deep: Floats, by: float) -> tuple[Floats, Floats]:
     """Return gaps and normals at points x of a body whose core is rounded by the radius `by`, m.
 
     `nearest` are the nearest points of the core, and `deep` is the depth of points inside the core, m.
@@ -166,7 +166,7 @@ def closed_surface_distance(points: Floats, triangles: Ints) -> Distance:
         step = max(1, PAIRS // len(X))
         for at in range(0, len(x), step):
             some = x[at : at + step]
-            off, far = _nearest(some, X)
+            off, far = _nearest_surface_vectors(some, X)
             sign = np.where(np.abs(solid_angle(some, X)) > 2.0 * np.pi, -1.0, 1.0)
             g[at : at + step] = sign * far
             n[at : at + step] = sign[:, None] * off / np.maximum(far, LEAST)[:, None]
@@ -175,7 +175,7 @@ def closed_surface_distance(points: Floats, triangles: Ints) -> Distance:
     return look
 
 
-def _nearest(x: Floats, X: Floats) -> tuple[Floats, Floats]:
+def _nearest_surface_vectors(x: Floats, X: Floats) -> tuple[Floats, Floats]:
     """Return vectors (n, 3) from the nearest points of triangles X (t, 3, 3) to x (n, 3), and distances (n,), m."""
     best, far = np.zeros_like(x), np.full(len(x), np.inf)
     rows = np.arange(len(x))

@@ -166,7 +166,7 @@ def cross_matrix(v: Floats) -> Floats:
     return found
 
 
-def _series(theta: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+def _rotation_series(theta: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Return [theta]x, sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3, with t = |theta|."""
     t = np.linalg.norm(theta, axis=1)
     safe, small = np.where(t > 1e-3, t, 1.0), t <= 1e-3
@@ -178,14 +178,14 @@ def _series(theta: Floats) -> tuple[Floats, Floats, Floats, Floats]:
 
 def exponential(theta: Floats) -> Floats:
     """Return the rotation matrices exp(theta) (n, 3, 3) of vectors theta (n, 3), by Rodrigues' formula."""
-    W, a, b, _ = _series(theta)
+    W, a, b, _ = _rotation_series(theta)
     found: Floats = np.eye(3) + a * W + b * (W @ W)
     return found
 
 
 def left_jacobian(theta: Floats) -> Floats:
     """Return the left Jacobian J (n, 3, 3): exp(theta + d) = exp(J d) exp(theta) to first order in d."""
-    W, _, b, c = _series(theta)
+    W, _, b, c = _rotation_series(theta)
     found: Floats = np.eye(3) + b * W + c * (W @ W)
     return found
 

@@ -61,14 +61,16 @@ def _do_segments_cross(a: Floats, b: Floats) -> Any:
 
     The ends of each segment must lie on both sides of the other.
     """
-    one = _side_of_plane(a[:, 0], a[:, 1], b[:, 0]) * _side_of_plane(a[:, 0], a[:, 1], b[:, 1])
-    other = _side_of_plane(b[:, 0], b[:, 1], a[:, 0]) * _side_of_plane(b[:, 0], b[:, 1], a[:, 1])
+    one = _side_of_line(a[:, 0], a[:, 1], b[:, 0]) * _side_of_line(a[:, 0], a[:, 1], b[:, 1])
+    other = _side_of_line(b[:, 0], b[:, 1], a[:, 0]) * _side_of_line(b[:, 0], b[:, 1], a[:, 1])
     return (one < 0) & (other < 0)
 
 
-def _side_of_plane(p: Floats, q: Floats, c: Floats) -> Floats:
+def _side_of_line(p: Floats, q: Floats, c: Floats) -> Floats:
     u, v = q - p, c - p
-    return _sign(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1))
+    return _sign_above_rounding(
+        u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1)
+    )
 
 
 def _do_segments_pierce(p: Floats, q: Floats, t: Floats) -> Any:
@@ -76,18 +78,18 @@ def _do_segments_pierce(p: Floats, q: Floats, t: Floats) -> Any:
 
     The test uses the signs of five volumes.
     """
-    ends = _volume(t[:, 0], t[:, 1], t[:, 2], p) * _volume(t[:, 0], t[:, 1], t[:, 2], q)
-    round_ = [_volume(p, q, t[:, k], t[:, (k + 1) % 3]) for k in range(3)]
+    ends = _volume_sign(t[:, 0], t[:, 1], t[:, 2], p) * _volume_sign(t[:, 0], t[:, 1], t[:, 2], q)
+    round_ = [_volume_sign(p, q, t[:, k], t[:, (k + 1) % 3]) for k in range(3)]
     same = np.all([r > 0 for r in round_], axis=0) | np.all([r < 0 for r in round_], axis=0)
     return (ends < 0) & same
 
 
-def _volume(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
+def _volume_sign(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
     u, v, w = b - a, c - a, d - a
     sizes = np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1) * np.linalg.norm(w, axis=1)
-    return _sign(np.einsum("ij,ij->i", np.cross(u, v), w), sizes)
+    return _sign_above_rounding(np.einsum("ij,ij->i", np.cross(u, v), w), sizes)
 
 
-def _sign(value: Floats, size: Floats) -> Floats:
+def _sign_above_rounding(value: Floats, size: Floats) -> Floats:
     """Return the sign of determinants (n,), zero if they may be rounding errors; `size` (n,) is their scale."""
     return np.where(np.abs(value) <= ROUNDING * size, 0.0, np.sign(value))

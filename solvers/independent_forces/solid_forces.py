@@ -74,7 +74,7 @@ def _monomials(xi: Floats, powers: Any) -> Floats:
 
 
 @cache
-def _coefficients(kind: Cell) -> Floats:
+def _shape_coefficients(kind: Cell) -> Floats:
     """Return the matrix (a, a) from monomials to shape functions: N_a is one at its node and zero at the others."""
     return np.asarray(
         np.linalg.inv(_monomials(node_positions(kind), np.array(_cell_data(kind).monomials))), dtype=np.float64
@@ -83,7 +83,9 @@ def _coefficients(kind: Cell) -> Floats:
 
 def shape_functions(kind: Cell, xi: Floats) -> Floats:
     """Return the shape functions (..., a) at local points xi (..., d)."""
-    found: Floats = _monomials(xi.reshape(-1, xi.shape[-1]), np.array(_cell_data(kind).monomials)) @ _coefficients(kind)
+    found: Floats = _monomials(
+        xi.reshape(-1, xi.shape[-1]), np.array(_cell_data(kind).monomials)
+    ) @ _shape_coefficients(kind)
     return found.reshape(*xi.shape[:-1], found.shape[1])
 
 
@@ -96,7 +98,7 @@ def shape_derivatives(kind: Cell, xi: Floats) -> Floats:
     for axis in range(xi.shape[1]):
         lower = powers.copy()
         lower[:, axis] = np.maximum(powers[:, axis] - 1, 0)
-        columns.append(powers[:, axis] * _monomials(xi, lower) @ _coefficients(kind))
+        columns.append(powers[:, axis] * _monomials(xi, lower) @ _shape_coefficients(kind))
     return np.stack(columns, axis=2)
 
 
@@ -116,7 +118,7 @@ def quadrature_rule(kind: Cell) -> tuple[Floats, Floats]:
         inner = flat.mean(axis=0, keepdims=True) if many == 2 else 1.0 / 6.0 + 0.5 * flat
         return extend_along_wedge((inner, np.full(len(inner), 0.5 / len(inner))), [-(3**-0.5), 3**-0.5])
     if is_tensor_product(kind):
-        return _gauss(kind, round(many ** (1 / d)))
+        return _gauss_rule(kind, round(many ** (1 / d)))
     if many == 4:
         a = (5.0 - np.sqrt(5.0)) / 20.0
         return a + (1.0 - 4.0 * a) * node_positions(kind)[:4], np.full(4, 1.0 / 24.0)
@@ -125,7 +127,7 @@ def quadrature_rule(kind: Cell) -> tuple[Floats, Floats]:
     return np.full((1, d), 1.0 / (d + 1)), np.array([1.0 / 6.0 if d == 3 else 0.5])
 
 
-def _gauss(kind: Cell, n: int) -> tuple[Floats, Floats]:
+def _gauss_rule(kind: Cell, n: int) -> tuple[Floats, Floats]:
     """Return points and weights of the Gauss rule with n points along each direction of a cube or square."""
     corners = node_positions(kind)[: _cell_data(kind).corners]
     d = corners.shape[1]

@@ -44,7 +44,7 @@ class ChainSolver:
         """Return the solution x of K x = b, accurate to rounding whatever the `tolerance`. Raises Singular."""
         layout = self._layout
         if layout is None or layout.indptr is not K.indptr:
-            layout = self._layout = _layout(K)
+            layout = self._layout = _band_layout(K)
         if layout.below + layout.above >= 2 * WIDEST:
             return factor(K, symmetric=False).solve(b)
         rows = 2 * layout.below + layout.above + 1
@@ -59,7 +59,7 @@ class ChainSolver:
         return found
 
 
-def _layout(K: sparse.csr_matrix) -> _Layout:
+def _band_layout(K: sparse.csr_matrix) -> _Layout:
     """Return the band layout of the pattern of K.
 
     The entry in row i and column j is stored in row below + above + i - j of column j; columns are contiguous.

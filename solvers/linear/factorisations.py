@@ -207,7 +207,7 @@ class RefinedFactor:
         size = float(np.linalg.norm(b))
         # single precision overflows where forces in N are far from one
         x, self.iterations, done = conjugate_gradients(self.K, b, self._solve_scaled, self.tolerance * size, FRESH)
-        return x if done else _accept_rounding(self.K, x, b, self.tolerance)
+        return x if done else _require_small_residual(self.K, x, b, self.tolerance)
 
     def _solve_scaled(self, r: Floats) -> Floats:
         """Solve with the single-precision factor and right-hand side r, scaled to length one against overflow."""
@@ -236,10 +236,10 @@ class MultigridSolver:
         x, done = self.multigrid.solve(b, self.tolerance)
         if done:
             return x
-        return self.otherwise().solve(b) if self.otherwise else _accept_rounding(self.K, x, b, self.tolerance)
+        return self.otherwise().solve(b) if self.otherwise else _require_small_residual(self.K, x, b, self.tolerance)
 
 
-def _accept_rounding(K: sparse.csr_matrix, x: Floats, b: Floats, tolerance: float) -> Floats:
+def _require_small_residual(K: sparse.csr_matrix, x: Floats, b: Floats, tolerance: float) -> Floats:
     """Return x if its residual is within the tolerance or due to rounding only. Raises Unsolved."""
     size, residual = float(np.linalg.norm(b)), float(np.linalg.norm(b - K @ x))
     rounding = 8 * float(np.finfo(np.float64).eps) * float(np.linalg.norm(abs(K) @ np.abs(x)) + size)
@@ -271,11 +271,11 @@ def factor(
     if method == "superlu":
         return _lu_factor(K, symmetric)
     if method == "pardiso":
-        return _requested_pardiso(K, symmetric, precision, modes)
+        return _pardiso_or_auto_factor(K, symmetric, precision, modes)
     if method == "multigrid":
-        return _multigrid_solver(K, _computed_modes(modes))
+        return _multigrid_solver(K, _evaluate_modes(modes))
     if method == "cholesky" and symmetric:
-        return _required_cholesky(K, precision, modes)
+        return _cholesky_or_lu_factor(K, precision, modes)
     raise Singular("the matrix is not symmetric, which Cholesky factorization needs")
 
 
@@ -285,7 +285,7 @@ def must_be_finite(K: sparse.csr_matrix) -> None:
         raise Singular("the stiffness matrix contains numbers that are not finite")
 
 
-def _computed_modes(modes: Modes) -> Floats | None:
+def _evaluate_modes(modes: Modes) -> Floats | None:
     """Return the rigid body modes; if they are given as a function, call it."""
     return modes() if callable(modes) else modes
 
@@ -316,8 +316,8 @@ def _symmetric_factor(K: sparse.csr_matrix, precision: Precision, modes: Modes) 
     fits = _fits_memory(sketch.bytes(8 if precision == "double" else 4))
     long = (1.0 if precision == "double" else 2.0) * LONG * K.shape[0]
     too_large = not fits or sketch.flops > long
-    if too_large and multigrid.is_installed() and (motions := _computed_modes(modes)) is not None:
-        return _multigrid_solver(K, motions, (lambda: _required_cholesky(K, precision, motions)) if fits else None)
+    if too_large and multigrid.is_installed() and (motions := _evaluate_modes(modes)) is not None:
+        return _multigrid_solver(K, motions, (lambda: _cholesky_or_lu_factor(K, precision, motions)) if fits else None)
     if not fits and _fits_memory(sketch.bytes(4)):
         precision = "single"
     return _cholesky_factor(K, precision, modes)
@@ -328,7 +328,7 @@ def _fits_memory(needed: float) -> bool:
     return needed <= LITTLE or needed <= SHARE * memory.available_memory()
 
 
-def _required_cholesky(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor:
+def _cholesky_or_lu_factor(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor:
     """Return a multifrontal Cholesky factor, or an LU factor if Cholesky fails. Raises Singular."""
     return _cholesky_factor(K, precision, modes) or _lu_factor(K, True)
 
@@ -351,7 +351,7 @@ def _cholesky_factor(K: sparse.csr_matrix, precision: Precision, modes: Modes) -
         return RefinedFactor(cholesky, K)
     if cholesky.definite:
         return CholeskyFactor(cholesky)
-    return SignedFactor(cholesky, K) if _is_accurate(cholesky, K) else None
+    return SignedFactor(cholesky, K) if _does_refinement_converge(cholesky, K) else None
 
 
 def _require_memory(needed: float, modes: Modes) -> None:
@@ -363,11 +363,11 @@ def _require_memory(needed: float, modes: Modes) -> None:
     if not multigrid.is_installed():
         why = "install softmark[fast] to use the iterative solver of pyamg"
     else:
-        why = "use a coarser mesh" if _computed_modes(modes) is None else "use `linear = multigrid`, or a coarser mesh"
+        why = "use a coarser mesh" if _evaluate_modes(modes) is None else "use `linear = multigrid`, or a coarser mesh"
     raise TooLarge(needed, memory.available_memory(), why)
 
 
-def _is_accurate(cholesky: Cholesky, K: sparse.csr_matrix) -> bool:
+def _does_refinement_converge(cholesky: Cholesky, K: sparse.csr_matrix) -> bool:
     """Return whether refinement with this factor converges; without pivoting its entries may have grown."""
     b = np.random.default_rng(0).standard_normal(K.shape[0])
     residual = np.linalg.norm(b - K @ cholesky.solve(b))
@@ -401,7 +401,7 @@ def _multigrid_solver(
     return MultigridSolver(multigrid.Multigrid(K, modes), K, multigrid.NAME, otherwise)
 
 
-def _requested_pardiso(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: Modes) -> Factor:
+def _pardiso_or_auto_factor(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: Modes) -> Factor:
     """Return a Pardiso factor, or that of `auto` without the MKL library. Raises NotInstalled, Singular."""
     from softmark.solvers.sparse import pardiso
 
@@ -441,11 +441,11 @@ def condition(K: sparse.csr_matrix, factor: Factor) -> float:
     s = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     size = float((s * (abs(K).T @ s)).max())
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        inverse = _inverse_norm(lambda b: factor.solve((b / s).astype(K.dtype)) / s, n)
+        inverse = _estimate_inverse_norm(lambda b: factor.solve((b / s).astype(K.dtype)) / s, n)
     return size * inverse if np.isfinite(inverse) else float("inf")
 
 
-def _inverse_norm(solve: Callable[[Floats], Floats], n: int) -> float:
+def _estimate_inverse_norm(solve: Callable[[Floats], Floats], n: int) -> float:
     """Return a lower estimate of the 1-norm of the operator `solve` on vectors (n,) (Higham 1988, algorithm 4.1)."""
     x, found, before = np.full(n, 1.0 / n), 0.0, np.zeros(n)
     for number in range(5):

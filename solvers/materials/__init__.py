@@ -90,17 +90,17 @@ class NoFiniteLaw(Exception):
         self.material = material
 
 
-def _small(material: Isotropic) -> Law:
+def _small_strain_law(material: Isotropic) -> Law:
     """Return the small-strain law with the moduli of the material at rest."""
     return SmallStrain(material.shear_modulus, material.lame_lambda)
 
 
-def _corotational(material: Isotropic) -> Law:
+def _corotational_law(material: Isotropic) -> Law:
     """Return the corotational law with the moduli of the material at rest."""
     return Corotational(material.shear_modulus, material.lame_lambda)
 
 
-def _finite(material: Isotropic) -> Law:
+def _finite_strain_law(material: Isotropic) -> Law:
     """Return the finite-strain law of the material. Raises NoFiniteLaw if it has none."""
     law = material.finite_law()
     if law is None:
@@ -109,9 +109,9 @@ def _finite(material: Isotropic) -> Law:
 
 
 STRAINS: dict[str, Callable[[Isotropic], Law]] = {
-    "small": _small,
-    "corotational": _corotational,
-    "finite": _finite,
+    "small": _small_strain_law,
+    "corotational": _corotational_law,
+    "finite": _finite_strain_law,
 }
 
 
@@ -127,11 +127,11 @@ def law_for(material: Isotropic, strain: str) -> Law:
         from softmark.solvers.materials.plane_stress import PlaneStress
 
         law = PlaneStress(law)
-    found: Law = _at_points(material, law)
+    found: Law = _heterogeneous_law(material, law)
     return found
 
 
-def _at_points(material: Isotropic, law: Any) -> Any:
+def _heterogeneous_law(material: Isotropic, law: Any) -> Any:
     """Return a law or damping tangent whose constants differ from point to point, if those of the material do."""
     if not material.sampled:
         return law
@@ -149,11 +149,11 @@ def parts_for(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
     """
     if material.thin:
         return None
-    parts = _parts(material, strain)
-    return None if parts is None else (_at_points(material, parts[0]), _at_points(material, parts[1]))
+    parts = _shear_volume_laws(material, strain)
+    return None if parts is None else (_heterogeneous_law(material, parts[0]), _heterogeneous_law(material, parts[1]))
 
 
-def _parts(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
+def _shear_volume_laws(material: Isotropic, strain: str) -> tuple[Law, Law] | None:
     """Return the two laws of `parts_for`, without constants that differ from point to point."""
     mu, lam = material.shear_modulus, material.lame_lambda
     if strain == "small":
@@ -172,14 +172,14 @@ def mixed_for(material: Isotropic, strain: str) -> MixedSplit | None:
         return None
     mu, K = material.shear_modulus, material.bulk_modulus
     if strain == "small":
-        return MixedSplit(_at_points(material, SmallStrain(mu, -2.0 / 3.0 * mu)), Dilatation(), K)
+        return MixedSplit(_heterogeneous_law(material, SmallStrain(mu, -2.0 / 3.0 * mu)), Dilatation(), K)
     if strain == "corotational":
-        return MixedSplit(_at_points(material, Corotational(mu, -2.0 / 3.0 * mu)), CorotationalDilatation(), K)
+        return MixedSplit(_heterogeneous_law(material, Corotational(mu, -2.0 / 3.0 * mu)), CorotationalDilatation(), K)
     parts = material.finite_mixed()
     if parts is None:
         return None
     shape, constraint = parts
-    return MixedSplit(_at_points(material, shape), constraint, material.pressure_modulus)
+    return MixedSplit(_heterogeneous_law(material, shape), constraint, material.pressure_modulus)
 
 
 def drags_for(material: Isotropic, strain: str) -> tuple[DampingTangent, DampingTangent] | None:
@@ -187,15 +187,15 @@ def drags_for(material: Isotropic, strain: str) -> tuple[DampingTangent, Damping
 
     Return None for small strains, whose tangent contains no stress, or if the law cannot be split.
     """
-    laws: Any = None if material.thin else _parts(material, strain)
+    laws: Any = None if material.thin else _shear_volume_laws(material, strain)
     if strain == "small" or laws is None:
         return None
     mixed = mixed_for(material, strain)
     if mixed is None:
         return None
-    modulus = _volume_modulus(_at_points(material, laws[1]))
+    modulus = _volume_modulus(_heterogeneous_law(material, laws[1]))
     drags = DampingTangent(laws[0], mixed.constraint, modulus), DampingTangent(None, mixed.constraint, modulus)
-    return _at_points(material, drags[0]), _at_points(material, drags[1])
+    return _heterogeneous_law(material, drags[0]), _heterogeneous_law(material, drags[1])
 
 
 def _volume_modulus(law: Any) -> Any:

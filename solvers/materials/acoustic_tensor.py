@@ -41,13 +41,13 @@ def find_loss_in_directions(law: Any, F: Array, held: VolumePressure | None) -> 
         if hasattr(passive, "elliptic"):
             left = np.flatnonzero(~passive.elliptic(components(F)))
         if len(left):
-            found[left] = _search_without_bound(
+            found[left] = _search_sampled_directions(
                 _law_at_points(law, left), F[left], None if held is None else held.of(left)
             )
     return found
 
 
-def _search_without_bound(law: Any, F: Array, held: VolumePressure | None) -> Bools:
+def _search_sampled_directions(law: Any, F: Array, held: VolumePressure | None) -> Bools:
     """Return for which states F (m, 3, 3) a loss of ellipticity is found (m,), without using a bound of the law."""
     least, positive, sound = _acoustic_tensor_tests(law, F, held)
     found: Bools = sound & ~positive.all(axis=1)
@@ -57,9 +57,9 @@ def _search_without_bound(law: Any, F: Array, held: VolumePressure | None) -> Bo
     for some in (order[:count], order[count:]):
         if len(some):
             own = _law_at_points(law, some)
-            A = _stiffness(own, F[some], None if held is None else held.of(some))
-            n = np.einsum("da,aim->mdi", DIRECTIONS, _axes(own, len(some)))
-            found[some] = _minimize_from_direction(A, n[np.arange(len(some)), least[some].argmin(axis=1)])
+            A = _constrained_tangent(own, F[some], None if held is None else held.of(some))
+            n = np.einsum("da,aim->mdi", DIRECTIONS, _material_axes(own, len(some)))
+            found[some] = _has_loss_near_directions(A, n[np.arange(len(some)), least[some].argmin(axis=1)])
         if not found[some].any():
             break
     return found
@@ -76,15 +76,15 @@ def _acoustic_tensor_tests(law: Any, F: Array, held: VolumePressure | None) -> t
         K = 0.0 if held is None else np.minimum(held.modulus, STIFF * passive.stiffness)
         Q = passive.waves(components(F), DIRECTIONS, K, getattr(law, "tension", 0.0)).transpose(3, 0, 1, 2)
     else:
-        A = _stiffness(law, F, held)
-        n = np.einsum("da,aim->mdi", DIRECTIONS, _axes(law, len(F)))
+        A = _constrained_tangent(law, F, held)
+        n = np.einsum("da,aim->mdi", DIRECTIONS, _material_axes(law, len(F)))
         B = A.transpose(0, 1, 3, 2, 4).reshape(len(F), 9, 9)
         Q = (B @ (n[:, :, :, None] * n[:, :, None, :]).reshape(len(F), -1, 9).transpose(0, 2, 1)).transpose(0, 2, 1)
         Q = Q.reshape(len(F), -1, 3, 3)
     return *_weakest_eigenvalue(Q), np.isfinite(Q).all(axis=(1, 2, 3))
 
 
-def _axes(law: Any, count: int) -> Array:
+def _material_axes(law: Any, count: int) -> Array:
     """Return fibre, sheet and normal directions (3, 3, m), with components in the second axis."""
     found: Array = np.broadcast_to(law.frame.axes(np.float64), (3, 3, count))
     return found
@@ -95,7 +95,7 @@ def _law_at_points(law: Any, some: Any) -> Any:
     return map_arrays(law, lambda a: np.ravel(a)[some]) if next(iterate_arrays(law), None) is not None else law
 
 
-def _stiffness(law: Any, F: Array, held: VolumePressure | None) -> Array:
+def _constrained_tangent(law: Any, F: Array, held: VolumePressure | None) -> Array:
     """Return dP/dF (m, 3, 3, 3, 3), Pa, including the volume constraint."""
     A: Array = law.dPdF(F)
     if held is not None:
@@ -118,7 +118,7 @@ def _weakest_eigenvalue(Q: Array) -> tuple[Array, Bools]:
     return det / (first + second + third), (a > 0.0) & (third > 0.0) & (det > 0.0)
 
 
-def _minimize_from_direction(A: Array, n: Array) -> Bools:
+def _has_loss_near_directions(A: Array, n: Array) -> Bools:
     """Return whether a n : A : a n is lowered to zero or less (k,), starting from the directions n (k, 3)."""
     for _ in range(TURNS):
         value, vectors = np.linalg.eigh(np.einsum("miJkL,mJ,mL->mik", A, n, n, optimize=True))

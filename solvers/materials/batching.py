@@ -44,7 +44,7 @@ class BatchedLaw(ABC):
         """Return the energy per undeformed volume, J/m^3 (m,)."""
         out = np.empty(len(F), dtype=precision(F))
         with np.errstate(all="ignore"):
-            for block in _blocks(len(F)):
+            for block in _batch_slices(len(F)):
                 out[block] = self._psi(components(F[block]))
         return out
 
@@ -52,7 +52,7 @@ class BatchedLaw(ABC):
         """Return the first Piola-Kirchhoff stress, Pa (m, 3, 3)."""
         out = np.empty(F.shape, dtype=precision(F))
         with np.errstate(all="ignore"):
-            for block in _blocks(len(F)):
+            for block in _batch_slices(len(F)):
                 out[block] = self._P(components(F[block])).transpose(2, 0, 1)
         return out
 
@@ -69,13 +69,13 @@ def tensors(F: Array, write: Callable[[Array, Array], None]) -> Array:
     out = np.empty((len(F), 3, 3, 3, 3), dtype=precision(F))
     scratch = np.empty((9, 9, min(len(F), BLOCK)), dtype=precision(F))
     with np.errstate(all="ignore"):
-        for block in _blocks(len(F)):
+        for block in _batch_slices(len(F)):
             H = scratch[:, :, : len(F[block])]
             write(components(F[block]), H)
             write_symmetric(H, out[block])
     return out
 
 
-def _blocks(m: int) -> Iterator[slice]:
+def _batch_slices(m: int) -> Iterator[slice]:
     """Yield slices of BLOCK entries over the batch."""
     return (slice(start, start + BLOCK) for start in range(0, m, BLOCK))

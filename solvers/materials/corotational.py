@@ -66,12 +66,12 @@ class Corotational(BatchedLaw):
     def _dPdF(self, f: Array, H: Array) -> None:
         """Write the tangent 2 mu dF + lam (R : dF) R + c dR into H, with c = lam tr(S - I) - 2 mu.
 
-        dR/dF = Y_ab T_a (x) T_b (see `_twists`). Derivation: with dR = R [w], R^T dF - dF^T R = [w] S + S [w], hence w
-        = Y axial(R^T dF - dF^T R) with Y = (tr S I - S)^-1.
+        dR/dF = Y_ab T_a (x) T_b (see `_rotation_derivatives`). Derivation: with dR = R [w],
+        R^T dF - dF^T R = [w] S + S [w], hence w = Y axial(R^T dF - dF^T R) with Y = (tr S I - S)^-1.
         """
         r = rotation(f)
-        sums = _pair_sums(stretch(r, f))
-        self._write(r, _inverse(sums) * self._twist_factor(f, r), H)
+        sums = _stretch_pair_sums(stretch(r, f))
+        self._write(r, _floored_inverse(sums) * self._twist_factor(f, r), H)
 
     def principal(self, e: Sequence[Any]) -> Principal:
         """Return psi, tau and d tau/de for logarithmic principal stretches e (see principal_axes_law.py)."""
@@ -93,7 +93,7 @@ class Corotational(BatchedLaw):
 
     def _projected(self, f: Array, H: Array) -> None:
         r = rotation(f)
-        sums, axes = spectrum(_pair_sums(stretch(r, f)))
+        sums, axes = spectrum(_stretch_pair_sums(stretch(r, f)))
         twists = np.maximum(self._twist_factor(f, r) / np.maximum(sums, FLOOR), -self.mu)
         self._write(r, product(axes * twists, transposed(axes)), H)
 
@@ -105,23 +105,23 @@ class Corotational(BatchedLaw):
         """Write H = 2 mu I + lam R (x) R + y_ab T_a (x) T_b, on and above the diagonal; y (3, 3, m) is symmetric."""
         rows = r.reshape(9, -1)
         set_outer(H, rows, self.lam * rows)
-        _add_twists(H, r, y)
+        _add_twist_products(H, r, y)
         add_identity(H, 2.0 * self.mu)
 
 
 def add_rotation_derivative(H: Array, f: Array, r: Array, factor: Array) -> None:
     """Add factor dR/dF to H, on and above the diagonal, with r the rotation nearest to f and `factor` (m,)."""
-    _add_twists(H, r, _inverse(_pair_sums(stretch(r, f))) * factor)
+    _add_twist_products(H, r, _floored_inverse(_stretch_pair_sums(stretch(r, f))) * factor)
 
 
-def _add_twists(H: Array, r: Array, y: Array) -> None:
+def _add_twist_products(H: Array, r: Array, y: Array) -> None:
     """Add y_ab T_a (x) T_b to H, on and above the diagonal; y (3, 3, m) is symmetric."""
-    T = _twists(r)
+    T = _rotation_derivatives(r)
     for a in range(3):
         add_outer(H, T[a], y[a, 0] * T[0] + y[a, 1] * T[1] + y[a, 2] * T[2], skip=a)
 
 
-def _twists(r: Array) -> Array:
+def _rotation_derivatives(r: Array) -> Array:
     """Return T_a = R [e_a] (3, 9, m), a = 0, 1, 2: the derivatives of R about its axes; T_a : T_b = 2 delta_ab."""
     T = np.zeros((3, *r.shape), dtype=r.dtype)
     for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
@@ -130,12 +130,12 @@ def _twists(r: Array) -> Array:
     return T.reshape(3, 9, -1)
 
 
-def _pair_sums(s: Array) -> Array:
+def _stretch_pair_sums(s: Array) -> Array:
     """Return tr S I - S (3, 3, m), whose eigenvalues are the sums s_i + s_j of two principal stretches."""
     return add_diagonal(-s, trace(s))
 
 
-def _inverse(a: Array) -> Array:
+def _floored_inverse(a: Array) -> Array:
     """Return A^-1 (3, 3, m) of symmetric A >= 0, whose eigenvalues below FLOOR are raised to FLOOR.
 
     If det A > FLOOR (tr A / 2)^2, all eigenvalues lie above FLOOR.

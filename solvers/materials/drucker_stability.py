@@ -40,14 +40,14 @@ def find_instability(law: Any, F: Array, held: VolumePressure | None = None) -> 
     States outside the law's domain, which have no stress, are not counted. Neither are flattened ones (`FLAT`). `held`
     is the separate volume constraint, or None.
     """
-    return evaluate_by_law(_stability_by_law, law, F, held)
+    return evaluate_by_law(_find_instability_of_law, law, F, held)
 
 
-def _stability_by_law(law: Any, F: Array, held: VolumePressure | None) -> Bools | None:
-    return evaluate_in_blocks(_is_lost, law, F, held) if hasattr(law, "principal") else None
+def _find_instability_of_law(law: Any, F: Array, held: VolumePressure | None) -> Bools | None:
+    return evaluate_in_blocks(_is_stability_lost, law, F, held) if hasattr(law, "principal") else None
 
 
-def _is_lost(law: Any, F: Array, held: VolumePressure | None) -> Bools:
+def _is_stability_lost(law: Any, F: Array, held: VolumePressure | None) -> Bools:
     """Return for which states F (m, 3, 3) of an isotropic law Drucker stability is lost (m,)."""
     f = components(F)
     s = stretches(f)

@@ -49,10 +49,10 @@ def find_ellipticity_loss(law: Any, F: Array, held: VolumePressure | None = None
     For anisotropic laws the result is the losses that were found (acoustic_tensor.py). States outside the domain, which
     have no stress, are not counted. `held` is the separate volume constraint, or None.
     """
-    return evaluate_by_law(_is_lost, law, F, held)
+    return evaluate_by_law(_is_ellipticity_lost, law, F, held)
 
 
-def _is_lost(law: Any, F: Array, held: VolumePressure | None) -> Bools | None:
+def _is_ellipticity_lost(law: Any, F: Array, held: VolumePressure | None) -> Bools | None:
     if getattr(law, "directed", False):
         from softmark.solvers.materials import acoustic_tensor
 
@@ -104,14 +104,14 @@ def _find_isotropic_loss(law: Any, F: Array, held: VolumePressure | None) -> Boo
         b = b + M[:, None, None] * g[:, :, None] * g[:, None, :]
     sound = np.isfinite(d).all(axis=(1, 2)) & np.isfinite(b).all(axis=(1, 2))
     found: Bools = sound & np.any(d[:, :, 0] <= 0.0, axis=1)
-    form = _determinant_form(d, b)
+    form = _acoustic_determinant_form(d, b)
     doubtful = np.flatnonzero(sound & ~found & ~(form > 0.0).all(axis=(1, 2, 3)))
     if len(doubtful):
-        found[doubtful] = _is_not_positive(form[doubtful])
+        found[doubtful] = _has_nonpositive_value(form[doubtful])
     return found
 
 
-def _determinant_form(d: Array, b: Array) -> Array:
+def _acoustic_determinant_form(d: Array, b: Array) -> Array:
     """Return det Q as the symmetric tensor (k, 3, 3, 3) of the cubic form in y, from d and b (k, 3, 3)."""
     d, b = np.moveaxis(d, 0, -1), np.moveaxis(b, 0, -1)  # rows of points
     x = (b[1, 2] ** 2, b[2, 0] ** 2, b[0, 1] ** 2)
@@ -131,7 +131,7 @@ def _determinant_form(d: Array, b: Array) -> Array:
     return np.moveaxis(T, -1, 0)
 
 
-def _is_not_positive(T: Array) -> Bools:
+def _has_nonpositive_value(T: Array) -> Bools:
     """Return which cubic forms (k, 3, 3, 3) are zero or less somewhere on the triangle."""
     found, who = np.zeros(len(T), dtype=np.bool_), np.arange(len(T))
     corners = np.tile(CORNERS, (len(T), 1, 1))  # (k, 3, 3): each row a corner

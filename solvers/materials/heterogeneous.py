@@ -125,7 +125,7 @@ def average_moduli(material: Isotropic, w: Array) -> Isotropic:
     w (m, q) are the weights. For laws linear in their moduli and a uniform deformation in each cell, the integral of
     the energy is the same.
     """
-    mu, lam = (_mean(a, w) for a in (material.shear_modulus, material.lame_lambda))
+    mu, lam = (_weighted_cell_mean(a, w) for a in (material.shear_modulus, material.lame_lambda))
     each = {"young": mu * (3.0 * lam + 2.0 * mu) / (lam + mu), "poisson": 0.5 * lam / (lam + mu)}
     return with_constants(material, each)
 
@@ -141,6 +141,6 @@ def with_constants(material: Isotropic, new: dict[str, Any]) -> Isotropic:
     return replace(material, **new, **more)
 
 
-def _mean(a: Array | float, w: Array) -> Array:
+def _weighted_cell_mean(a: Array | float, w: Array) -> Array:
     mean: Array = (np.broadcast_to(a, w.shape) * w).sum(axis=1, keepdims=True) / w.sum(axis=1, keepdims=True)
     return mean

@@ -175,7 +175,7 @@ class VolumetricLaw(TwoInvariantLaw):
 
 def volumetric_derivatives(constraint: VolumeRatioConstraint, j: Array) -> tuple[Array, Array]:
     """Return the first two derivatives of g^2/2 by J (m,), from j = J - 1."""
-    return _profile_gradients(*constraint.of(j))
+    return _half_square_derivatives(*constraint.of(j))
 
 
 def add_volumetric_terms(
@@ -186,10 +186,10 @@ def add_volumetric_terms(
     They are the principal stresses and their derivatives (see principal_axes_law.py).
     """
     known, J = constraint.of(j), 1.0 + j
-    g, (swell, stiffen) = known[0], _profile_gradients(*known)
+    g, (swell, stiffen) = known[0], _half_square_derivatives(*known)
     add_volume_derivatives(tau, bent, modulus * swell * J, modulus * (swell + stiffen * J) * J)
     return 0.5 * modulus * g * g
 
 
-def _profile_gradients(g: Array, first: Array, second: Array | None) -> tuple[Array, Array]:
+def _half_square_derivatives(g: Array, first: Array, second: Array | None) -> tuple[Array, Array]:
     return g * first, first * first if second is None else first * first + g * second

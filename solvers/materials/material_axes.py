@@ -46,13 +46,13 @@ class MaterialFrame:
         `sheets` is made perpendicular to `fibres`; by default it is any perpendicular direction. Raises
         InvalidDirection.
         """
-        f = _unit(fibres)
-        s = _perpendicular(f) if sheets is None else _unit(sheets)
+        f = _unit_vector(fibres)
+        s = _perpendicular(f) if sheets is None else _unit_vector(sheets)
         along = sum(a * b for a, b in zip(f, s, strict=True))
         s = tuple(b - along * a for a, b in zip(f, s, strict=True))
         if math.hypot(*s) < PARALLEL:
             raise InvalidDirection("the sheets are along the fibres")
-        return cls(*f, *_unit(s))
+        return cls(*f, *_unit_vector(s))
 
     @classmethod
     def at(cls, fibres: Array, sheets: Array | None, shape: tuple[int, ...]) -> MaterialFrame:
@@ -60,16 +60,16 @@ class MaterialFrame:
 
         Raises InvalidDirection.
         """
-        f = _units(fibres)
+        f = _unit_vectors(fibres)
         if sheets is None:
             least = np.eye(3)[np.argmin(np.abs(f), axis=1)]
             s = np.cross(f, least)
         else:
-            s = _units(sheets)
+            s = _unit_vectors(sheets)
             s = s - np.einsum("ni,ni->n", f, s)[:, None] * f
             if np.any(np.linalg.norm(s, axis=1) < PARALLEL):
                 raise InvalidDirection("the sheets are along the fibres")
-        return cls(*(c.reshape(shape) for c in (*f.T, *_units(s).T)))
+        return cls(*(c.reshape(shape) for c in (*f.T, *_unit_vectors(s).T)))
 
     @property
     def sampled(self) -> bool:
@@ -84,14 +84,14 @@ class MaterialFrame:
         return np.stack([f, s, n])
 
 
-def _unit(v: Any) -> Any:
+def _unit_vector(v: Any) -> Any:
     size = math.hypot(*v)
     if not (math.isfinite(size) and size > 0.0):
         raise InvalidDirection(f"{tuple(v)} is not a valid direction")
     return tuple(c / size for c in v)
 
 
-def _units(v: Array) -> Array:
+def _unit_vectors(v: Array) -> Array:
     size = np.linalg.norm(v, axis=1, keepdims=True)
     if not (np.all(np.isfinite(size)) and np.all(size > 0.0)):
         raise InvalidDirection("a direction with zero length")

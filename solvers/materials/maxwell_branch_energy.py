@@ -109,13 +109,13 @@ class IsotropicBranch:
     def stored(self, C: Array, q: Array) -> Array:
         """Return the stored energy per unit share (n,), J/m^3, for C (n, 3, 3) and lost stress q (n, 3, 3), Pa."""
         e, rest = self._resting(q)
-        own = self.law.psi(_root(C)) - self.law.psi(_diagonal(np.exp(0.5 * e)))
+        own = self.law.psi(_matrix_square_root(C)) - self.law.psi(_diagonal_matrices(np.exp(0.5 * e)))
         found: Array = own - 0.5 * np.einsum("nij,nij->n", q, C - rest)
         return found
 
     def rate(self, C: Array, q: Array) -> Array:
         """Return tau times the dissipation, divided by the share (n,), J/m^3: (C - C') : (S(0)(C) - q)/2."""
-        F = _root(C)
+        F = _matrix_square_root(C)
         S = np.linalg.solve(F, self.law.P(F))
         found: Array = 0.5 * np.einsum("nij,nij->n", C - self._resting(q)[1], S - q)
         return found
@@ -149,7 +149,7 @@ class IsotropicBranch:
     def _slope(self, e: Array, q: Array) -> Array:
         """Return d(W - q : C/2)/de (n, 3), Pa."""
         c = np.exp(e)
-        P = self.law.P(_diagonal(np.sqrt(c)))
+        P = self.law.P(_diagonal_matrices(np.sqrt(c)))
         found: Array = 0.5 * (np.sqrt(c) * np.einsum("nii->ni", P) - q * c)
         return found - found.mean(axis=1, keepdims=True) if self.keeps else found
 
@@ -163,12 +163,12 @@ ACROSS = (
 ALL = (3.0**-0.5, 3.0**-0.5, 3.0**-0.5)
 
 
-def _diagonal(values: Array) -> Array:
+def _diagonal_matrices(values: Array) -> Array:
     found: Array = values[:, :, None] * np.eye(3)
     return found
 
 
-def _root(C: Array) -> Array:
+def _matrix_square_root(C: Array) -> Array:
     """Return the symmetric square root of C (n, 3, 3)."""
     values, axes = np.linalg.eigh(C)
     found: Array = (axes * np.sqrt(values)[:, None, :]) @ axes.swapaxes(1, 2)

@@ -47,26 +47,26 @@ def rotation(f: Array) -> Array:
     norm = np.sqrt(inner(f, f))
     g = f / norm
     cof = cofactor(g)
-    I, gap, step = _stretch_sum(cof, determinant(g, cof))
+    I, gap, step = _solve_stretch_sum(cof, determinant(g, cof))
     r = cof * I
     r += g * (0.5 * (I * I + 1.0))  # I^2 - II, as II = (I^2 - |g|^2)/2
     r -= product(g, product(transposed(g), g))
     r /= gap
     defect = _orthonormalise(r)
-    fine = _fine(f)
+    fine = _relative_tolerance(f)
     regular = (gap > GAP) & (step < 10.0 * fine) & (defect < fine)
     if not regular.all():
         finite = np.isfinite(norm)
         r[:, :, ~finite] = np.nan
-        _decompose(f, r, np.flatnonzero(~regular & finite))
+        _set_rotation_by_svd(f, r, np.flatnonzero(~regular & finite))
     return r
 
 
-def _fine(a: Array) -> float:
+def _relative_tolerance(a: Array) -> float:
     return max(FINE, 8.0 * float(np.finfo(a.dtype).eps))
 
 
-def _stretch_sum(cof: Array, det: Array) -> tuple[Array, Array, Array]:
+def _solve_stretch_sum(cof: Array, det: Array) -> tuple[Array, Array, Array]:
     """Return I = s1 + s2 + s3 (m,) for |g| = 1, then I II - III, and the last Newton step.
 
     I is the largest root of (x^2 - 1)^2 = 8 det x + 4 |cof|^2. All four roots +-s1 +-s2 +-s3 (even number of minuses)
@@ -74,7 +74,7 @@ def _stretch_sum(cof: Array, det: Array) -> tuple[Array, Array, Array]:
     """
     q = 4.0 * inner(cof, cof)
     x = np.sqrt(1.0 + np.sqrt(q + 8.0 * np.sqrt(3.0) * np.maximum(det, 0.0)))
-    fine = _fine(x)
+    fine = _relative_tolerance(x)
     for _ in range(12):
         y = x * x - 1.0
         step = (y * y - 8.0 * det * x - q) / (4.0 * x * y - 8.0 * det)
@@ -98,7 +98,7 @@ def _orthonormalise(r: Array) -> Array:
     return defect
 
 
-def _decompose(f: Array, r: Array, rows: NDArray[np.intp]) -> None:
+def _set_rotation_by_svd(f: Array, r: Array, rows: NDArray[np.intp]) -> None:
     """Set R = U V^T of the singular value decomposition in place, with the last axis reversed if det (U V^T) = -1."""
     if len(rows):
         U, _, Vt = np.linalg.svd(f[:, :, rows].transpose(2, 0, 1))
@@ -129,13 +129,13 @@ def spectrum(a: Array) -> tuple[Array, Array]:
     floor = 0.45 * np.finfo(a.dtype).eps * np.sqrt(inner(a, a))
     for _ in range(8):
         for p, q, other in ((0, 1, 2), (0, 2, 1), (1, 2, 0)):
-            _annihilate(a, v, p, q, other)
+            _annihilate_entry(a, v, p, q, other)
         if not (np.abs(a[0, 1]) + np.abs(a[0, 2]) + np.abs(a[1, 2]) > floor).any():
             break
     return np.stack((a[0, 0], a[1, 1], a[2, 2])), v
 
 
-def _annihilate(a: Array, v: Array, p: int, q: int, other: int) -> None:
+def _annihilate_entry(a: Array, v: Array, p: int, q: int, other: int) -> None:
     """Apply one Jacobi rotation of the p-q plane that makes a_pq zero; only the upper triangle of a is kept."""
     apq = a[p, q].copy()
     d = a[q, q] - a[p, p]
@@ -146,11 +146,11 @@ def _annihilate(a: Array, v: Array, p: int, q: int, other: int) -> None:
     a[p, p] -= t * apq
     a[q, q] += t * apq
     a[p, q] = 0.0
-    _rotate_rows(_entry(a, p, other), _entry(a, q, other), c, s)
+    _rotate_rows(_symmetric_entry(a, p, other), _symmetric_entry(a, q, other), c, s)
     _rotate_rows(v[:, p], v[:, q], c, s)
 
 
-def _entry(a: Array, i: int, j: int) -> Array:
+def _symmetric_entry(a: Array, i: int, j: int) -> Array:
     """Return the stored copy of a_ij = a_ji."""
     entry: Array = a[min(i, j), max(i, j)]
     return entry

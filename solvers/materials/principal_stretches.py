@@ -83,7 +83,7 @@ class PrincipalStretchLaw(Hyperelastic):
 
     def _P(self, f: Array) -> Array:
         """Return P = F S (3, 3, m), Pa, with S the second Piola-Kirchhoff stress."""
-        s, e, v, j = _principal(f)
+        s, e, v, j = _principal_kinematics(f)
         return product(f, product(v * (self._stress(e, j) / (s * s)), transposed(v)))
 
     def _dPdF(self, f: Array, H: Array) -> None:
@@ -93,7 +93,7 @@ class PrincipalStretchLaw(Hyperelastic):
         self._tangent(f, H, True)
 
     def _tangent(self, f: Array, H: Array, projected: bool) -> None:
-        s, e, v, j = _principal(f)
+        s, e, v, j = _principal_kinematics(f)
         axes, twist, flip = self._blocks(s, e, j)
         if projected:
             w, q = spectrum(axes)
@@ -135,7 +135,7 @@ class PrincipalStretchLaw(Hyperelastic):
         return axes, twist, flip
 
 
-def _principal(f: Array) -> tuple[Array, Array, Array, Array]:
+def _principal_kinematics(f: Array) -> tuple[Array, Array, Array, Array]:
     """Return stretches s (3, m), ln t (3, m), the principal axes v[:, a] (3, 3, m) and J - 1 (m,); NaN if J <= 0."""
     h = displacement_gradient(f)
     j = volume_change(h)

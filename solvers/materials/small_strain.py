@@ -29,12 +29,12 @@ class SmallStrain(BatchedLaw):
     lam: float
 
     def _psi(self, f: Array) -> Array:
-        eps = _strain(f)
+        eps = _small_strain(f)
         tr = trace(eps)
         return self.mu * inner(eps, eps) + 0.5 * self.lam * tr * tr
 
     def _P(self, f: Array) -> Array:
-        eps = _strain(f)
+        eps = _small_strain(f)
         pressure = self.lam * trace(eps)
         return add_diagonal(2.0 * self.mu * eps, pressure)
 
@@ -59,7 +59,7 @@ def hooke(mu: float, lam: float) -> Array:
     return mu * shear + lam * volume
 
 
-def _strain(f: Array) -> Array:
+def _small_strain(f: Array) -> Array:
     """Return the small strain eps (3, 3, m)."""
     h = displacement_gradient(f)
     return 0.5 * (h + transposed(h))

@@ -45,7 +45,7 @@ class SmallStrainMeasure:
     """Small strain (F + F^T)/2 - 1."""
 
     def strain(self, F: Array) -> Array:
-        return _even(F - np.eye(3))
+        return _symmetric_part(F - np.eye(3))
 
     def stress(self, law: Law, F: Array) -> Array:
         return law.P(F)
@@ -63,11 +63,11 @@ class GreenStrain:
 
     def strain(self, F: Array) -> Array:
         H = F - np.eye(3)
-        return _even(H) + 0.5 * (_turned(H) @ H)
+        return _symmetric_part(H) + 0.5 * (_transposed(H) @ H)
 
     def stress(self, law: Law, F: Array) -> Array:
         S: Any = np.linalg.solve(F, law.P(F))
-        return _even(S)
+        return _symmetric_part(S)
 
     def pulled(self, F: Array, H: Array) -> Array:
         found: Array = F @ H
@@ -127,19 +127,19 @@ class BiotStrain:
 
     def strain(self, F: Array) -> Array:
         R = rotations(F)
-        return _even(_turned(R) @ (F - R))
+        return _symmetric_part(_transposed(R) @ (F - R))
 
     def stress(self, law: Law, F: Array) -> Array:
-        return _even(_turned(rotations(F)) @ law.P(F))
+        return _symmetric_part(_transposed(rotations(F)) @ law.P(F))
 
     def pulled(self, F: Array, H: Array) -> Array:
         V, sums = self._axes(F)
-        found: Array = 2.0 * F @ (V @ (_turned(V) @ H @ V / sums) @ _turned(V))
+        found: Array = 2.0 * F @ (V @ (_transposed(V) @ H @ V / sums) @ _transposed(V))
         return found
 
     def add_tangent(self, F: Array, H: Array, A: Array) -> None:
         V, sums = self._axes(F)
-        X = _turned(V) @ H @ V / sums
+        X = _transposed(V) @ H @ V / sums
         T: Any = np.zeros((len(F), 3, 3, 3, 3))  # dX by dC, in the axes of U
         for a in range(3):
             T[:, a, :, a, :] -= X / sums[:, a, None, :]
@@ -148,21 +148,21 @@ class BiotStrain:
         T = 0.5 * (T + T.transpose(0, 1, 2, 4, 3))
         FV = F @ V
         A += 4.0 * np.einsum("nia,nabcd,nkc,nJb,nLd->niJkL", FV, T, FV, V, V, optimize=True)
-        whole = 2.0 * V @ X @ _turned(V)
+        whole = 2.0 * V @ X @ _transposed(V)
         for i in range(3):
             A[:, i, :, i, :] += whole
 
     @staticmethod
     def _axes(F: Array) -> tuple[Array, Array]:
         """Return the axes of U as columns (n, 3, 3), and s_i + s_j (n, 3, 3), at least FLOOR."""
-        s, V = np.linalg.eigh(_even(_turned(rotations(F)) @ F))
+        s, V = np.linalg.eigh(_symmetric_part(_transposed(rotations(F)) @ F))
         return V, np.maximum(s[:, :, None] + s[:, None, :], FLOOR)
 
 
-def _turned(A: Array) -> Array:
+def _transposed(A: Array) -> Array:
     return A.swapaxes(1, 2)
 
 
-def _even(A: Array) -> Array:
-    found: Array = 0.5 * (A + _turned(A))
+def _symmetric_part(A: Array) -> Array:
+    found: Array = 0.5 * (A + _transposed(A))
     return found

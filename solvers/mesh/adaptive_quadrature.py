@@ -108,7 +108,7 @@ def adaptive_rule(
             rough[:] = False
         room = most - totals.taken - len(parts)
         if rough.sum() > room:
-            rough = _keep_worst(rough, totals.excess(parts, found), room)
+            rough = _mask_worst_parts(rough, totals.excess(parts, found), room)
         totals.accept(parts[~rough], found[~rough])
         parts = parts[rough]
         if not len(parts):
@@ -124,7 +124,7 @@ def adaptive_rule(
     return replace(rule, hidden=whole_cells.resample_hidden(rule, much)) if len(much) else rule
 
 
-def _keep_worst(rough: Bools, excess: Floats, room: int) -> Bools:
+def _mask_worst_parts(rough: Bools, excess: Floats, room: int) -> Bools:
     """Return a mask (n,) of the rough parts with the largest `excess`, at most `room` of them."""
     worst = np.where(rough, excess, 0.0)
     chosen = np.zeros_like(rough)

@@ -33,7 +33,7 @@ def build_ball(side: int, shells: int, beyond: Sequence[float] = ()) -> Blocks:
     `side` is an even number. These counts keep the mean-ratio quality of tetrahedra above 0.5 from coarse to fine
     meshes. Further shells end at spheres with the radii `beyond`, each above 1.
     """
-    cube, sphere = _cube(side)
+    cube, sphere = _build_cube(side)
     inner = CORNER * ((1.0 - BULGE) * cube.points / np.sqrt(3.0) + BULGE * sphere)
     share = np.arange(1, shells + 1) / shells
     return _add_shells(Blocks(inner, cube.cells, cube.colour), sphere, share, hollow=False, beyond=beyond)
@@ -41,13 +41,13 @@ def build_ball(side: int, shells: int, beyond: Sequence[float] = ()) -> Blocks:
 
 def build_shell(side: int, radii: Sequence[float]) -> Blocks:
     """Return shells of cells between concentric spheres of increasing `radii`, the last of which is 1."""
-    cube, sphere = _cube(side)
+    cube, sphere = _build_cube(side)
     inner = radii[0]
     share = (np.array(radii[1:]) - inner) / (1.0 - inner)
     return _add_shells(Blocks(inner * sphere, cube.cells, cube.colour), sphere, share, hollow=True)
 
 
-def _cube(side: int) -> tuple[Blocks, Floats]:
+def _build_cube(side: int) -> tuple[Blocks, Floats]:
     """Return the cube from -1 to 1, and the positions of its points in the unit ball (n, 3)."""
     line = np.sqrt(2.0) * np.sin(0.25 * np.pi * np.linspace(-1.0, 1.0, side + 1))
     line[[0, -1]] = -1.0, 1.0

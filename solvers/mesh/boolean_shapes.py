@@ -60,7 +60,7 @@ class Combined(SurfaceBody):
     def apart(self) -> str:
         """Return an error if the bounding boxes do not overlap, so that the result is empty or in two pieces."""
         one, other = (shape.bounds for shape in self.pair)
-        return _APART[self.operation] if _are_separate(one, other, self.operation == "union") else ""
+        return _APART[self.operation] if _are_boxes_disjoint(one, other, self.operation == "union") else ""
 
     @property
     def pair(self) -> tuple[Shape, Shape]:
@@ -79,7 +79,7 @@ class Combined(SurfaceBody):
         one, other = (shape.bounds for shape in self.pair)
         if one is None or other is None:
             return one if self.operation == "difference" else None
-        if self.operation == "difference" or _are_separate(one, other, self.operation == "union"):
+        if self.operation == "difference" or _are_boxes_disjoint(one, other, self.operation == "union"):
             return one
         low, high = (min, max) if self.operation == "union" else (max, min)
         ends: list[Any] = [tuple(map(f, one[i], other[i])) for i, f in enumerate((low, high))]
@@ -113,7 +113,7 @@ class Combined(SurfaceBody):
 
     def closed(self, size: float | None = None) -> ClosedSurface:
         """Return the surface of the body, with facets suited to cells of `size` (m). Raises UnreadableMesh."""
-        return _closed_surface(self, file_stamp(self), self.fineness(size))
+        return _combine_closed_surfaces(self, file_stamp(self), self.fineness(size))
 
     def halved(self, size: float) -> tuple[ClosedSurface, ClosedSurface]:
         """Return the surface for cells of `size` (m) twice: as used, and with facets of half the size.
@@ -121,7 +121,7 @@ class Combined(SurfaceBody):
         Raises UnreadableMesh.
         """
         here, now = self.fineness(size), file_stamp(self)
-        return _closed_surface(self, now, here), _closed_surface(self, now, here, 1)
+        return _combine_closed_surfaces(self, now, here), _combine_closed_surfaces(self, now, here, 1)
 
     def missed(self, size: float) -> float:
         """Return the volume between the facets and the curved surface, m^3.
@@ -188,7 +188,7 @@ class Intersection(Combined):
     operation = "intersection"
 
 
-def _are_separate(one: Bounds | None, other: Bounds | None, touching: bool = False) -> bool:
+def _are_boxes_disjoint(one: Bounds | None, other: Bounds | None, touching: bool = False) -> bool:
     """Return whether two bounding boxes are known not to overlap; with `touching`, also not to share a face."""
     if one is None or other is None:
         return False
@@ -215,7 +215,7 @@ def _estimate_triangle_count(shape: Shape, facets: float) -> float:
 
 
 @lru_cache(maxsize=16)
-def _closed_surface(shape: Combined, files: Any, facets: float, halved: int = 0) -> ClosedSurface:
+def _combine_closed_surfaces(shape: Combined, files: Any, facets: float, halved: int = 0) -> ClosedSurface:
     from softmark.solvers.mesh.boolean_operations import combine_surfaces, too_many_triangles_error
 
     if (count := _estimate_triangle_count(shape, facets)) > MANY:
@@ -231,7 +231,7 @@ def _faceted_surface(shape: Shape, facets: float, halved: int) -> Surface:
     from softmark.solvers.mesh.boolean_operations import refine_surface
 
     if isinstance(shape, Combined):
-        surface = _closed_surface(shape, file_stamp(shape), shape.facets or facets, halved)
+        surface = _combine_closed_surfaces(shape, file_stamp(shape), shape.facets or facets, halved)
         return surface.points, surface.triangles
     if not shape.sides:
         return shape.surface(facets if shape.prebuilt or isinstance(shape, Tetrahedralized) else shape.diagonal)
@@ -248,4 +248,4 @@ def _tetrahedralize(
 ) -> FilledMesh:
     from softmark.solvers.mesh.tetrahedralization import fill_surface
 
-    return fill_surface(_closed_surface(shape, files, facets), size, tolerance, graded)
+    return fill_surface(_combine_closed_surfaces(shape, files, facets), size, tolerance, graded)

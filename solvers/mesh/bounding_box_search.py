@@ -19,7 +19,7 @@ def find_boxes_of_points(low: Floats, high: Floats, X: Floats) -> tuple[Ints, In
     Points are X (n, 3). Boxes reach from `low` to `high`, both (m, 3). Grid cubes are about as large as the boxes, so
     that time and memory grow with n + m + p instead of n m.
     """
-    start, edge, size = _grid(low, high)
+    start, edge, size = _grid_over_boxes(low, high)
     boxes, cubes = _list_boxes_by_cube(
         _cubes_of_points(low - start, edge, size), _cubes_of_points(high - start, edge, size), size
     )
@@ -36,7 +36,7 @@ def find_boxes_of_points(low: Floats, high: Floats, X: Floats) -> tuple[Ints, In
     return np.concatenate(which), np.concatenate(box)
 
 
-def _grid(low: Floats, high: Floats) -> tuple[Floats, Floats, Ints]:
+def _grid_over_boxes(low: Floats, high: Floats) -> tuple[Floats, Floats, Ints]:
     """Return the grid over all boxes: its origin (3,), cube edges (3,) and numbers of cubes along the axes (3,)."""
     start, whole = low.min(axis=0), np.ptp(np.concatenate([low, high]), axis=0)
     edge = np.maximum((high - low).mean(axis=0), np.maximum(1e-3 * whole, np.finfo(float).tiny))

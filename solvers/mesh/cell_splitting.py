@@ -148,14 +148,14 @@ def add_midside_nodes(mesh: Mesh, element: type[Element]) -> Mesh:
         cell, place = np.divmod(first, len(some))
         points.append(np.einsum("na,nai->ni", N[some][place], mesh.points[mesh.cells[cell]]))
         cells.append(count + which.reshape(len(mesh.cells), -1))
-        skin += [] if mesh.skin is None else [count + _find_groups_of_facets(mesh.skin, element, groups)]
+        skin += [] if mesh.skin is None else [count + _corner_groups_of_facets(mesh.skin, element, groups)]
         count += len(groups)
     whole = np.concatenate(cells, axis=1).astype(np.int64)
     outer = None if mesh.skin is None else np.concatenate(skin, axis=1)
     return Mesh(np.concatenate(points), whole, element.name, outer, mesh.groups)
 
 
-def _find_groups_of_facets(skin: Ints, element: type[Element], groups: Ints) -> Ints:
+def _corner_groups_of_facets(skin: Ints, element: type[Element], groups: Ints) -> Ints:
     """Return for each facet of `skin` (f, k) the numbers (f, s) of the corner groups that it contains.
 
     `groups` (g, size) lists groups of corners; a midside node lies between the corners of a group.

@@ -76,7 +76,7 @@ def grid_lines(low: float, high: float, count: int, cuts: Sequence[Cut]) -> list
     each = span / count
     graded = [cut for cut in cuts if cut.graded]
     if graded:
-        return _graded_lines(low, high, each, graded, [cut for cut in cuts if not cut.graded])
+        return _graded_grid_lines(low, high, each, graded, [cut for cut in cuts if not cut.graded])
     inner = [cut for cut in cuts if low + SAME * span < cut.at < high - SAME * span]
     steps = [(cut.at - low) / each for cut in inner]
     if all(abs(step - round(step)) * each <= SAME * span for step in steps):
@@ -89,7 +89,7 @@ def grid_lines(low: float, high: float, count: int, cuts: Sequence[Cut]) -> list
     return found if len(ends) > 2 else None
 
 
-def _graded_lines(low: float, high: float, each: float, graded: Sequence[Cut], cuts: Sequence[Cut]) -> list[float]:
+def _graded_grid_lines(low: float, high: float, each: float, graded: Sequence[Cut], cuts: Sequence[Cut]) -> list[float]:
     """Return grid lines at equal steps of the integral of 1 / (local cell size).
 
     `each` (m) is the cell size far from all graded cuts. Half this size gives twice as many lines, and every second

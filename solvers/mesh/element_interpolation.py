@@ -105,7 +105,7 @@ def locate_points(mesh: Mesh, X: Floats) -> PointLocations:
         if own.shape == X.shape and np.array_equal(own, X):
             kept.insert(0, kept.pop(number))
             return found
-    found = _in_tetrahedra(mesh, X) if mesh.element.constant else _in_curved_cells(mesh, X)
+    found = _locate_in_tetrahedra(mesh, X) if mesh.element.constant else _locate_in_curved_cells(mesh, X)
     cache_locations(mesh, X, found)
     return found
 
@@ -125,16 +125,16 @@ def cache_locations(mesh: Mesh, X: Floats, found: PointLocations) -> None:
 # ------------------------------------------------------------------ four-node tetrahedra, in closed form
 
 
-def _in_tetrahedra(mesh: Mesh, X: Floats) -> PointLocations:
+def _locate_in_tetrahedra(mesh: Mesh, X: Floats) -> PointLocations:
     """Locate points X (n, 3) in a mesh of four-node tetrahedra."""
     a = mesh.points[mesh.cells[:, 0]]
     inverse = np.linalg.inv(np.stack([mesh.points[mesh.cells[:, i]] - a for i in (1, 2, 3)], axis=2))
-    found = _best_cells(mesh, X, a, inverse)
-    N = _barycentric(X, a, inverse, found)
+    found = _most_interior_cells(mesh, X, a, inverse)
+    N = _barycentric_coordinates(X, a, inverse, found)
     lost = np.flatnonzero(N.min(axis=1, initial=0.0) < -BESIDE)
     if len(lost):
         found[lost] = _nearest_cells(mesh, X[lost], a, inverse)
-        N[lost] = _barycentric(X[lost], a, inverse, found[lost])
+        N[lost] = _barycentric_coordinates(X[lost], a, inverse, found[lost])
     dN = inverse[found]  # (n, 3, 3): rows are the gradients of N_1, N_2, N_3
     dN = np.concatenate([-dN.sum(axis=1, keepdims=True), dN], axis=1)
     outside = np.maximum(0.0, (-N / np.linalg.norm(dN, axis=2)).max(axis=1, initial=0.0))  # to the farthest face plane
@@ -142,7 +142,7 @@ def _in_tetrahedra(mesh: Mesh, X: Floats) -> PointLocations:
     return PointLocations(mesh.cells[found], N, outside)
 
 
-def _barycentric(X: Floats, a: Floats, inverse: Floats, cell: Ints) -> Floats:
+def _barycentric_coordinates(X: Floats, a: Floats, inverse: Floats, cell: Ints) -> Floats:
     """Return the barycentric coordinates (n, 4) of points X (n, 3), each in one tetrahedron `cell` (n,)."""
     xi = np.einsum("nij,nj->ni", inverse[cell], X - a[cell])
     return np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
@@ -169,7 +169,7 @@ def _nearest_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
         least = np.full(len(X[some]), np.inf)
         np.minimum.at(least, which, gap)
         tied = np.flatnonzero(gap <= least[which] + 1e-12 * mesh.extent)
-        inside = _barycentric(points[tied], a, inverse, cell[tied]).min(axis=1)
+        inside = _barycentric_coordinates(points[tied], a, inverse, cell[tied]).min(axis=1)
         order = tied[np.lexsort((cell[tied], -inside, which[tied]))]
         best[some] = cell[order[np.unique(which[order], return_index=True)[1]]]
     return best
@@ -189,7 +189,7 @@ def _distance_to_triangles(X: Floats, corners: Floats) -> Floats:
     return distance
 
 
-def _best_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
+def _most_interior_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
     """Return for each point X (n, 3) the cell in which its smallest barycentric coordinate is largest, shape (n,).
 
     Only cells whose bounding box contains the point are considered; the cell that contains the point is among them. A
@@ -198,7 +198,7 @@ def _best_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
     corners, slack = mesh.points[mesh.cells], 10.0 * BESIDE * mesh.extent
     which, cell = find_boxes_of_points(corners.min(axis=1) - slack, corners.max(axis=1) + slack, X)
     best = np.zeros(len(X), dtype=np.int64)
-    least = _barycentric(X[which], a, inverse, cell).min(axis=1, initial=np.inf)
+    least = _barycentric_coordinates(X[which], a, inverse, cell).min(axis=1, initial=np.inf)
     order = np.lexsort((cell, -least, which))
     found, first = np.unique(which[order], return_index=True)
     best[found] = cell[order[first]]
@@ -208,10 +208,10 @@ def _best_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
 # ------------------------------------------------------------------ other cells, by Newton's method
 
 
-def _in_curved_cells(mesh: Mesh, X: Floats) -> PointLocations:
+def _locate_in_curved_cells(mesh: Mesh, X: Floats) -> PointLocations:
     """Locate points X (n, 3) in a mesh of cells other than four-node tetrahedra."""
     which, cell = _candidate_cells(mesh, X)
-    xi = _local_coordinates(mesh, which, X[which], cell)
+    xi = _find_local_coordinates(mesh, which, X[which], cell)
     element, corners = mesh.element, mesh.points[mesh.cells[cell]]  # (p, a, 3)
     inner = element.clip(xi)
     N = element.shape(inner)
@@ -266,7 +266,7 @@ def _nearest_boxes(low: Floats, high: Floats, X: Floats, count: int) -> tuple[In
     return np.repeat(np.arange(len(X)), count), found.ravel()
 
 
-def _local_coordinates(mesh: Mesh, which: Ints, X: Floats, cell: Ints) -> Floats:
+def _find_local_coordinates(mesh: Mesh, which: Ints, X: Floats, cell: Ints) -> Floats:
     """Return the local coordinates xi (p, 3) of points X (p, 3) in cells (p,), by projected Newton steps.
 
     For a point outside its cell it is the local point nearest to X. A pair of a point and a cell is finished when the

@@ -216,7 +216,7 @@ class Network(Shape):
 
     def _point_fault(self) -> str:
         order = sorted(range(len(self.points)), key=lambda i: self.points[i])
-        size = math.dist(*_ends(self.points))
+        size = math.dist(*_bounding_box(self.points))
         for place, i in enumerate(order):
             for j in order[place + 1 :]:
                 if self.points[j][0] - self.points[i][0] > NEAR * size:
@@ -255,12 +255,12 @@ class Network(Shape):
     def _sections(self, i: int) -> tuple[Section, Section]:
         """Return a member's sections at its first and second point."""
         first, last = zip(*(self._of(i, name) for name in MEASURES), strict=True)
-        return _section(*first), _section(*last)
+        return _build_section(*first), _build_section(*last)
 
     def _of(self, i: int, name: str) -> tuple[float | None, float | None]:
         """Return the dimension `name` of member i at its first and second point, m; equal if only one is given."""
         first, last = getattr(self, name), getattr(self, f"end_{name}")
-        return _one(first, i), _one(first if last is None else last, i)
+        return _value_of_member(first, i), _value_of_member(first if last is None else last, i)
 
     def run(self, number: int) -> tuple[list[int], list[int]]:
         """Return the straight sequence of equal members that contains a member, and the two end points of the sequence.
@@ -330,8 +330,8 @@ class Network(Shape):
     def bounds(self) -> Bounds:
         """Lowest and highest coordinates, m."""
         if self.fault:
-            return _ends(self.points)
-        return _ends([end for member in self.members for end in member.bounds])
+            return _bounding_box(self.points)
+        return _bounding_box([end for member in self.members for end in member.bounds])
 
     @property
     def volume(self) -> float:
@@ -365,18 +365,18 @@ class Network(Shape):
         return np.concatenate(points), np.concatenate(triangles)
 
 
-def _section(radius: float | None, inner: float | None, side: float | None, height: float | None) -> Section:
+def _build_section(radius: float | None, inner: float | None, side: float | None, height: float | None) -> Section:
     if radius is not None:
         return Disc(radius) if inner is None else Annulus(radius, inner)
     side = side or 1.0  # reported by `fault`; this value is not used
     return Rectangle(side, height or side)
 
 
-def _one(values: tuple[float, ...] | None, i: int) -> float | None:
+def _value_of_member(values: tuple[float, ...] | None, i: int) -> float | None:
     return None if values is None else values[0] if len(values) == 1 else values[i]
 
 
-def _ends(points: tuple[Vector3, ...] | list[Vector3]) -> Bounds:
+def _bounding_box(points: tuple[Vector3, ...] | list[Vector3]) -> Bounds:
     x, y, z = zip(*points, strict=True)
     return (min(x), min(y), min(z)), (max(x), max(y), max(z))
 

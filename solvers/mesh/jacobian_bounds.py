@@ -23,7 +23,7 @@ DEPTH = 8  # largest number of splits: a cell undecided then is within 1e-4 of z
 
 
 @lru_cache(maxsize=2)
-def _lattice(kind: str) -> tuple[Floats, Floats, Floats]:
+def _bernstein_lattice(kind: str) -> tuple[Floats, Floats, Floats]:
     """Return the lattice of the Jacobian determinant of an element, and matrices that act on its values.
 
     These are the local points (k, 3), the matrix (k, k) from values to Bernstein coefficients, and the matrices (8, k,
@@ -44,7 +44,7 @@ def find_folded_cells(mesh: Mesh, least: Floats) -> tuple[Ints, Floats]:
     """
     if mesh.element.constant:
         return np.zeros(0, dtype=np.int64), np.zeros((0, 3))
-    at, coefficients, within = _lattice(mesh.kind)
+    at, coefficients, within = _bernstein_lattice(mesh.kind)
     values = jacobians(mesh, at) - least[:, None]
     cell, bad = np.arange(len(values)), values.min(axis=1) <= 0.0
     for _ in range(DEPTH):

@@ -58,7 +58,7 @@ class Mesh:
             return self.skin
         facets = self.cells[:, np.array(self.element.facets)].reshape(-1, self.element.facet.nodes)
         corners = np.sort(facets[:, : self.element.facet.corners], axis=1)
-        _, first, count = np.unique(_keys(corners), return_index=True, return_counts=True)
+        _, first, count = np.unique(_row_keys(corners), return_index=True, return_counts=True)
         boundary: Ints = facets[np.sort(first[count == 1])]
         return boundary
 
@@ -71,7 +71,7 @@ class Mesh:
         cells = np.flatnonzero(outer[self.cells].sum(axis=1) >= corners)
         candidates = self.cells[cells[:, None, None], sides].reshape(-1, self.element.facet.nodes)
         rows = np.concatenate([self.facets, candidates])[:, :corners]
-        keys = _keys(np.sort(rows, axis=1))
+        keys = _row_keys(np.sort(rows, axis=1))
         own, others = keys[: len(self.facets)], keys[len(self.facets) :]
         order = np.argsort(others, kind="stable")
         found: Ints = cells[order[np.searchsorted(others[order], own)] // len(sides)]
@@ -100,7 +100,7 @@ class Mesh:
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
 
-def _keys(rows: Ints) -> Ints:
+def _row_keys(rows: Ints) -> Ints:
     """Return an integer for each row of integers >= 0 (n, k), equal for equal rows; these sort faster than rows."""
     keys = rows[:, 0]
     for column in rows.T[1:]:

@@ -75,9 +75,9 @@ def _random_directions(mesh: Mesh) -> Floats:
     """Return a random vector for each node (n, 3), m, no longer than its edges, and tangential on the boundary."""
     rng = np.random.default_rng(SEED)
     ways = rng.uniform(-1.0, 1.0, mesh.points.shape) * _shortest_edges(mesh)[:, None]
-    normals = _normals(mesh)
+    normals = _corner_facet_normals(mesh)
     for node, found in normals.items():
-        ways[node] = _project_onto_boundary(ways[node], found)
+        ways[node] = _tangential_component(ways[node], found)
     for node, corners in enumerate(mesh.element.between, mesh.element.corners):
         ways[mesh.cells[:, node]] = ways[mesh.cells[:, list(corners)]].mean(axis=1)
     return ways
@@ -94,7 +94,7 @@ def _shortest_edges(mesh: Mesh) -> Floats:
     return np.where(np.isfinite(reach), reach, 0.0)
 
 
-def _normals(mesh: Mesh) -> dict[int, list[Floats]]:
+def _corner_facet_normals(mesh: Mesh) -> dict[int, list[Floats]]:
     """Return the distinct normals of the facets around each boundary corner; a curved facet has several."""
     found: dict[int, list[Floats]] = {}
     triangles = mesh.facets[:, np.array(mesh.element.facet.halves)].reshape(-1, 3)
@@ -109,7 +109,7 @@ def _normals(mesh: Mesh) -> dict[int, list[Floats]]:
     return found
 
 
-def _project_onto_boundary(way: Floats, normals: list[Floats]) -> Floats:
+def _tangential_component(way: Floats, normals: list[Floats]) -> Floats:
     """Return the component of a vector in the plane of one normal, or along the edge of two; zero for more."""
     if len(normals) == 1:
         return way - (way @ normals[0]) * normals[0]

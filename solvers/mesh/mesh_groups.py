@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.solvers.mesh.mesh import Ints, Mesh, _keys
+from softmark.solvers.mesh.mesh import Ints, Mesh, _row_keys
 from softmark.solvers.mesh.mesh_group import Group, Groups
 
 if TYPE_CHECKING:
@@ -40,7 +40,9 @@ def facets_in(mesh: Mesh, name: str) -> Bools:
         return cells_in(mesh, name)[mesh.facet_cells]
     if group.kind == "nodes":
         return np.zeros(len(mesh.facets), dtype=np.bool_)
-    return is_known_row(_corners(mesh, group.members), np.sort(mesh.facets[:, : mesh.element.facet.corners], axis=1))
+    return is_known_row(
+        _face_corners(mesh, group.members), np.sort(mesh.facets[:, : mesh.element.facet.corners], axis=1)
+    )
 
 
 def nodes_in(mesh: Mesh, name: str) -> Bools:
@@ -49,14 +51,14 @@ def nodes_in(mesh: Mesh, name: str) -> Bools:
     if group.kind == "cells":
         found[mesh.cells[group.members]] = True
     elif group.kind == "nodes":
-        found[_nodes(mesh, group)] = True
+        found[_nodes_of_group(mesh, group)] = True
     else:
         cell, side = group.members.T
         found[mesh.cells[cell[:, None], np.array(mesh.element.facets)[side]]] = True
     return found
 
 
-def _nodes(mesh: Mesh, group: Group) -> Ints:
+def _nodes_of_group(mesh: Mesh, group: Group) -> Ints:
     """Return the nodes (k,) of a group of nodes; nodes that the cells no longer have are left out."""
     cell, local = group.members.T
     known = local < mesh.cells.shape[1]
@@ -80,7 +82,7 @@ def has_cells(mesh: Mesh, name: str, nodes: Ints) -> Bools:
     return is_known_row(mesh.cells[cells_in(mesh, name)], nodes)
 
 
-def _corners(mesh: Mesh, members: Ints) -> Ints:
+def _face_corners(mesh: Mesh, members: Ints) -> Ints:
     """Return the corner nodes of faces `members` (k, 2), sorted by number, shape (k, c)."""
     cell, side = members.T
     sides = np.array(mesh.element.facets)[:, : mesh.element.facet.corners]
@@ -90,7 +92,7 @@ def _corners(mesh: Mesh, members: Ints) -> Ints:
 
 def is_known_row(known: Ints, rows: Ints) -> Bools:
     """Return a mask (f,) of the rows of integers (f, c) that occur among the rows `known` (k, c)."""
-    keys = _keys(np.concatenate([known, rows]))
+    keys = _row_keys(np.concatenate([known, rows]))
     return np.isin(keys[len(known) :], keys[: len(known)])
 
 
@@ -104,7 +106,7 @@ def faces_of(cells: Ints, element: type[Element], corners: Ints) -> tuple[Ints, 
         return np.zeros((0, 2), dtype=np.int64), len(corners)
     rows = np.unique(np.sort(corners, axis=1), axis=0)
     candidates = np.sort(cells[:, sides].reshape(-1, sides.shape[1]), axis=1)
-    keys = _keys(np.concatenate([candidates, rows]))
+    keys = _row_keys(np.concatenate([candidates, rows]))
     own, wanted = keys[: len(candidates)], keys[len(candidates) :]
     order = np.argsort(own, kind="stable")
     place = np.minimum(np.searchsorted(own[order], wanted), len(own) - 1)
@@ -151,11 +153,11 @@ def split_groups(mesh: Mesh, new: Mesh) -> Mesh:
 
     def carried(group: Group) -> Group:
         if group.kind == "cells":
-            return replace(group, members=_of_each(group.members, each))
+            return replace(group, members=_children_of_cells(group.members, each))
         if group.kind == "nodes":
-            return replace(group, members=node_members(new.cells, np.unique(_nodes(mesh, group))))
-        quads = _corners(mesh, group.members)  # (k, 4)
-        children = _of_each(group.members[:, 0], each).reshape(-1, each)
+            return replace(group, members=node_members(new.cells, np.unique(_nodes_of_group(mesh, group))))
+        quads = _face_corners(mesh, group.members)  # (k, 4)
+        children = _children_of_cells(group.members[:, 0], each).reshape(-1, each)
         sides = new.cells[children][:, :, triangles]  # (k, each, 4, 3)
         on = (sides[..., None] == quads[:, None, None, None]).any(axis=-1).all(axis=-1)
         face, child, side = np.nonzero(on)
@@ -182,7 +184,7 @@ def refine_groups(mesh: Mesh, new: type[Element], corners: Floats) -> Groups | N
 
     def carried(group: Group) -> Group:
         if group.kind == "cells":
-            return replace(group, members=_of_each(group.members, len(corners)))
+            return replace(group, members=_children_of_cells(group.members, len(corners)))
         if group.kind == "nodes":
             cell, local = group.members.T
             there = children[local, 0] >= 0
@@ -195,6 +197,6 @@ def refine_groups(mesh: Mesh, new: type[Element], corners: Floats) -> Groups | N
     return {name: carried(group) for name, group in mesh.groups.items()}
 
 
-def _of_each(cells: Ints, each: int) -> Ints:
+def _children_of_cells(cells: Ints, each: int) -> Ints:
     found: Ints = (each * cells[:, None] + np.arange(each)).ravel()
     return found

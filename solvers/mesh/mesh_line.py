@@ -29,7 +29,7 @@ def find_face_crossings(mesh: Mesh, begin: Floats, end: Floats) -> Floats:
 
     The ends 0 and 1 are included. A quadrilateral has the planes of its two triangles. Surplus crossings do no harm.
     """
-    corners = _triangles(mesh)  # (t, 3, 3)
+    corners = _face_triangles(mesh)  # (t, 3, 3)
     a, way = corners[:, 0], end - begin
     n = np.cross(corners[:, 1] - a, corners[:, 2] - a)
     size, across = np.linalg.norm(n, axis=1), n @ way
@@ -44,7 +44,7 @@ def find_face_crossings(mesh: Mesh, begin: Floats, end: Floats) -> Floats:
     return np.concatenate([[0.0], kept[kept < 1.0 - APART], [1.0]])
 
 
-def _triangles(mesh: Mesh) -> Floats:
+def _face_triangles(mesh: Mesh) -> Floats:
     """Return the corners (t, 3, 3), m, of triangles that make up the faces of all cells."""
     found = []
     for side in mesh.element.facets:

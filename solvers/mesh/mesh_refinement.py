@@ -52,19 +52,23 @@ def build_finer_space(mesh: Mesh, shape: Shape | None = None) -> FinerSpace:
     if mesh.skin is not None:
         raise UnmatchedFaces
     element = element_of(mesh.element.finer)
-    places, children = _pattern(mesh.element, element)
+    places, children = _refinement_pattern(mesh.element, element)
     labels = np.random.default_rng(0).integers(1, 2**63, len(mesh.points), dtype=np.uint64)
     N = mesh.element.shape(places)
     keys, first, inverse = np.unique(
-        _keys(N, _integer_factor(N), labels[mesh.cells]), return_index=True, return_inverse=True
+        _new_node_keys(N, _integer_factor(N), labels[mesh.cells]), return_index=True, return_inverse=True
     )
-    P = _interpolation(mesh, places, first)
+    P = _interpolation_matrix(mesh, places, first)
     local = inverse.reshape(len(mesh.cells), len(places))
     cells = local[:, children].reshape(-1, children.shape[1]).astype(np.int64)
     points = P @ mesh.points
     for side in () if shape is None else shape.sides:
-        _project_onto_side(mesh, _on_facet(mesh.element, places), side, points, (labels, keys, _integer_factor(N)))
-    return FinerSpace(Mesh(points, cells, element.name, groups=_groups(mesh, element, places[children])), P)
+        _project_onto_side(
+            mesh, _new_nodes_on_facet(mesh.element, places), side, points, (labels, keys, _integer_factor(N))
+        )
+    return FinerSpace(
+        Mesh(points, cells, element.name, groups=_refine_named_groups(mesh, element, places[children])), P
+    )
 
 
 def estimate_memory(mesh: Mesh) -> float:
@@ -74,7 +78,7 @@ def estimate_memory(mesh: Mesh) -> float:
     return HELD * cells * (3.0 * new.nodes) ** 2
 
 
-def _groups(mesh: Mesh, element: type[Element], corners: Floats) -> Mapping[str, Group] | None:
+def _refine_named_groups(mesh: Mesh, element: type[Element], corners: Floats) -> Mapping[str, Group] | None:
     """Return the named groups of the refined mesh; `corners` (c, a, 3) are the local nodes of a cell's children."""
     if not mesh.groups:
         return None
@@ -91,7 +95,7 @@ def _integer_factor(N: Floats) -> int:
     return whole
 
 
-def _keys(N: Floats, whole: int, labels: Any) -> Any:
+def _new_node_keys(N: Floats, whole: int, labels: Any) -> Any:
     """Return an integer key for each new node position in each cell, shape (m l,).
 
     Keys are equal for equal combinations of nodes, so that cells find their common new nodes.
@@ -101,7 +105,7 @@ def _keys(N: Floats, whole: int, labels: Any) -> Any:
         return (labels[:, None, :] * parts[None]).sum(axis=2, dtype=np.uint64).ravel()
 
 
-def _interpolation(mesh: Mesh, places: Floats, first: Ints) -> sparse.csr_matrix:
+def _interpolation_matrix(mesh: Mesh, places: Floats, first: Ints) -> sparse.csr_matrix:
     """Return the matrix (n, coarse nodes) of the coarse shape functions at all new nodes."""
     cell, place = np.divmod(first, len(places))
     N = mesh.element.shape(places)[place]  # (n, a)
@@ -112,7 +116,7 @@ def _interpolation(mesh: Mesh, places: Floats, first: Ints) -> sparse.csr_matrix
     return P
 
 
-def _pattern(own: type[Element], new: type[Element]) -> tuple[Floats, Ints]:
+def _refinement_pattern(own: type[Element], new: type[Element]) -> tuple[Floats, Ints]:
     """Return the local positions (l, 3) of new nodes in a cell, and the nodes (c, a) of the cell's children."""
     if own is not new:
         return new.places(), np.arange(new.nodes)[None]
@@ -135,12 +139,12 @@ def _project_onto_side(
     N = facet.shape(places)
     there = np.einsum("sa,fai->sfi", N, mesh.points[facets])
     moved = np.stack(side.onto(tuple(np.moveaxis(there, 2, 0))), axis=2).swapaxes(0, 1).reshape(-1, 3)
-    numbers = np.searchsorted(keys, _keys(N, whole, labels[facets]))
+    numbers = np.searchsorted(keys, _new_node_keys(N, whole, labels[facets]))
     away = np.linalg.norm(moved - points[numbers], axis=1) > 1e-12 * mesh.extent
     points[numbers[away]] = moved[away]
 
 
-def _on_facet(element: type[Element], places: Floats) -> Floats:
+def _new_nodes_on_facet(element: type[Element], places: Floats) -> Floats:
     """Return the local facet positions (s, 2) of the new nodes of a cell, `places` (l, 3), that lie on the facet."""
     lattice = element.facet.lattice(QUARTERS)
     there = element.facet.shape(lattice) @ element.places()[list(element.facets[0])]

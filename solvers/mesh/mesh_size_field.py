@@ -25,7 +25,7 @@ def build_size_field(surface: ClosedSurface, size: float, graded: Sequence[Cut])
 
     Raises UnreadableMesh.
     """
-    X, cells = _grid(surface)
+    X, cells = _background_grid(surface)
     share = np.ones(len(X))
     for cut in graded:
         share = np.minimum(share, cut.share(_distance_to_condition(cut, surface, X), REACH * surface.extent))
@@ -33,7 +33,7 @@ def build_size_field(surface: ClosedSurface, size: float, graded: Sequence[Cut])
     return {"bg_vertices": X, "bg_tets": tets.astype(np.int32), "bg_values": size * share}
 
 
-def _grid(surface: ClosedSurface) -> tuple[Floats, Any]:
+def _background_grid(surface: ClosedSurface) -> tuple[Floats, Any]:
     """Return the points and hexahedra of a grid around a closed surface."""
     low, high = surface.points.min(axis=0), surface.points.max(axis=0)
     edge = float((high - low).max()) / FINE

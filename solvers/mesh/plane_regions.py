@@ -119,11 +119,11 @@ class PlaneRegion(Shape):
         points = np.ascontiguousarray(np.stack([*self(s, t), self.depth * (z - 0.5)], axis=1))
         for k, ends in enumerate(made.element.between):
             if len(ends) == 2:
-                _straighten(points, made, ends, made.element.corners + k)
+                _straighten_diagonals(points, made, ends, made.element.corners + k)
         return Mesh(points, made.cells, made.kind)
 
 
-def _straighten(points: Floats, square: Mesh, ends: tuple[int, ...], middle: int) -> None:
+def _straighten_diagonals(points: Floats, square: Mesh, ends: tuple[int, ...], middle: int) -> None:
     """Move midpoints of grid diagonals to the middle between their ends; `points` are changed in place, m.
 
     The map keeps grid lines straight where sides of the region are straight, but not diagonals.

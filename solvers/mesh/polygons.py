@@ -129,10 +129,10 @@ def _sides_touch(one: tuple[Place, Place], other: tuple[Place, Place], slack: fl
         return any(distance_to_side(p, side) <= slack for p, side in zip(free, (other, one), strict=False))
     if min(distance_to_side(p, other) for p in one) <= slack or min(distance_to_side(p, one) for p in other) <= slack:
         return True
-    return _side_signs(one, other) < 0.0 and _side_signs(other, one) < 0.0
+    return _product_of_line_sides(one, other) < 0.0 and _product_of_line_sides(other, one) < 0.0
 
 
-def _side_signs(line: tuple[Place, Place], other: tuple[Place, Place]) -> float:
+def _product_of_line_sides(line: tuple[Place, Place], other: tuple[Place, Place]) -> float:
     """Return a negative number if the ends of the segment `other` are on opposite sides of a line."""
     (a, b), (c, d) = line
     p, q = ((c - a) * (y - b) - (d - b) * (x - a) for x, y in other)

@@ -30,21 +30,21 @@ def reduce_rules(cell: Ints, V: Floats, w: Floats, count: int) -> tuple[Ints, Fl
         own = np.ascontiguousarray(V[a:b])
         scale = np.abs(own).T @ w[a:b]
         own = own / np.where(scale > NOTHING * scale.max(), scale, np.inf)  # what vanishes at all points is rounding
-        order = _spread_order(b - a)
+        order = _scattered_order(b - a)
         found = np.zeros(b - a)
-        basis = _orthonormal(own, w[a:b])
+        basis = _orthonormalise_functions(own, w[a:b])
         r = basis.shape[1]
-        _reduce(basis, w[a:b], order, np.eye(r), np.full(r, -1), np.zeros((2, r)), found)
+        _reduce_rule(basis, w[a:b], order, np.eye(r), np.full(r, -1), np.zeros((2, r)), found)
         missed[i] = _correct_weights(own, own.T @ w[a:b], found)
         kept[a:b] = found
     which = np.flatnonzero(kept > 0.0)
     return which, kept[which], missed
 
 
-def _orthonormal(V: Floats, w: Floats) -> Floats:
+def _orthonormalise_functions(V: Floats, w: Floats) -> Floats:
     """Return functions (n, k), orthonormal with the weights w (n,), that span the functions V (n, r) to rounding."""
     products = np.zeros((V.shape[1], V.shape[1]))
-    _products(V, w, products)
+    _compute_gram_matrix(V, w, products)
     size, ways = np.linalg.eigh(products)
     kept = size > ALIKE * size[-1]
     found = np.zeros((len(V), int(kept.sum())))
@@ -61,13 +61,13 @@ def _correct_weights(V: Floats, moments: Floats, found: Floats) -> float:
     return float(np.abs(V[some].T @ found[some] - moments).max(initial=0.0))
 
 
-def _spread_order(n: int) -> Ints:
+def _scattered_order(n: int) -> Ints:
     """Return the integers 0 to n - 1 in an order that separates neighbours, because close points form a poor basis."""
     return np.argsort((np.arange(n) * 0.6180339887498949) % 1.0).astype(np.int64)
 
 
 @kernel
-def _products(V: Floats, w: Floats, found: Floats) -> None:
+def _compute_gram_matrix(V: Floats, w: Floats, found: Floats) -> None:
     """Compute V^T diag(w) V into `found`, without threads, which cost more than they gain in parallel runs."""
     for k in range(len(V)):
         for i in range(V.shape[1]):
@@ -86,7 +86,7 @@ def _multiply(V: Floats, T: Floats, found: Floats) -> None:
 
 
 @kernel
-def _reduce(V: Floats, w: Floats, order: Ints, inverse: Floats, basis: Ints, own: Floats, kept: Floats) -> None:
+def _reduce_rule(V: Floats, w: Floats, order: Ints, inverse: Floats, basis: Ints, own: Floats, kept: Floats) -> None:
     """Add to `kept` (n,) the weights of at most r points that preserve the weighted sums of the rows of V (n, r).
 
     `w` (n,) are the weights of the given rule and `order` the sequence of its points. `inverse` (r, r), the inverse of

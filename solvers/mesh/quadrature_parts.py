@@ -104,12 +104,12 @@ class CellTotals:
     def errors_with(self, parts: Parts, found: Integrals) -> Floats:
         """Return the error of each cell (g, m) if these parts are accepted."""
         squares = self.squares + self._sum(parts, found.error**2)
-        return _errors(self.differences + self._sum(parts, found.differences), squares)
+        return _estimate_cell_errors(self.differences + self._sum(parts, found.differences), squares)
 
     @property
     def errors(self) -> Floats:
         """Errors of the integrals over cells (g, m), from the accepted parts."""
-        return _errors(self.differences, self.squares)
+        return _estimate_cell_errors(self.differences, self.squares)
 
     def cells_with_much_hidden(self) -> Ints:
         """Return the cells whose hidden integral may exceed the tolerance."""
@@ -120,10 +120,10 @@ class CellTotals:
         return share
 
     def _sum(self, parts: Parts, each: Floats) -> Floats:
-        return _by_cell(parts.cell, each, len(self.volumes))
+        return _sum_by_cell(parts.cell, each, len(self.volumes))
 
 
-def _errors(sums: Floats, squares: Floats) -> Floats:
+def _estimate_cell_errors(sums: Floats, squares: Floats) -> Floats:
     """Return estimates of the errors of integrals over cells (g, m).
 
     `sums` (g, r, m) are the differences between rules, summed over the parts of each cell, and `squares` (g, m) the
@@ -134,7 +134,7 @@ def _errors(sums: Floats, squares: Floats) -> Floats:
     return found
 
 
-def _by_cell(cell: Ints, each: Floats, count: int) -> Floats:
+def _sum_by_cell(cell: Ints, each: Floats, count: int) -> Floats:
     """Return sums (..., count) over the parts of each cell; parts have values (..., n) and cells (n,)."""
     rows = each.reshape(int(np.prod(each.shape[:-1])), len(cell))
     found = np.array([np.bincount(cell, row, minlength=count) for row in rows])

@@ -29,16 +29,16 @@ def mesh_polygon(corners: Corners, size: float, cuts: tuple[Cut, ...] = ()) -> P
     If all sides are parallel to the axes, grid lines lie on the cuts of the coordinates `first` and `second`.
     """
     if is_axis_parallel(corners):
-        return _rectilinear(corners, size, cuts)
+        return _rectilinear_grid(corners, size, cuts)
     if len(corners) == 4 and min(turn_sines(corners)) > 0.3:
-        return _bilinear(corners, size)
-    return _split_triangles(*triangulate(corners, 2.0 * size))
+        return _bilinear_grid(corners, size)
+    return _split_into_quadrilaterals(*triangulate(corners, 2.0 * size))
 
 
 # ------------------------------------------------------------------ grids
 
 
-def _rectilinear(corners: Corners, size: float, cuts: tuple[Cut, ...]) -> PlaneMesh:
+def _rectilinear_grid(corners: Corners, size: float, cuts: tuple[Cut, ...]) -> PlaneMesh:
     """Return the cells of a grid through all corners that lie inside the polygon."""
     (left, low), (right, high) = coordinate_range(corners)
     x = lines_through(left, right, size, [c[0] for c in corners], cuts_along(cuts, "first"))
@@ -49,7 +49,7 @@ def _rectilinear(corners: Corners, size: float, cuts: tuple[Cut, ...]) -> PlaneM
     return PlaneMesh(whole.points[used], cells.reshape(-1, 4).astype(np.int64), whole.colour[used])
 
 
-def _bilinear(corners: Corners, size: float) -> PlaneMesh:
+def _bilinear_grid(corners: Corners, size: float) -> PlaneMesh:
     """Return a grid between the opposite sides of a quadrilateral."""
     a, b, c, d = (np.array(p) for p in corners)
     lengths = [math.dist(*side) for side in edges(corners)]
@@ -62,7 +62,7 @@ def _bilinear(corners: Corners, size: float) -> PlaneMesh:
 # ------------------------------------------------------------------ triangles
 
 
-def _split_triangles(points: Floats, cells: Ints) -> PlaneMesh:
+def _split_into_quadrilaterals(points: Floats, cells: Ints) -> PlaneMesh:
     """Split each triangle into three quadrilaterals, from its centroid to the middles of its sides.
 
     Corners and centroids get one colour, middles of sides the other.
@@ -85,14 +85,14 @@ def triangulate(corners: Corners, size: float) -> tuple[Floats, Ints]:
     shortest = min(math.dist(*side) for side in edges(corners))
     least = SHORTEST * min(size, shortest)
     for _ in range(ROUNDS):
-        cells = _delaunay(points, corners)
+        cells = _delaunay_triangles(points, corners)
         split = _encroached_sides(points, sides, cells, least)
         new, more = _refinement_points(points, sides, cells, size, least) if not split.any() else (points[:0], split)
         if not len(new) and not more.any():
             break
         points, sides = _split_sides(points, sides, more)
         points = np.concatenate([points, new])
-    return _smooth(points, sides, corners)
+    return _smooth_inner_points(points, sides, corners)
 
 
 def _border_points(corners: Corners, size: float) -> tuple[Floats, Ints]:
@@ -144,12 +144,12 @@ def is_inside(corners: Corners, points: Floats) -> np.ndarray:
     return found
 
 
-def _delaunay(points: Floats, corners: Corners) -> Ints:
+def _delaunay_triangles(points: Floats, corners: Corners) -> Ints:
     """Return the Delaunay triangles in a polygon (t, 3), counter-clockwise."""
     from scipy.spatial import Delaunay
 
     cells = Delaunay(points).simplices.astype(np.int64)
-    area = _areas(points, cells)
+    area = _triangle_areas(points, cells)
     cells[area < 0.0] = cells[area < 0.0][:, [0, 2, 1]]
     sound = np.abs(area) > 1e-12 * float(np.abs(area).max())
     cells = cells[sound]
@@ -157,7 +157,7 @@ def _delaunay(points: Floats, corners: Corners) -> Ints:
     return found
 
 
-def _areas(points: Floats, cells: Ints) -> Floats:
+def _triangle_areas(points: Floats, cells: Ints) -> Floats:
     a, b, c = (points[cells[:, k]] for k in range(3))
     found: Floats = 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
     return found
@@ -189,7 +189,7 @@ def _refinement_points(
     """Return circumcentres of bad triangles, some distance apart, and a mask of the sides that they are too near to."""
     X = points[cells]
     edge = np.linalg.norm(X - np.roll(X, 1, axis=1), axis=2)
-    radius = edge.prod(axis=1) / (4.0 * _areas(points, cells))
+    radius = edge.prod(axis=1) / (4.0 * _triangle_areas(points, cells))
     shortest = edge.min(axis=1)
     bad = (radius > LARGE * size) | ((radius > THIN * shortest) & (shortest > least))
     centre = _circumcentres(X[bad])
@@ -227,9 +227,9 @@ def _split_sides(points: Floats, sides: Ints, which: np.ndarray) -> tuple[Floats
     return np.concatenate([points, points[own].mean(axis=1)]), np.concatenate([sides[~which], halves])
 
 
-def _smooth(points: Floats, sides: Ints, corners: Corners) -> tuple[Floats, Ints]:
+def _smooth_inner_points(points: Floats, sides: Ints, corners: Corners) -> tuple[Floats, Ints]:
     """Move inner points to the mean of their neighbours, as long as the worst triangle does not become worse."""
-    cells = _delaunay(points, corners)
+    cells = _delaunay_triangles(points, corners)
     free = np.ones(len(points), dtype=np.bool_)
     free[sides] = False
     for _ in range(SMOOTHED):
@@ -239,7 +239,7 @@ def _smooth(points: Floats, sides: Ints, corners: Corners) -> tuple[Floats, Ints
             np.add.at(total, i, points[j])
             np.add.at(count, i, 1.0)
         moved = np.where((free & (count > 0))[:, None], total / np.maximum(count, 1.0)[:, None], points)
-        again = _delaunay(moved, corners)
+        again = _delaunay_triangles(moved, corners)
         if _encroached_sides(moved, sides, again, np.inf).any() or _worst_quality(moved, again) < _worst_quality(
             points, cells
         ):
@@ -253,4 +253,4 @@ def _worst_quality(points: Floats, cells: Ints) -> float:
     """Return the lowest triangle quality: 4 sqrt(3) times the area over the sum of squared edges, 1 at best."""
     X = points[cells]
     squares = ((X - np.roll(X, 1, axis=1)) ** 2).sum(axis=(1, 2))
-    return float((4.0 * math.sqrt(3.0) * _areas(points, cells) / squares).min())
+    return float((4.0 * math.sqrt(3.0) * _triangle_areas(points, cells) / squares).min())

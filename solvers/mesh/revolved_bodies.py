@@ -135,7 +135,7 @@ class Revolved(Revolution):
         """Return why the polygon is invalid, or where it crosses the axis; "" if it is valid."""
         if any(r < 0.0 for r, _ in self.corners):
             return "its section extends beyond the axis: distances from the axis must not be negative"
-        return polygons.polygon_fault(self.corners) or _find_pinch(polygons.orient_counterclockwise(self.corners))
+        return polygons.polygon_fault(self.corners) or _find_axis_pinch(polygons.orient_counterclockwise(self.corners))
 
     @property
     def convex(self) -> bool:
@@ -150,7 +150,7 @@ class Revolved(Revolution):
     @property
     def on_axis(self) -> tuple[int, ...]:
         """Indices of the corners on the axis."""
-        return _on_axis(self.outline)
+        return _corners_on_axis(self.outline)
 
     @property
     def cored(self) -> bool:
@@ -181,15 +181,15 @@ class Revolved(Revolution):
         return curve_sides(place_mesh(made, self.axis, self.origin), self.sides)
 
 
-def _on_axis(outline: Corners) -> tuple[int, ...]:
+def _corners_on_axis(outline: Corners) -> tuple[int, ...]:
     least = ON_AXIS * max(r for r, _ in outline)
     return tuple(i for i, (r, _) in enumerate(outline) if r <= least)
 
 
 @lru_cache(maxsize=64)
-def _find_pinch(outline: Corners) -> str:
+def _find_axis_pinch(outline: Corners) -> str:
     """Return where a corner of a valid polygon touches the axis without a side along it; "" if nowhere."""
-    there = set(_on_axis(outline))
+    there = set(_corners_on_axis(outline))
     n = len(outline)
     alone = [i for i in there if (i - 1) % n not in there and (i + 1) % n not in there]
     if not alone:
@@ -204,7 +204,7 @@ def _find_pinch(outline: Corners) -> str:
 @lru_cache(maxsize=64)
 def _has_core(outline: Corners) -> bool:
     """Return whether a polygon has one sequence of sides on the axis, with flat sides at its two ends."""
-    there, n = _on_axis(outline), len(outline)
+    there, n = _corners_on_axis(outline), len(outline)
     if len(there) < 2:
         return False
     tops = [i for i in there if (i + 1) % n not in there]

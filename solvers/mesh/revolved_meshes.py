@@ -32,11 +32,11 @@ def sweep_polygon(outline: Corners, count: int, size: float, kind: str, touches:
     if not cored:
         points, cells, colour = _sweep_hexahedra(mesh_polygon(outline, size), count)
         return mesh_hexahedra(points, cells, colour, element_of(kind))
-    radius = CORE * min(r for r, _ in outline if r > _near(outline))
+    radius = CORE * min(r for r, _ in outline if r > _axis_tolerance(outline))
     return _sweep_around_core(outline, radius, count, size, kind)
 
 
-def _near(outline: Corners) -> float:
+def _axis_tolerance(outline: Corners) -> float:
     return NEAR * max(r for r, _ in outline)
 
 
@@ -79,7 +79,7 @@ def _sweep_around_core(outline: Corners, radius: float, count: int, size: float,
 
     Raises UnknownElement.
     """
-    least = _near(outline)
+    least = _axis_tolerance(outline)
     section = mesh_polygon(
         tuple((radius, z) if r <= least else (r, z) for r, z in _drop_axis_corners(outline, least)), size
     )
@@ -121,19 +121,19 @@ def taper_disc(length: float, radius: float, end: float, size: float, kind: str,
         section, below, size, tuple(c for c in cuts if c.graded or c.axis != "along" or c.at < below)
     )
     if not end:
-        points[:, 2] -= _core_offset(section, points[:, 2], length)
+        points[:, 2] -= _tip_offset(section, points[:, 2], length)
     points[:, :2] *= ((radius + (end - radius) * points[:, 2] / length) / largest)[:, None]
     if not end:
         points, cells, colour = _close_tip(section, points, cells, colour, length)
     return mesh_hexahedra(points, cells, colour, element_of(kind))
 
 
-def _core_offset(section: PlaneMesh, z: Floats, tip: float) -> Floats:
+def _tip_offset(section: PlaneMesh, z: Floats, tip: float) -> Floats:
     """Return how far mesh points are shifted away from a closed tip at `tip`, m.
 
     Points of the core are shifted by the full amount, points of the rings by less.
     """
-    n, rings = _core_counts(section)
+    n, rings = _disc_cell_counts(section)
     core = np.concatenate([np.ones((n + 1) ** 2), np.repeat(1.0 - np.arange(1, rings + 1) / rings, 4 * n)])
     below = (1.0 - CAP) * tip
     fade = np.maximum(0.0, 1.0 - (below - z) / (FADE * tip))
@@ -143,7 +143,7 @@ def _core_offset(section: PlaneMesh, z: Floats, tip: float) -> Floats:
 
 def _close_tip(section: PlaneMesh, points: Floats, cells: Ints, colour: Ints, tip: float) -> tuple[Floats, Ints, Ints]:
     """Close a cone at its tip by shells of the core's cells, the centre of which moves to the tip at `tip`, m."""
-    n, rings = _core_counts(section)
+    n, rings = _disc_cell_counts(section)
     top = len(points) - len(section.points) + np.arange(len(section.points))
     below = points[top[-1], 2]
     radius = np.hypot(*points[top[-1], :2])
@@ -170,7 +170,7 @@ def _close_tip(section: PlaneMesh, points: Floats, cells: Ints, colour: Ints, ti
     return np.concatenate(added), np.concatenate([cells, *shells]), (hue + hue[levels[-1][0]]) % 2
 
 
-def _core_counts(section: PlaneMesh) -> tuple[int, int]:
+def _disc_cell_counts(section: PlaneMesh) -> tuple[int, int]:
     """Return the numbers of cells n along the side of a disc's square and of rings around the square.
 
     They follow from the number of cells, n^2 + 4 n rings.

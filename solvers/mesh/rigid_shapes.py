@@ -127,7 +127,7 @@ class RoundedRevolution(Shape):
         V, A and M are the core's volume, area and integral of mean curvature; r is the rounding radius.
         """
         r, core = self.rounding, self._turned
-        return core.volume + core.skin * r + _mean_curvature(self.core) * r**2 + 4.0 / 3.0 * math.pi * r**3
+        return core.volume + core.skin * r + _integral_mean_curvature(self.core) * r**2 + 4.0 / 3.0 * math.pi * r**3
 
     def surface(self, size: float = 0.0) -> Surface:
         """Return points (n, 3) in m and triangles (t, 3), outward, fine enough for pictures; `size` has no effect."""
@@ -149,7 +149,7 @@ class RoundedRevolution(Shape):
         return tuple(found)
 
 
-def _mean_curvature(corners: Corners) -> float:
+def _integral_mean_curvature(corners: Corners) -> float:
     """Return the integral of the mean curvature over a convex body of revolution, m.
 
     It is pi times the axial rise of the sides plus pi times the sum of r times the turning angle over the corners.

@@ -36,7 +36,7 @@ def triangulate_swept(shape: Swept, around: int = AROUND, along: int = ALONG) ->
     i = np.arange(k)
     j = (i + 1) % k
     rows = [_triangles_between_rings(k * s, i, j, k) for s in range(along)]
-    caps = [_fan(first, j, i), _fan(last, i + k * along, j + k * along)]
+    caps = [_fan_triangles(first, j, i), _fan_triangles(last, i + k * along, j + k * along)]
     return points, np.concatenate([*rows, *caps]).astype(np.int64)
 
 
@@ -58,7 +58,7 @@ def _triangles_between_rings(start: int, i: Ints, j: Ints, k: int) -> Ints:
     return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
 
 
-def _fan(centre: int, i: Ints, j: Ints) -> Ints:
+def _fan_triangles(centre: int, i: Ints, j: Ints) -> Ints:
     return np.stack([np.full(len(i), centre), i, j], axis=1)
 
 
@@ -74,7 +74,7 @@ def triangulate_revolved(outline: Floats, axis: Vector3, origin: Vector3, around
     i = np.arange(around)
     j, last = (i + 1) % around, len(local) - 1
     rows = [_triangles_between_rings(around * s, i, j, around) for s in range(len(sides) - 1)]
-    caps = [_fan(last - 1, j, i), _fan(last, i + last - 1 - around, j + last - 1 - around)]
+    caps = [_fan_triangles(last - 1, j, i), _fan_triangles(last, i + last - 1 - around, j + last - 1 - around)]
     points = local @ np.array([*transverse(axis), axis]) + np.array(origin)
     return points, np.concatenate([*rows, *caps]).astype(np.int64)
 

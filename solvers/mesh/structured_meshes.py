@@ -44,16 +44,16 @@ def mesh_rectangle(width: float, height: float, size: float, cuts: tuple[Cut, ..
     Even numbers of cells keep the mirror symmetries when cells are split.
     """
     nx, ny = count_rectangle_cells(width, height, size)
-    x = _even_lines(-width / 2, width / 2, nx, cuts_along(cuts, "first"))
-    return grid_between_lines(x, _even_lines(-height / 2, height / 2, ny, cuts_along(cuts, "second")))
+    x = _even_grid_lines(-width / 2, width / 2, nx, cuts_along(cuts, "first"))
+    return grid_between_lines(x, _even_grid_lines(-height / 2, height / 2, ny, cuts_along(cuts, "second")))
 
 
 def grid(nx: int, ny: int, first: tuple[Cut, ...] = (), second: tuple[Cut, ...] = ()) -> PlaneMesh:
     """Return the unit square divided into nx by ny cells, with grid lines at cuts of either coordinate."""
-    return grid_between_lines(_even_lines(0.0, 1.0, nx, first), _even_lines(0.0, 1.0, ny, second))
+    return grid_between_lines(_even_grid_lines(0.0, 1.0, nx, first), _even_grid_lines(0.0, 1.0, ny, second))
 
 
-def _even_lines(low: float, high: float, count: int, cuts: tuple[Cut, ...]) -> Floats:
+def _even_grid_lines(low: float, high: float, count: int, cuts: tuple[Cut, ...]) -> Floats:
     """Return grid lines (n,), m, evenly spaced unless a cut requires otherwise."""
     found = grid_lines(low, high, count, cuts)
     return np.linspace(low, high, count + 1) if found is None else np.array(found)
@@ -65,7 +65,7 @@ def lines_through(low: float, high: float, size: float, at: Iterable[float], cut
     ends = [low, *(b for a, b in pairwise(known) if b - a > SAME * (high - low))]
     ends[-1] = high
     found = [
-        _even_lines(a, b, count_divisions(b - a, size), tuple(c for c in cuts if c.graded or a < c.at < b))
+        _even_grid_lines(a, b, count_divisions(b - a, size), tuple(c for c in cuts if c.graded or a < c.at < b))
         for a, b in pairwise(ends)
     ]
     return np.concatenate([found[0], *(more[1:] for more in found[1:])])
@@ -101,7 +101,7 @@ def mesh_disc(
     square = inner.points[rim] / np.sqrt(2)
     outline = corner * ((1 - bulge) * square + bulge * circle)
     points = [
-        _coons(outline, n),
+        _coons_patch(outline, n),
         *(outline + t * (circle - outline) for t in np.arange(1, rings + 1) / rings),
         *(r / core * circle for r in outer),
     ]
@@ -123,7 +123,7 @@ def mesh_ring(inner: float, radius: float, around: int, size: float, cuts: tuple
     `around`, an even number, is the number of cells along each circle. The mesh is rotated so that nodes lie on the
     straight line of the first cut of `chord`, which goes through the centre.
     """
-    radii = _even_lines(inner, radius, count_divisions(radius - inner, size), cuts_along(cuts, "radius"))
+    radii = _even_grid_lines(inner, radius, count_divisions(radius - inner, size), cuts_along(cuts, "radius"))
     turn = next((cut.turn for cut in cuts_along(cuts, "chord")), 0.0) + 2 * np.pi * np.arange(around) / around
     points = np.stack([np.cos(turn), np.sin(turn)], axis=1) * radii[:, None, None]
     index = np.arange(len(radii) * around).reshape(len(radii), around)
@@ -160,7 +160,7 @@ def grid_outline(n: int) -> Ints:
     return rim
 
 
-def _coons(outline: Floats, n: int) -> Floats:
+def _coons_patch(outline: Floats, n: int) -> Floats:
     """Return the grid points inside a closed outline (4n, 2), by transfinite interpolation.
 
     Source: Coons (1967).
@@ -181,7 +181,9 @@ def extrude(section: PlaneMesh, length: float, size: float, cuts: tuple[Cut, ...
 
     Return points (n, 3), cells (m, 8) and point colours (n,).
     """
-    return extrude_layers(section, _even_lines(0.0, length, count_divisions(length, size), cuts_along(cuts, "along")))
+    return extrude_layers(
+        section, _even_grid_lines(0.0, length, count_divisions(length, size), cuts_along(cuts, "along"))
+    )
 
 
 def extrude_layers(section: PlaneMesh, z: Floats) -> tuple[Floats, Ints, Ints]:

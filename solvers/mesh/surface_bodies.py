@@ -120,7 +120,7 @@ class Tetrahedralized(SurfaceBody):
 
     def closed(self, size: float | None = None) -> ClosedSurface:
         """Return the repaired surface, which is the same for cells of any size. Raises UnreadableMesh."""
-        return _closed_surface(self.path, self.unit, modification_stamp(self.path))
+        return _read_closed_surface(self.path, self.unit, modification_stamp(self.path))
 
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
         """Return four-node tetrahedra with edges of about `size` (m), smaller at graded cuts. Raises UnreadableMesh."""
@@ -149,7 +149,7 @@ def modification_stamp(path: str) -> Seen:
 
 
 @lru_cache(maxsize=4)
-def _closed_surface(path: str, unit: float, stamp: Seen) -> ClosedSurface:
+def _read_closed_surface(path: str, unit: float, stamp: Seen) -> ClosedSurface:
     from softmark.solvers.mesh.files.mesh_reader import read_triangles
     from softmark.solvers.mesh.files.watertight_repair import close_surface
 
@@ -162,4 +162,4 @@ def _tetrahedralize(
 ) -> FilledMesh:
     from softmark.solvers.mesh.tetrahedralization import fill_surface
 
-    return fill_surface(_closed_surface(path, unit, stamp), size, tolerance, graded)
+    return fill_surface(_read_closed_surface(path, unit, stamp), size, tolerance, graded)

@@ -87,7 +87,7 @@ def fill_surface(surface: ClosedSurface, size: float, tolerance: float, graded: 
     field = build_size_field(surface, size, graded) if graded else {}
     for array in sorted(field):
         key.update(field[array].tobytes())
-    points, cells, seconds = _load_cached(key.hexdigest()) or _fill_and_cache(
+    points, cells, seconds = _load_cached_mesh(key.hexdigest()) or _fill_and_cache(
         key.hexdigest(), surface, size, tolerance, field
     )
     points, cells, repairs = _drop_loose_parts(points, _orient_positively(points, cells))
@@ -114,16 +114,16 @@ def _cache_folder() -> Path | None:
         return None
 
 
-def _load_cached(key: str) -> Made | None:
+def _load_cached_mesh(key: str) -> Made | None:
     """Return a cached mesh; None if the cache has none, or cannot be read."""
     folder = _cache_folder()
     with suppress(*UNREAD):
         if folder is not None and (folder / f"{key}.npz").is_file():
-            return _read(folder / f"{key}.npz")
+            return _read_cached_mesh(folder / f"{key}.npz")
     return None
 
 
-def _read(file: Path) -> Made:
+def _read_cached_mesh(file: Path) -> Made:
     with file.open("rb") as data, np.load(data, allow_pickle=False) as found:
         points, cells = found["points"].astype(np.float64), found["cells"].astype(np.int64)
         seconds = float(found["seconds"]) if "seconds" in found else 0.0
@@ -147,11 +147,11 @@ def _fill_and_cache(key: str, surface: ClosedSurface, size: float, tolerance: fl
         try:
             with os.fdopen(handle, "wb") as out:
                 np.savez_compressed(out, points=points, cells=cells, seconds=seconds)
-            if _load_cached(key) is None:
+            if _load_cached_mesh(key) is None:
                 Path(part).replace(folder / f"{key}.npz")
         finally:
             Path(part).unlink(missing_ok=True)
-    return _load_cached(key) or (points, cells, seconds)
+    return _load_cached_mesh(key) or (points, cells, seconds)
 
 
 def _run_mesher(surface: ClosedSurface, size: float, tolerance: float, **field: Any) -> Made:
@@ -164,13 +164,13 @@ def _run_mesher(surface: ClosedSurface, size: float, tolerance: float, **field: 
         np.savez(given, points=(surface.points - origin) / extent, triangles=surface.triangles, size=size / extent,
                  tolerance=tolerance / extent, **field)  # fmt: skip
         command = [sys.executable, "-m", "softmark.solvers.mesh.files.ftetwild_process", str(given), str(wanted)]
-        before = _cpu_seconds()
+        before = _child_process_cpu_seconds()
         done = subprocess.run(  # in that folder, since it writes additional files
             command, cwd=folder, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL
         )
-        seconds = _cpu_seconds() - before
+        seconds = _child_process_cpu_seconds() - before
         try:
-            points, cells, _ = _read(wanted)
+            points, cells, _ = _read_cached_mesh(wanted)
         except UNREAD as error:
             raise _mesher_error(done) from error
     if not len(cells):
@@ -180,7 +180,7 @@ def _run_mesher(surface: ClosedSurface, size: float, tolerance: float, **field: 
     return points * extent + origin, cells, seconds
 
 
-def _cpu_seconds() -> float:
+def _child_process_cpu_seconds() -> float:
     """Return the CPU time of all finished child processes, s; wall-clock time if the platform does not count it."""
     used = os.times()
     return used.children_user + used.children_system if os.name == "posix" else time.perf_counter()
@@ -225,7 +225,7 @@ def _drop_loose_parts(points: Floats, cells: Ints) -> tuple[Floats, Ints, tuple[
     return points[kept], renumbered.reshape(cells.shape).astype(np.int64), repairs
 
 
-def _features(surface: ClosedSurface) -> tuple[Ints, Ints]:
+def _sharp_edges_and_corners(surface: ClosedSurface) -> tuple[Ints, Ints]:
     """Return the sharp edges of a surface, and its corners (where at least three meet), as triangles without area."""
     n = normals(surface.points, surface.triangles)
     ends = np.sort(edges_of_triangles(surface.triangles), axis=1)
@@ -248,7 +248,7 @@ def _project_onto_surface(surface: ClosedSurface, mesh: Mesh, reach: float) -> t
     outer = np.unique(mesh.facets)
     there, far = closest_points(mesh.points[outer], surface.points, surface.triangles, reach)
     moves = np.isfinite(far)
-    for sharp in _features(surface):
+    for sharp in _sharp_edges_and_corners(surface):
         sharper, away = closest_points(mesh.points[outer], surface.points, sharp, reach)
         there[np.isfinite(away)] = sharper[np.isfinite(away)]
     before = mesh.volumes

@@ -26,7 +26,7 @@ class VoxelBounds:
     @cached_property
     def coarser(self) -> VoxelBounds:
         """Return the bounds over blocks of two by two by two voxels."""
-        return VoxelBounds(_blocks(self.low, np.minimum), _blocks(self.high, np.maximum))
+        return VoxelBounds(_reduce_voxel_blocks(self.low, np.minimum), _reduce_voxel_blocks(self.high, np.maximum))
 
     def within(self, first: Ints, last: Ints) -> tuple[Floats, Floats]:
         """Return bounds (n,) over boxes of voxels from `first` to `last`, inclusive, both (n, 3).
@@ -37,21 +37,21 @@ class VoxelBounds:
         many = np.prod(last - first + 1.0, axis=1) > MANY
         some = np.flatnonzero(~many)
         found = np.empty((2, len(some)))
-        _extremes(self.low, self.high, first[some], last[some], found)
+        _compute_box_extremes(self.low, self.high, first[some], last[some], found)
         low[some], high[some] = found
         if many.any():
             low[many], high[many] = self.coarser.within(first[many] // 2, last[many] // 2)
         return low, high
 
 
-def _blocks(numbers: Floats, f: np.ufunc) -> Floats:
+def _reduce_voxel_blocks(numbers: Floats, f: np.ufunc) -> Floats:
     for axis in range(3):
         numbers = f.reduceat(numbers, np.arange(0, numbers.shape[axis], 2), axis=axis)
     return np.ascontiguousarray(numbers)
 
 
 @kernel
-def _extremes(low: Floats, high: Floats, first: Ints, last: Ints, found: Floats) -> None:
+def _compute_box_extremes(low: Floats, high: Floats, first: Ints, last: Ints, found: Floats) -> None:
     for n in range(len(first)):
         least, most = np.inf, -np.inf
         for i in range(first[n, 0], last[n, 0] + 1):

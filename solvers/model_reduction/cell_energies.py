@@ -41,7 +41,7 @@ def disconnect_cells(energy: Energy) -> Energy:
         return EnergySum(tuple(disconnect_cells(part) for part in energy.parts))
     known: Any = energy
     own = np.arange(known.cells.size).reshape(known.cells.shape)
-    moved = {name: rows[known.cells.ravel()] for name, rows in _fields(energy, BY_NODE).items()}
+    moved = {name: rows[known.cells.ravel()] for name, rows in _existing_fields(energy, BY_NODE).items()}
     split: Energy = replace(known, cells=own, **moved)
     return split
 
@@ -58,7 +58,7 @@ def restrict_to_cells(energy: Energy, which: Ints, weights: Floats, nodes: Ints)
     for name in set(WEIGHED) & set(rows):
         rows[name] = rows[name] * weights.reshape(-1, *(1,) * (rows[name].ndim - 1))
     rows["cells"] = np.searchsorted(nodes, rows["cells"])
-    rows |= {name: values[nodes] for name, values in _fields(energy, BY_NODE).items()}
+    rows |= {name: values[nodes] for name, values in _existing_fields(energy, BY_NODE).items()}
     fewer: Energy = replace(known, **rows)
     return fewer
 
@@ -68,13 +68,13 @@ def fields_of_cells(energy: Energy, which: Any) -> dict[str, Any]:
 
     They include the material laws whose constants vary.
     """
-    rows: dict[str, Any] = {n: np.ascontiguousarray(a[which]) for n, a in _fields(energy, BY_CELL).items()}
-    rows |= {n: law.of(which) for n, law in _fields(energy, LAWS).items() if isinstance(law, VaryingLaw)}
-    rows |= {n: a[which] for n, a in _fields(energy, SHAPES).items() if np.ndim(a) == 3}
-    return rows | {n: a[which] for n, a in _fields(energy, MODULI).items() if np.ndim(a)}
+    rows: dict[str, Any] = {n: np.ascontiguousarray(a[which]) for n, a in _existing_fields(energy, BY_CELL).items()}
+    rows |= {n: law.of(which) for n, law in _existing_fields(energy, LAWS).items() if isinstance(law, VaryingLaw)}
+    rows |= {n: a[which] for n, a in _existing_fields(energy, SHAPES).items() if np.ndim(a) == 3}
+    return rows | {n: a[which] for n, a in _existing_fields(energy, MODULI).items() if np.ndim(a)}
 
 
-def _fields(energy: Energy, names: tuple[str, ...]) -> dict[str, Any]:
+def _existing_fields(energy: Energy, names: tuple[str, ...]) -> dict[str, Any]:
     """Return the fields of the energy, by name, that are among `names` and are not None."""
     known: Any = energy
     each = ((f.name, getattr(known, f.name)) for f in fields(known) if f.name in names)

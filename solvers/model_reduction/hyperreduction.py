@@ -120,12 +120,12 @@ def fit_nonnegative(G: Floats, b: Floats, tolerance: float) -> tuple[Floats, flo
         if slope[best] <= 1e-12 * size:
             break
         active = np.append(active, best)
-        active = _fit_active(G, b, w, active)
+        active = _fit_active_columns(G, b, w, active)
         r = b - expand(G[:, active], w[active])
     return w, float(np.linalg.norm(r)) / size if size else 0.0
 
 
-def _fit_active(G: Floats, b: Floats, w: Floats, active: Ints) -> Ints:
+def _fit_active_columns(G: Floats, b: Floats, w: Floats, active: Ints) -> Ints:
     """Write the nonnegative least squares solution over the active columns into w.
 
     Columns whose weights would become negative are dropped. Return the columns that stay active.

@@ -51,12 +51,12 @@ class ReductionError:
         }  # fmt: skip
 
 
-def _largest(u: Floats) -> float:
+def _largest_displacement(u: Floats) -> float:
     """Return the largest displacement of a node, m, from displacements u (3 n,)."""
     return float(np.linalg.norm(u.reshape(-1, 3), axis=1).max(initial=0.0))
 
 
-def _relative(distance: float, size: float) -> float:
+def _relative_error(distance: float, size: float) -> float:
     if size > 0.0:
         return min(distance / size, 1e9)
     return 0.0 if distance == 0.0 else 1e9
@@ -82,10 +82,10 @@ def static_error(problem: Statics, x: Floats) -> ReductionError:
         step[free] = factor(assembly.tangent(x, 1.0), symmetric=assembly.conservative).solve(-g[free])
     except Singular:
         return ReductionError(residual)
-    distance = _largest(step)
+    distance = _largest_displacement(step)
     if not math.isfinite(distance):
         return ReductionError(residual)
-    return ReductionError(residual, _relative(distance, _largest(x)), distance)
+    return ReductionError(residual, _relative_error(distance, _largest_displacement(x)), distance)
 
 
 # ------------------------------------------------------------------ in motion
@@ -136,7 +136,7 @@ class _ErrorEquation:
         for i, time in enumerate(motion.times):
             x = V @ motion.q[i]
             R = self._residual(i, x)
-            residual, size = max(residual, float(np.linalg.norm(R))), max(size, _largest(x))
+            residual, size = max(residual, float(np.linalg.norm(R))), max(size, _largest_displacement(x))
             if i and known:
                 try:
                     e, w = self._advanced(i, float(time - motion.times[i - 1]), x, e, w, before + R)
@@ -144,13 +144,13 @@ class _ErrorEquation:
                     known = False
                 whole = np.zeros_like(x)
                 whole[self.free] = e
-                distance = max(distance, _largest(whole))
+                distance = max(distance, _largest_displacement(whole))
                 known = known and math.isfinite(distance)
             before = R
         relative = residual / self.scale if self.scale else residual
         if not known:
             return ReductionError(relative)
-        return ReductionError(relative, _relative(distance, size), distance)
+        return ReductionError(relative, _relative_error(distance, size), distance)
 
     def _advanced(self, i: int, h: float, x: Floats, e: Floats, w: Floats, R: Floats) -> tuple[Floats, Floats]:
         """Return the error and its velocity after a trapezoidal step of h, s.

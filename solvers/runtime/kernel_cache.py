@@ -77,7 +77,7 @@ def digest(files: Iterable[Path], *facts: str) -> str:
     return h.hexdigest()[:16]
 
 
-def _processor() -> str:
+def _describe_processor() -> str:
     """Return the model and the features of the processor, for which kernels are compiled."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
@@ -89,11 +89,11 @@ def _processor() -> str:
 def cache_folder() -> Path:
     """Return the folder of the kernels of this version: $XDG_CACHE_HOME/softmark/kernels/<digest>."""
     home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    facts = (version("numba"), version("numpy"), sys.version, _processor())
+    facts = (version("numba"), version("numpy"), sys.version, _describe_processor())
     return Path(home) / "softmark" / "kernels" / digest(sources(), *facts)
 
 
-def _is_usable(folder: Path) -> bool:
+def _is_usable_folder(folder: Path) -> bool:
     """Return whether kernels can be read from the folder, which is created if needed.
 
     If not, kernels stay in memory. A read-only folder is usable: its kernels are loaded, and new ones are not saved.
@@ -109,7 +109,7 @@ def _is_usable(folder: Path) -> bool:
 
 
 FOLDER = cache_folder()
-CACHED = _is_usable(FOLDER)
+CACHED = _is_usable_folder(FOLDER)
 
 
 _made = 0  # kernels that this process has compiled
@@ -142,7 +142,7 @@ class _KernelFiles:
         data: bytes = serialize.dumps((key, kept))
         with suppress(OSError):
             self.folder.mkdir(parents=True, exist_ok=True)
-            _replace(self._path(key), hashlib.sha256(data).digest() + data)
+            _write_atomically(self._path(key), hashlib.sha256(data).digest() + data)
 
     def flush(self) -> None:
         """Delete all saved kernels of the function."""
@@ -153,7 +153,7 @@ class _KernelFiles:
         return self.folder / f"{self.name}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}{SUFFIX}"
 
 
-def _replace(path: Path, data: bytes) -> None:
+def _write_atomically(path: Path, data: bytes) -> None:
     """Write a file under a temporary name, then rename it, so that no process reads half a file. Raises OSError."""
     handle, part = tempfile.mkstemp(dir=path.parent, prefix=".part-")
     try:

@@ -37,11 +37,11 @@ def helper_process(code: str) -> Iterator[None]:
 
     The code prints the number of kernels that it compiled. If the block fails, the helper is terminated.
     """
-    helper = _start(code) if _asked and _is_useful() else None
+    helper = _start_helper(code) if _asked and _is_helper_useful() else None
     try:
         yield
         if helper is not None:
-            _join(helper)
+            _wait_for_helper(helper)
     finally:
         if helper is not None:
             helper.kill()
@@ -53,7 +53,7 @@ def count_processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _is_useful() -> bool:
+def _is_helper_useful() -> bool:
     """Return whether there is a second processor, a Python executable to start, and a usable cache folder."""
     from softmark.solvers.runtime import kernel_cache
 
@@ -61,7 +61,7 @@ def _is_useful() -> bool:
     return count_processors() > 1 and startable and kernel_cache.CACHED and os.access(kernel_cache.FOLDER, os.W_OK)
 
 
-def _start(code: str) -> Popen[str] | None:
+def _start_helper(code: str) -> Popen[str] | None:
     """Return a helper process that runs Python code, None if it cannot be started.
 
     The helper imports nothing from the working folder.
@@ -73,7 +73,7 @@ def _start(code: str) -> Popen[str] | None:
     return None
 
 
-def _join(helper: Popen[str]) -> None:
+def _wait_for_helper(helper: Popen[str]) -> None:
     """Wait for the helper process and add its number of compiled kernels.
 
     A crashed helper adds none. The wait has a time limit.

@@ -23,7 +23,7 @@ class SingleThread:
         self._threads = 1
 
     def __enter__(self) -> None:
-        get, put = _thread_functions()
+        get, put = _blas_thread_functions()
         with self._lock:
             self._inside += 1
             if self._inside == 1:
@@ -31,7 +31,7 @@ class SingleThread:
                 put(1)
 
     def __exit__(self, *failure: object) -> None:
-        put = _thread_functions()[1]
+        put = _blas_thread_functions()[1]
         with self._lock:
             self._inside -= 1
             if self._inside == 0:
@@ -42,7 +42,7 @@ ALONE = SingleThread()
 
 
 @cache
-def _thread_functions() -> tuple[Callable[[], int], Callable[[int], object]]:
+def _blas_thread_functions() -> tuple[Callable[[], int], Callable[[int], object]]:
     """Return the functions of the BLAS library that read and set its number of threads."""
     from softmark.solvers.runtime.scipy_submodules import import_submodule
 

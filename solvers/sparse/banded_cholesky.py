@@ -70,7 +70,7 @@ def factorise_banded(K: sparse.csr_matrix) -> BandedCholesky | None:
     Raises NegativePivot for a negative pivot. LAPACK stops at the first pivot that is not positive and leaves its value
     in the band, since a band this narrow is factorised column by column.
     """
-    band = None if K.dtype != np.float64 else _band_of(K)
+    band = None if K.dtype != np.float64 else _cached_band(K)
     if band is None:
         return None
     filled = np.append(K.data, 0.0).take(band.entries)
@@ -83,7 +83,7 @@ def factorise_banded(K: sparse.csr_matrix) -> BandedCholesky | None:
     return None
 
 
-def _band_of(K: sparse.csr_matrix) -> _Band | None:
+def _cached_band(K: sparse.csr_matrix) -> _Band | None:
     """Return the cached band of the pattern of K.
 
     A pattern is identified by its two arrays, as in `linear.symbolic_cache`.

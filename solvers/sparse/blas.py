@@ -33,7 +33,7 @@ def routine_addresses(letter: str) -> NDArray[np.int64]:
     return np.array(found, dtype=np.int64)
 
 
-def _call(typing: Any, address: Any, arguments: Any) -> Any:
+def _call_c_function(typing: Any, address: Any, arguments: Any) -> Any:
     """Call the C function at `address`; `arguments` is a tuple of pointers given as integers."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -48,4 +48,4 @@ def _call(typing: Any, address: Any, arguments: Any) -> Any:
     return types.void(address, arguments), generate
 
 
-call: Any = intrinsic(_call)
+call: Any = intrinsic(_call_c_function)

@@ -44,7 +44,7 @@ def factorise(
             L[target[t]] += data[source[t]]
         for q in range(child_start[s], child_start[s + 1]):
             c = children[q]
-            _add(U, update[c], rows[c] - pivots[c], np.int64(0), k, local, index_start[c], L, p, n)
+            _add_update_matrix(U, update[c], rows[c] - pivots[c], np.int64(0), k, local, index_start[c], L, p, n)
         if signs is None or len(signs) == 0:
             good = _eliminate_definite(k, n, p, L, U, update[s], blas, letters, numbers, reals)
         else:
@@ -56,7 +56,7 @@ def factorise(
         if n > k:
             for q in range(child_start[s], child_start[s + 1]):
                 c = children[q]
-                _add(U, update[c], rows[c] - pivots[c], k, n, local, index_start[c], U, update[s], n - k)
+                _add_update_matrix(U, update[c], rows[c] - pivots[c], k, n, local, index_start[c], U, update[s], n - k)
     return 0
 
 
@@ -160,7 +160,7 @@ def _eliminate_signed(
 
 
 @part
-def _add(
+def _add_update_matrix(
     U: Values,
     source: int,
     m: int,

@@ -245,7 +245,7 @@ def dissect(indptr: Ints, indices: Ints, points: Floats, leaf: int, order: Ints)
         axes = _cut_directions(points, part)
         for axis in range(4):
             by = part[np.argsort(_project_to_axis(points, part, axes[axis]), kind="mergesort")]
-            at, above, cost = _find_cut(indptr, indices, by, rank)
+            at, above, cost = _find_best_separator(indptr, indices, by, rank)
             if cost < fewest:
                 best, cut, upper, fewest = by, at, above, cost
         if cut == 0:
@@ -281,7 +281,7 @@ def dissect(indptr: Ints, indices: Ints, points: Floats, leaf: int, order: Ints)
 
 
 @maker
-def _find_cut(indptr: Ints, indices: Ints, by: Ints, rank: Ints) -> tuple[int, bool, float]:
+def _find_best_separator(indptr: Ints, indices: Ints, by: Ints, rank: Ints) -> tuple[int, bool, float]:
     """Return the best cut of the nodes `by` (size,), which are sorted along one direction.
 
     The result is the number of nodes before the cut, whether the separator lies behind the cut, and the cost: the size

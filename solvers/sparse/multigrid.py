@@ -58,7 +58,7 @@ class Multigrid:
         self.iterations = 0  # iterations in the last solve
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # pyamg warns of conversions and of its versions
-            self._hierarchy = pyamg.smoothed_aggregation_solver(_in_node_blocks(K), B=modes, **OPTIONS)
+            self._hierarchy = pyamg.smoothed_aggregation_solver(_to_node_blocks(K), B=modes, **OPTIONS)
         self._cycle = self._hierarchy.aspreconditioner(cycle="V")
 
     @property
@@ -73,7 +73,7 @@ class Multigrid:
         return x, done
 
 
-def _in_node_blocks(K: sparse.csr_matrix) -> sparse.csr_matrix | sparse.bsr_matrix:
+def _to_node_blocks(K: sparse.csr_matrix) -> sparse.csr_matrix | sparse.bsr_matrix:
     """Return K in 3 x 3 blocks, one for each pair of nodes; K itself if some nodes are only partly fixed."""
     if K.shape[0] % 3 or np.any(np.diff(K.indptr[::3]) % 9):
         return K

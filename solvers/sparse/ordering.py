@@ -26,7 +26,7 @@ def minimum_degree_orders(indptr: Ints, indices: Ints) -> list[Ints]:
     One order uses the given numbering, which is better for lattices; the other a random numbering, which is better for
     tetrahedra.
     """
-    graph = _graph(indptr, indices)
+    graph = _graph_matrix(indptr, indices)
     return [minimum_degree(graph, np.arange(graph.shape[0])), minimum_degree(graph, _random_numbering(graph))]
 
 
@@ -38,7 +38,7 @@ def nested_dissection_order(indptr: Ints, indices: Ints, points: Floats) -> Ints
     order = np.empty(len(indptr) - 1, dtype=np.int64)
     first = dissect(indptr, indices, points, LEAF, order)
     inside = order[:first].copy()
-    graph = _graph(indptr, indices)[inside][:, inside]
+    graph = _graph_matrix(indptr, indices)[inside][:, inside]
     order[:first] = inside[minimum_degree(graph, _random_numbering(graph))]
     return order
 
@@ -65,7 +65,7 @@ def minimum_degree(graph: sparse.csr_matrix, begin: Ints) -> Ints:
     return order
 
 
-def _graph(indptr: Ints, indices: Ints) -> sparse.csr_matrix:
+def _graph_matrix(indptr: Ints, indices: Ints) -> sparse.csr_matrix:
     """Return a graph, given by its CSR arrays, as a sparse matrix of ones."""
     return sparse.csr_matrix((np.ones(len(indices)), indices, indptr), shape=(len(indptr) - 1,) * 2)
 

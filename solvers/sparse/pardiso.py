@@ -40,14 +40,14 @@ def is_installed() -> bool:
 def missing_reason() -> str:
     """Return why the installed package pypardiso cannot be used; "" if it can."""
     try:
-        _routine()
+        _pardiso_function()
     except (ImportError, OSError, AttributeError) as error:  # from the import, the library, the routine
         return str(error).partition(". ")[0].rstrip(".") or type(error).__name__
     return ""
 
 
 @cache
-def _routine() -> Any:
+def _pardiso_function() -> Any:
     """Return the C function `pardiso` of the MKL library."""
     from pypardiso import PyPardisoSolver
 
@@ -57,16 +57,16 @@ def _routine() -> Any:
     return routine
 
 
-def _release(handle: Any, kind: int, size: int) -> None:
+def _release_factor(handle: Any, kind: int, size: int) -> None:
     """Free the memory that the library holds for a factor.
 
     `handle` identifies the factor, `kind` is the matrix type and `size` the number of unknowns.
     """
     nothing, none = np.zeros(1), np.zeros(64, np.int32)
-    _call(handle, kind, RELEASE, size, nothing, none, none, none, nothing, nothing)
+    _call_pardiso(handle, kind, RELEASE, size, nothing, none, none, none, nothing, nothing)
 
 
-def _call(
+def _call_pardiso(
     handle: Any,
     kind: int,
     phase: int,
@@ -82,7 +82,7 @@ def _call(
     error = ctypes.c_int32(0)
     one, silent = ctypes.c_int32(1), ctypes.c_int32(0)
     arrays = [ctypes.c_void_p(a.ctypes.data) for a in (data, indptr, indices)]
-    _routine()(
+    _pardiso_function()(
         ctypes.c_void_p(handle.ctypes.data), ctypes.byref(one), ctypes.byref(one), ctypes.byref(ctypes.c_int32(kind)),
         ctypes.byref(ctypes.c_int32(phase)), ctypes.byref(ctypes.c_int32(n)), *arrays, None, ctypes.byref(one),
         ctypes.c_void_p(settings.ctypes.data), ctypes.byref(silent), ctypes.c_void_p(b.ctypes.data),
@@ -119,7 +119,7 @@ class Pardiso:
         chosen |= {11: 1, 13: 1} if kind == GENERAL else {}
         for place, value in chosen.items():
             self._settings[place - 1] = value
-        self._end = weakref.finalize(self, _release, self._handle, kind, self._n)
+        self._end = weakref.finalize(self, _release_factor, self._handle, kind, self._n)
         for phase in (ANALYSE, FACTORISE):
             self._phase(phase, np.zeros(self._n))
 
@@ -127,7 +127,7 @@ class Pardiso:
         """Run one phase of the library, and return x."""
         b = np.ascontiguousarray(b, dtype=self._real)
         x = np.zeros_like(b)
-        _call(self._handle, self._kind, phase, self._n, *self._matrix, self._settings, b, x)
+        _call_pardiso(self._handle, self._kind, phase, self._n, *self._matrix, self._settings, b, x)
         return x.astype(np.float64, copy=False)
 
     @property

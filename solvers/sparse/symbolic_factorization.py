@@ -124,23 +124,23 @@ def estimate_factor(K: sparse.csr_matrix, motions: Floats | None = None) -> Fact
     if not has_symmetric_pattern(K):
         raise ValueError("the pattern of the matrix is not symmetric with a full diagonal")
     start = group_unknowns(K)
-    graph, weights = _graph(K, start), np.diff(start)
+    graph, weights = _node_graph(K, start), np.diff(start)
     orders: list[Ints] = []
     if motions is None or len(weights) < LARGE:
         orders += minimum_degree_orders(*graph)
     if motions is not None and len(weights) >= DISSECTED:
         orders.append(nested_dissection_order(*graph, positions_from_modes(motions, start)))
-    return min((_tree(start, graph, order, weights) for order in orders), key=lambda found: found.flops)
+    return min((_estimate_for_order(start, graph, order, weights) for order in orders), key=lambda found: found.flops)
 
 
-def _tree(start: Ints, graph: tuple[Ints, Ints], order: Ints, weights: Ints) -> FactorEstimate:
+def _estimate_for_order(start: Ints, graph: tuple[Ints, Ints], order: Ints, weights: Ints) -> FactorEstimate:
     """Return the elimination tree and the column counts for an elimination order."""
     parent, counts = np.empty_like(order), np.empty_like(order)
     multifrontal_symbolic.build_elimination_tree(*graph, order, weights, parent, counts, np.full((11, len(order)), -1))
     return FactorEstimate(start, graph, order, parent, counts, weights[order])
 
 
-def _graph(K: sparse.csr_matrix, start: Ints) -> tuple[Ints, Ints]:
+def _node_graph(K: sparse.csr_matrix, start: Ints) -> tuple[Ints, Ints]:
     """Return the graph of the groups of unknowns that share a matrix entry, as CSR arrays without loops.
 
     `start` (g + 1,) is the first unknown of each group.
@@ -160,7 +160,7 @@ def plan_fronts(K: sparse.csr_matrix, sketched: FactorEstimate) -> Symbolic:
     begins = multifrontal_symbolic.merge_supernodes(sketched.parent, sketched.counts, sketched.weights, *RELAXED)
     count = len(begins) - 1
     offset = _cumulative_sums(sketched.weights)
-    unknowns = _expand(sketched.start[sketched.order], sketched.weights)
+    unknowns = _concatenate_ranges(sketched.start[sketched.order], sketched.weights)
     place = np.empty_like(unknowns)
     place[unknowns] = np.arange(len(unknowns))
     last = begins[1:] - 1
@@ -208,7 +208,7 @@ def _cumulative_sums(lengths: Ints) -> Ints:
     return np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
 
 
-def _expand(first: Ints, lengths: Ints) -> Ints:
+def _concatenate_ranges(first: Ints, lengths: Ints) -> Ints:
     """Return the ranges first[i], first[i] + 1, ... of lengths[i] integers, concatenated."""
     ends = np.cumsum(lengths)
     every: Ints = np.arange(ends[-1] if len(ends) else 0) + np.repeat(first - (ends - lengths), lengths)

@@ -35,7 +35,7 @@ def ramp_barrier(newton: Newton, x: Floats, load: float) -> Floats:
         """Return the equilibrium of one barrier stiffness."""
         return minimize_at_load(own, x, load, before is None)
 
-    return solve_in_stiffness_steps(newton, x, load, (_softest_fraction(newton.assembly), SOFT, 1.0), known)
+    return solve_in_stiffness_steps(newton, x, load, (_initial_stiffness_fraction(newton.assembly), SOFT, 1.0), known)
 
 
 def minimize_at_load(newton: Newton, x: Floats, load: float, first: bool) -> Floats:
@@ -55,7 +55,7 @@ def minimize_at_load(newton: Newton, x: Floats, load: float, first: bool) -> Flo
     return newton.descend(x, load)
 
 
-def _softest_fraction(assembly: Assembly) -> float:
+def _initial_stiffness_fraction(assembly: Assembly) -> float:
     """Return the first fraction of the barrier stiffness in a ramp.
 
     It is as small as possible without nodes passing the centroid of a rigid body.

@@ -80,9 +80,9 @@ def solve_on_finer_space(
             first = first or size
             if not size <= AWAY * first:
                 raise StateLost("Newton's method on the finer space leads away from the state")
-            x = _step_within_domain(assembly, x, d)
+            x = _move_within_domain(assembly, x, d)
             rounded = size <= ROUNDED * float(np.linalg.norm(x))
-            if rounded or size <= SETTLED * first or (number == 0 and _next_step_is_short(assembly, x, solve, size)):
+            if rounded or size <= SETTLED * first or (number == 0 and _is_next_step_short(assembly, x, solve, size)):
                 return x
     raise StateLost(f"{STEPS} Newton steps on the finer space do not reach equilibrium")
 
@@ -104,7 +104,7 @@ def solve_with_known_tangent(
             size = float(np.linalg.norm(d))
             if before and not size <= 0.5 * before:
                 break
-            x, first, before = _step_within_domain(assembly, x, d), first or size, size
+            x, first, before = _move_within_domain(assembly, x, d), first or size, size
             if size <= ROUNDED * float(np.linalg.norm(x)) or size <= NEARBY * first:
                 return x
     raise StateLost("modified Newton steps with the tangent of the other law do not converge")
@@ -158,7 +158,7 @@ def _rayleigh_ritz(K: sparse.csr_matrix, M: sparse.csr_matrix, basis: Floats) ->
     return found
 
 
-def _next_step_is_short(assembly: Assembly, x: Floats, solve: Solve, size: float) -> bool:
+def _is_next_step_short(assembly: Assembly, x: Floats, solve: Solve, size: float) -> bool:
     """Return whether the next step, with the linear solver of the last, would be short compared with `size`, m.
 
     The energy would be no measure of this: the finer space first changes the volume of cells, which says little about
@@ -168,7 +168,7 @@ def _next_step_is_short(assembly: Assembly, x: Floats, solve: Solve, size: float
     return bool(np.isfinite(next_step).all()) and dot(next_step, next_step) <= (SETTLED * size) ** 2
 
 
-def _step_within_domain(assembly: Assembly, x: Floats, d: Floats) -> Floats:
+def _move_within_domain(assembly: Assembly, x: Floats, d: Floats) -> Floats:
     """Return the state x + s d with the largest s of 1, 1/2, 1/4 in the domain of the law. Raises StateLost."""
     length = 1.0
     while length > 0.2:

@@ -43,7 +43,7 @@ def solve_with_vanishing_spring(problem: Statics, find: Callable[[Statics], Equi
     least = NOTHING * weakest * problem.extent
     ground = replace(ground, spring=max(weakest, _load_resultant(problem) / (REACH * problem.extent)))
     for number in range(MOST):
-        found = find(replace(_with_spring(problem, ground), tolerance=CLOSER * problem.tolerance))
+        found = find(replace(_with_stabilization_spring(problem, ground), tolerance=CLOSER * problem.tolerance))
         history += found.history
         borne = _relative_spring_force(problem.assembly, ground, found.x, least)
         if borne <= GONE:
@@ -59,7 +59,7 @@ def solve_with_vanishing_spring(problem: Statics, find: Callable[[Statics], Equi
             break
         spring = max(weakest, ground.spring / WEAKER) if less else ground.spring
         ground = replace(ground, spring=spring, place=found.x)
-        problem = replace(problem, start=found.x, assembly=_with_bodies_in_place(problem.assembly))
+        problem = replace(problem, start=found.x, assembly=_with_bodies_in_final_positions(problem.assembly))
     raise NotConverged(_failure_reason(problem, ground, found.x, before), history)
 
 
@@ -85,20 +85,22 @@ def _relative_spring_force(assembly: Assembly, ground: StabilizationSpring, x: F
     return own / max(whole, least)
 
 
-def _with_spring(problem: Statics, ground: StabilizationSpring) -> Statics:
+def _with_stabilization_spring(problem: Statics, ground: StabilizationSpring) -> Statics:
     """Return the problem with another stabilising spring."""
-    twin = problem.twin and _with_internal(problem.twin, [*problem.twin.internal[:-1], ground])
+    twin = problem.twin and _with_internal_energies(problem.twin, [*problem.twin.internal[:-1], ground])
     return replace(
-        problem, assembly=_with_internal(problem.assembly, [*problem.assembly.internal[:-1], ground]), twin=twin
+        problem,
+        assembly=_with_internal_energies(problem.assembly, [*problem.assembly.internal[:-1], ground]),
+        twin=twin,
     )
 
 
-def _with_internal(assembly: Assembly, internal: list[Energy]) -> Assembly:
+def _with_internal_energies(assembly: Assembly, internal: list[Energy]) -> Assembly:
     """Return the assembly with other internal energies."""
     return assembly.acting(internal, assembly.loads)
 
 
-def _with_bodies_in_place(assembly: Assembly) -> Assembly:
+def _with_bodies_in_final_positions(assembly: Assembly) -> Assembly:
     """Return the assembly with rigid bodies already in their final positions at the start."""
     known: list[Any] = list(assembly.loads)
     return assembly.acting(assembly.internal, [replace(e, earlier=None) if e.driven else e for e in known])

@@ -48,12 +48,12 @@ def solve_friction(newton: Newton, x: Floats, load: float) -> Floats:
             copy_result(newton, own)
             return found
     try:
-        return solve_in_stiffness_steps(newton, x, load, (SOFT, 1.0) if rigid else (1.0,), _solve_sticking_first)
+        return solve_in_stiffness_steps(newton, x, load, (SOFT, 1.0) if rigid else (1.0,), _solve_from_sticking_contact)
     except NotConverged as failure:
-        raise _explain_sliding(newton, failure, newton.reached, load) from failure
+        raise _explain_sliding_failure(newton, failure, newton.reached, load) from failure
 
 
-def _solve_sticking_first(newton: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
+def _solve_from_sticking_contact(newton: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
     """Return the equilibrium of one barrier stiffness. Raises NotConverged.
 
     At the first stiffness (`before` is None) pressures are unknown, and all points stick.
@@ -78,14 +78,14 @@ def _iterate_lagged_friction(
             newton.reached = own.reached
         newton.moved = own.moved
         _, residual = newton.residual(x, load)
-        found = _full_newton_steps(newton, x, load, residual)
+        found = _solve_with_full_tangent(newton, x, load, residual)
         if found is not None:
             return found
     reason = f"the friction iteration does not converge at {100 * load:.4g} % of the load, residual {residual:.1e}"
     raise NotConverged(reason, tuple(newton.history))
 
 
-def _full_newton_steps(newton: Newton, x: Floats, load: float, residual: float) -> Floats | None:
+def _solve_with_full_tangent(newton: Newton, x: Floats, load: float, residual: float) -> Floats | None:
     """Return the equilibrium by full steps with the complete tangent; None if they do not converge."""
     moved, done = newton.moved, False
     for most in EACH if _has_rigid_friction(newton.assembly) else FALLS:
@@ -106,7 +106,7 @@ def _has_rigid_friction(assembly: Assembly) -> bool:
     return any(e.rubs for e in assembly.loads)
 
 
-def _explain_sliding(newton: Newton, failure: NotConverged, x: Floats | None, load: float) -> NotConverged:
+def _explain_sliding_failure(newton: Newton, failure: NotConverged, x: Floats | None, load: float) -> NotConverged:
     """Return the error, with a reason added if all points in contact slide where Newton's method stopped."""
     soft = with_softer_barriers(newton.assembly, load, SOFT)
     each: list[Any] = [e for e in (*soft.internal, *soft.loads) if e.rubs]

@@ -68,7 +68,7 @@ class PrincipalPoint:
         found = [-sum(log) / len(free)] * len(free)
         if self.constraint is None:
             right = [-sum(H[a][b] * log[b] for b in range(3)) for a in free]
-            found = _solve_small([[H[a][b] for b in free] for a in free], right) or found
+            found = _solve_small_system([[H[a][b] for b in free] for a in free], right) or found
         for a, e in zip(free, found, strict=True):
             log[a] = e
         return [math.exp(e) for e in log], 0.0
@@ -94,7 +94,7 @@ class PrincipalPoint:
         p = start[1]
         at = self._at(e, p, free)
         for number in range(most):
-            if at is None or (step := _solve_small(at[1], at[0])) is None:
+            if at is None or (step := _solve_small_system(at[1], at[0])) is None:
                 return None
             moved = self._searched((e, p, at), free, step)
             if moved is None:
@@ -347,7 +347,7 @@ def _diagonal_matrix(t: Sequence[float]) -> Floats:
     return np.array([[t[0], 0.0, 0.0], [0.0, t[1], 0.0], [0.0, 0.0, t[2]]])
 
 
-def _solve_small(rows: Rows, right: list[float]) -> list[float] | None:
+def _solve_small_system(rows: Rows, right: list[float]) -> list[float] | None:
     """Return x of the linear system rows x = right, for up to four unknowns, by elimination; None if singular."""
     n = len(right)
     if n == 1:

@@ -282,12 +282,12 @@ class MaterialPoint:
             P, normal = P + p * g, g.diagonal()
         left = np.abs(P.diagonal()[free] - drive.stresses[free]).max(initial=0.0)
         H, scale = self._hessian(F, p), self._shear(self._at_rest)
-        held = _least_eigenvalue(H, normal, free) / scale
+        held = _least_restricted_eigenvalue(H, normal, free) / scale
         if drive.shear is not None:
             a, b, _ = drive.shear
             freed = float(self.law.dPdF(F)[0, a, b, a, b]) / scale
         else:
-            freed = _least_eigenvalue(H, normal, np.union1d(free, drive.driven)) / scale
+            freed = _least_restricted_eigenvalue(H, normal, np.union1d(free, drive.driven)) / scale
         largest = float(np.abs(P).max())
         return PointState(F[0], P, float(self.law.psi(F)[0]), p, float(left) / largest if largest else 0.0, iterations,
                           held, freed)  # fmt: skip
@@ -298,7 +298,7 @@ class MaterialPoint:
         return 0.5 * float(H[0, 0] - H[0, 1])
 
 
-def _least_eigenvalue(H: Floats, normal: Floats, some: NDArray[np.intp]) -> float:
+def _least_restricted_eigenvalue(H: Floats, normal: Floats, some: NDArray[np.intp]) -> float:
     """Return the least eigenvalue of H (3, 3) restricted to the axes `some`; inf without axes.
 
     With a constraint gradient `normal` (3,), only directions perpendicular to it count.

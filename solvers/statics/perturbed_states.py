@@ -98,10 +98,10 @@ def spin_cells(body: PerturbedNodes, random: Random) -> Floats:
     places = np.zeros_like(body.points)
     np.add.at(places, body.cells, turned)
     count = np.bincount(body.cells.ravel(), minlength=len(places))
-    return _twist(body, places / np.maximum(count, 1)[:, None], random)
+    return _twist_nodes(body, places / np.maximum(count, 1)[:, None], random)
 
 
-def _twist(body: PerturbedNodes, places: Floats, random: Random) -> Floats:
+def _twist_nodes(body: PerturbedNodes, places: Floats, random: Random) -> Floats:
     """Return the positions `places` (n, 3), m, twisted about the longest direction of the body."""
     axis = int(np.argmax(body.size))
     b, c = (axis + 1) % 3, (axis + 2) % 3

@@ -32,11 +32,11 @@ def describe_rigid_instability(newton: Newton, x: Floats) -> str | None:
         return None
     carried, turned = by[:3], by[3:]
     if np.linalg.norm(carried) < LEAST * np.linalg.norm(turned):
-        return f"it rotates away about {_direction_text(turned)}"
-    return f"it slides away along {_direction_text(carried)}"
+        return f"it rotates away about {_format_direction(turned)}"
+    return f"it slides away along {_format_direction(carried)}"
 
 
-def _direction_text(motion: Floats) -> str:
+def _format_direction(motion: Floats) -> str:
     """Return a direction as text, with the sign that makes its first component of notable size positive."""
     v: Floats = motion / np.abs(motion).max()
     v = v * np.sign(v[np.flatnonzero(np.abs(v) > LEAST)[0]]) / np.linalg.norm(v)

@@ -32,7 +32,7 @@ def count_substeps(problem: Statics) -> int:
 
     It is 1 if no body is thinner than its motion, or the motion cannot be split.
     """
-    contacts = _contacts(problem)
+    contacts = _rigid_contacts(problem)
     if problem.rubs or problem.way is not None or problem.exact is not None or problem.cap is not None:
         return 1
     return max((_substeps_needed(contact) for contact in contacts), default=1)
@@ -45,15 +45,15 @@ def presses_on_nodes(found: Equilibrium) -> bool:
 
 def solve_in_substeps(problem: Statics, find: Find, count: int) -> Equilibrium:
     """Return the equilibrium after `count` substeps, each solved by `find` from the last one. Raises NotConverged."""
-    contacts, history, x = _contacts(problem), tuple[Iteration, ...](), problem.start
+    contacts, history, x = _rigid_contacts(problem), tuple[Iteration, ...](), problem.start
     first = np.zeros_like(problem.target) if x is None else (x - problem.rest)[problem.fixed]
-    places, extras = [_start_body(c) for c in contacts], [c.extra for c in contacts]
+    places, extras = [_body_at_start(c) for c in contacts], [c.extra for c in contacts]
     found: Equilibrium | None = None
     for number in range(1, count + 1):
         share = number / count
         moved = []
         for contact, place, extra in zip(contacts, places, extras, strict=True):
-            end = _interpolate_motion(_start_body(contact), contact.posed(1.0), share)
+            end = _interpolate_motion(_body_at_start(contact), contact.posed(1.0), share)
             own = replace(contact, posed=contact.posed if number == count else _FixedPosition(end), earlier=place)
             moved.append(own if extra is contact.extra else own.joining(extra, problem.rest if x is None else x))
         target = first + share * (problem.target - first)
@@ -85,10 +85,10 @@ class _FixedPosition:
 
     def pose(self, share: float) -> RigidMotion:
         """Return the motion of the body from its declared position, which does not depend on the load factor."""
-        return _motion_of(self.body)
+        return _rigid_motion_of_body(self.body)
 
 
-def _contacts(problem: Statics) -> list[Any]:
+def _rigid_contacts(problem: Statics) -> list[Any]:
     """Return the rigid contacts of a problem."""
     return [energy for energy in problem.assembly.loads if energy.driven]
 
@@ -106,16 +106,16 @@ def _with_contacts(problem: Statics, contacts: list[Any]) -> Statics:
 
 def _substeps_needed(contact: Any) -> int:
     """Return the number of substeps that one rigid body needs between its start and its end."""
-    start, end = _start_body(contact), contact.posed(1.0)
+    start, end = _body_at_start(contact), contact.posed(1.0)
     inner = depth_of_centroid(gap_as_declared(end))
     if not 0.0 < inner < math.inf:
         return 1
-    way: Floats = _motion_of(end).moved(contact.X) - _motion_of(start).moved(contact.X)
+    way: Floats = _rigid_motion_of_body(end).moved(contact.X) - _rigid_motion_of_body(start).moved(contact.X)
     travel = float(np.linalg.norm(way, axis=1).max(initial=0.0))
     return min(MOST, max(1, math.ceil(travel / (SHARE * inner))))
 
 
-def _start_body(contact: Any) -> Gap:
+def _body_at_start(contact: Any) -> Gap:
     """Return the signed distance of a rigid body at the start of its motion.
 
     This is its position in the last state, or at load factor zero if that is unknown.
@@ -124,14 +124,14 @@ def _start_body(contact: Any) -> Gap:
     return found
 
 
-def _motion_of(body: Gap) -> RigidMotion:
+def _rigid_motion_of_body(body: Gap) -> RigidMotion:
     """Return the motion of a rigid body from its declared position."""
     return body.pose if isinstance(body, MovedGap) else RigidMotion()
 
 
 def _interpolate_motion(start: Gap, end: Gap, share: float) -> Gap:
     """Return the signed distance of a rigid body at a fraction `share` of its motion from start to end."""
-    a, b = _motion_of(start), _motion_of(end)
+    a, b = _rigid_motion_of_body(start), _rigid_motion_of_body(end)
     shift, rotation = (
         tuple(((1.0 - share) * np.array(p) + share * np.array(q)).tolist())
         for p, q in ((a.shift, b.shift), (a.rotation, b.rotation))

@@ -77,9 +77,10 @@ def equilibrium(problem: Statics) -> Equilibrium:
     systems = Systems(problem.linear)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         if problem.cap is not None or problem.linear.cap is not None:
-            return _capped_steps(problem, history, systems)
+            return _solve_with_capped_steps(problem, history, systems)
         try:
-            found = (_load_control if problem.path == "load" else _arc_length)(problem, history, systems)
+            solve = _solve_by_load_control if problem.path == "load" else _solve_by_arc_length
+            found = solve(problem, history, systems)
         except NotConverged as failure:
             raise _explain_failure(problem, history, failure) from failure
         if found.unstable is None or found.critical is not None:
@@ -102,16 +103,16 @@ def _explain_failure(problem: Statics, history: list[Iteration], failure: NotCon
     return NotConverged(reason, tuple(history), facts, left, loose)
 
 
-def _load_control(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _solve_by_load_control(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Return the equilibrium at full load by the three strategies in turn. Raises NotConverged."""
-    ways = [_warm_start] if problem.start is not None and problem.longest == 1.0 else []
+    ways = [_solve_from_given_start] if problem.start is not None and problem.longest == 1.0 else []
     unstable = None
     turns = problem.longest < 1.0  # full steps would find an equilibrium that differs by whole turns
     crept = problem.touches and problem.assembly.saddle  # no energy decreases when contact begins and ends
     if problem.bold:
-        ways += [] if turns or crept else [_full_load]
-        ways += [] if problem.rubs else [_load_steps]  # with friction full steps come last
-        ways += [_soft_barrier] if problem.beside and not (problem.rubs or turns) else []
+        ways += [] if turns or crept else [_solve_at_full_load]
+        ways += [] if problem.rubs else [_solve_in_load_steps]  # with friction full steps come last
+        ways += [_solve_with_soft_barriers] if problem.beside and not (problem.rubs or turns) else []
     vain = None  # iterations from rest to full load that the careful strategy would repeat
     for way in ways:
         before = len(history)
@@ -121,32 +122,32 @@ def _load_control(problem: Statics, history: list[Iteration], systems: Systems) 
             raise
         except NotConverged as failure:  # the history has its iterations; the careful strategy starts from rest
             unstable = failure.unstable if unstable is None else unstable
-            vain = len(history) - before if problem.rubs and way is _full_load else vain
+            vain = len(history) - before if problem.rubs and way is _solve_at_full_load else vain
     if unstable is not None and turns:
-        return _buckle_after_rotation(problem, history, systems, unstable)
+        return _solve_buckling_after_rotation(problem, history, systems, unstable)
     if unstable is not None and problem.grounded:
-        found = _rigid_instability(problem, history, systems, unstable)
+        found = _leave_instability(problem, history, systems, unstable)
     else:
-        found = _safeguarded(problem, history, systems, vain)
+        found = _solve_safely(problem, history, systems, vain)
     return found if found.unstable is not None else replace(found, unstable=unstable)
 
 
 # ------------------------------------------------------------------ full steps at full load
 
 
-def _full_load(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _solve_at_full_load(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Return the equilibrium at full load from rest, by full Newton steps or, with contact, by decreasing energy."""
     newton = Newton(problem, history, systems)
     x = newton.descend(_start_state(newton), 1.0) if problem.touches else newton.whole_steps(_start_state(newton), BOLD)
-    return _accept_stable(newton, x)
+    return _accept_stable_state(newton, x)
 
 
-def _warm_start(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _solve_from_given_start(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Return the equilibrium at full load from the given start state. Raises NotConverged."""
     newton = Newton(problem, history, systems)
-    x = _given_start(newton)
+    x = _move_given_start(newton)
     x = newton.descend(predict_rigid_motion(problem, x), 1.0) if problem.touches else newton.whole_steps(x, ROUGH)
-    return replace(_accept_stable(newton, x), started=True)
+    return replace(_accept_stable_state(newton, x), started=True)
 
 
 def _minimize_energy(newton: Newton, x: Floats, load: float) -> Floats:
@@ -161,18 +162,18 @@ def _minimize_energy(newton: Newton, x: Floats, load: float) -> Floats:
     return ramp_barrier(newton, x, load)
 
 
-def _soft_barrier(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _solve_with_soft_barriers(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Return the equilibrium at full load, with soft barriers first. Raises NotConverged."""
     newton = Newton(problem, history, systems, "soft barriers")
-    x = newton.impose(problem.rest, 1.0) if problem.start is None else _given_start(newton)
-    return _accept_stable(newton, _minimize_energy(newton, x, 1.0))
+    x = newton.impose(problem.rest, 1.0) if problem.start is None else _move_given_start(newton)
+    return _accept_stable_state(newton, _minimize_energy(newton, x, 1.0))
 
 
-def _load_steps(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _solve_in_load_steps(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Return the equilibrium at full load by load stepping. Raises NotConverged."""
     newton = Newton(problem, history, systems, "steps of load")
     x, steps = solve_in_load_steps(newton)
-    return replace(_accept_stable(newton, x), load_steps=steps)
+    return replace(_accept_stable_state(newton, x), load_steps=steps)
 
 
 def _start_state(newton: Newton, cap: int | None = None) -> Floats:
@@ -198,7 +199,7 @@ def _start_state(newton: Newton, cap: int | None = None) -> Floats:
     return x
 
 
-def _given_start(newton: Newton) -> Floats:
+def _move_given_start(newton: Newton) -> Floats:
     """Return the given start state, moved with the supports. Raises NotConverged outside the domain of the law."""
     problem = newton.problem
     x = np.array(problem.start, dtype=problem.rest.dtype)
@@ -207,7 +208,7 @@ def _given_start(newton: Newton) -> Floats:
     newton.relax()
     left = problem.target - (x - problem.rest)[problem.fixed]
     if np.abs(left).max(initial=0.0) > AWAY * problem.extent:
-        x = _follow_supports(newton, x, left)  # with supports alone, cells next to them would be squeezed
+        x = _move_with_supports(newton, x, left)  # with supports alone, cells next to them would be squeezed
     x[problem.fixed] = problem.rest[problem.fixed] + problem.target
     if not np.isfinite(newton.strain(x)):
         raise NotConverged("the initial state is outside the domain of the law", tuple(newton.history))
@@ -215,7 +216,7 @@ def _given_start(newton: Newton) -> Floats:
     return x
 
 
-def _follow_supports(newton: Newton, x: Floats, left: Floats) -> Floats:
+def _move_with_supports(newton: Newton, x: Floats, left: Floats) -> Floats:
     """Return a state x moved with its supports by increments `left` (c,). Raises NotConverged.
 
     If surfaces may meet, the motion is split into parts, with an equilibrium after each. Friction limits the parts:
@@ -239,12 +240,12 @@ def _follow_supports(newton: Newton, x: Floats, left: Floats) -> Floats:
     return x
 
 
-def _accept_stable(newton: Newton, x: Floats) -> Equilibrium:
+def _accept_stable_state(newton: Newton, x: Floats) -> Equilibrium:
     """Return the result x of full steps as an `Equilibrium` if it is stable. Raises NotConverged."""
     stable = True if newton.problem.convex else _is_stable(newton, x)
     if stable is False and newton.assembly.conservative:
         raise NotConverged("the equilibrium is unstable", tuple(newton.history), unstable=x)
-    return _finalize(newton, x, 1, stable or None)
+    return _equilibrium_at(newton, x, 1, stable or None)
 
 
 def _is_stable(newton: Newton, x: Floats) -> bool | None:
@@ -256,7 +257,7 @@ def _is_stable(newton: Newton, x: Floats) -> bool | None:
     return is_stable_at_pressures(newton, x)
 
 
-def _buckle_after_rotation(
+def _solve_buckling_after_rotation(
     problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats
 ) -> Equilibrium:
     """Return the stable state to which a body buckles from an unstable equilibrium at the end of a rotation.
@@ -269,10 +270,10 @@ def _buckle_after_rotation(
     except NotConverged as failure:
         reason = f"the rotated body buckles, and no stable state was found near its equilibrium: {failure.reason}"
         raise NotConverged(reason, tuple(history), systems.facts, unstable) from failure
-    return replace(_finalize(newton, x, 1, stable), unstable=newton.left if newton.left is not None else unstable)
+    return replace(_equilibrium_at(newton, x, 1, stable), unstable=newton.left if newton.left is not None else unstable)
 
 
-def _rigid_instability(problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats) -> Equilibrium:
+def _leave_instability(problem: Statics, history: list[Iteration], systems: Systems, unstable: Floats) -> Equilibrium:
     """Return a stable state near an unstable equilibrium of a body held only by contact, if the body deforms.
 
     Raises NotConverged if the body moves away as a rigid body: load stepping would find no equilibrium either.
@@ -282,28 +283,28 @@ def _rigid_instability(problem: Statics, history: list[Iteration], systems: Syst
     newton = Newton(problem, history, systems)
     try:
         x, stable = newton.stable(unstable)
-        return replace(_finalize(newton, x, 1, stable), unstable=newton.left)
+        return replace(_equilibrium_at(newton, x, 1, stable), unstable=newton.left)
     except NotConverged as failure:
         away = describe_rigid_instability(newton, unstable)
         if away is not None:
             reason = f"the contact equilibrium is unstable: {away}"
             raise NotConverged(reason, tuple(history), systems.facts, unstable) from failure
-    return _safeguarded(problem, history, systems)
+    return _solve_safely(problem, history, systems)
 
 
 # ------------------------------------------------------------------ full steps with a cap
 
 
-def _capped_steps(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _solve_with_capped_steps(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Return the state of full steps when the cap is reached, or the equilibrium if earlier. Raises NotConverged."""
     newton, started = Newton(problem, history, systems), problem.start is not None
     cap = problem.max_iterations if problem.cap is None else problem.cap
-    x = _given_start(newton) if started else _start_state(newton, cap)
+    x = _move_given_start(newton) if started else _start_state(newton, cap)
     x, done, residual = newton.steps(x, max(0, cap - systems.solves))
     if not np.isfinite(residual):
         raise NotConverged("full Newton steps lead to forces that are not finite", tuple(history), systems.facts)
     if done:
-        return replace(_accept_stable(newton, x), started=started)
+        return replace(_accept_stable_state(newton, x), started=started)
     state, _, residual = _in_double_precision(newton, x)
     sound = bool(problem.sound(state))
     found = Equilibrium(state, residual, tuple(history), 1, "cap", None, systems.name, systems.facts)
@@ -313,7 +314,7 @@ def _capped_steps(problem: Statics, history: list[Iteration], systems: Systems) 
 # --------------------------------------------------------- careful strategy
 
 
-def _safeguarded(problem: Statics, history: list[Iteration], systems: Systems, vain: int | None = None) -> Equilibrium:
+def _solve_safely(problem: Statics, history: list[Iteration], systems: Systems, vain: int | None = None) -> Equilibrium:
     """Return the equilibrium by the careful strategy: load steps are halved where they fail. Raises NotConverged.
 
     `vain` is the number of iterations already spent in vain from rest to full load; this step is not tried again.
@@ -342,15 +343,15 @@ def _safeguarded(problem: Statics, history: list[Iteration], systems: Systems, v
             if step < 1e-3 * problem.longest or (problem.touches and wasted > WASTED):
                 reached = f"the load could be raised to only {100 * load:.4g} %: {failure.reason}"
                 raise NotConverged(
-                    f"{reached}{_likely_cause(problem, history, x, load)}", tuple(history), systems.facts
+                    f"{reached}{_describe_likely_cause(problem, history, x, load)}", tuple(history), systems.facts
                 ) from failure
     if problem.assembly.conservative:
         x, stable = newton.stable(x)
-        return replace(_finalize(newton, x, steps, stable), unstable=newton.left)
-    return _finalize(newton, x, steps, _is_stable(newton, x) or None)
+        return replace(_equilibrium_at(newton, x, steps, stable), unstable=newton.left)
+    return _equilibrium_at(newton, x, steps, _is_stable(newton, x) or None)
 
 
-def _likely_cause(problem: Statics, history: list[Iteration], x: Floats, load: float) -> str:
+def _describe_likely_cause(problem: Statics, history: list[Iteration], x: Floats, load: float) -> str:
     """Return a text with a likely cause why the load cannot be raised: a limit point or a bifurcation, or ""."""
     known = current_stiffness(problem, history, x, load) if load > 0.0 and problem.way is None else None
     if known is None or (known[0] > SOFT and not known[1]):
@@ -368,7 +369,7 @@ def _likely_cause(problem: Statics, history: list[Iteration], x: Floats, load: f
 # ------------------------------------------------------------------ arc length and result
 
 
-def _arc_length(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
+def _solve_by_arc_length(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Return the first equilibrium under full load along the equilibrium path from rest. Raises NotConverged."""
     newton = direct_newton(problem, history, "path")
     newton.systems = systems
@@ -377,14 +378,14 @@ def _arc_length(problem: Statics, history: list[Iteration], systems: Systems) ->
     stable: bool | None = newton.definite(x) or None
     if problem.assembly.conservative:
         x, stable = newton.stable(x)
-    found = _finalize(newton, x, len(follower.path.points), stable)
+    found = _equilibrium_at(newton, x, len(follower.path.points), stable)
     facts = found.facts | follower.path.facts
     meetings = [s.load for s in follower.path.limits if s.kind == "bifurcation"]
     critical = meetings[0] if meetings and newton.left is not None else None
     return replace(found, facts=facts, unstable=newton.left, critical=critical)
 
 
-def _finalize(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equilibrium:
+def _equilibrium_at(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equilibrium:
     """Return the solution x as an `Equilibrium`.
 
     Raises NotConverged if cells are inverted or single precision is too coarse.
@@ -397,13 +398,13 @@ def _finalize(newton: Newton, x: Floats, steps: int, stable: bool | None) -> Equ
     if problem.exact is not None:
         criterion = "residual" if residual <= problem.tolerance else "rounding"
         if residual > problem.rounded:
-            criterion, error = "energy", _energy_error(problem.exact, x)
+            criterion, error = "energy", _energy_norm_error(problem.exact, x)
             if not error <= problem.rounded:
                 reason = f"single precision leaves a residual of {residual:.1e}, above the limit {problem.rounded:.0e}"
                 raise NotConverged(f"{reason}, and an error of {error:.1e} in the energy norm", history, facts)
     found = Equilibrium(x, residual, history, steps, criterion, stable, newton.systems.name, facts)
     # near an unstable equilibrium the direction is arbitrary: this is no rounding error
-    known = _condition(newton, x) if newton.left is None else None
+    known = _condition_and_rounding(newton, x) if newton.left is None else None
     condition, rounding = (None, None) if known is None else known
     follower = not problem.assembly.conservative
     return replace(found, follower=follower, condition=condition, rounding=rounding, left=left)
@@ -416,7 +417,7 @@ def _balance_resultant(newton: Newton, x: Floats, g: Floats, residual: float) ->
     the relative residual.
     """
     problem = newton.problem
-    left = None if newton.left is not None else _next_step(newton, g)
+    left = None if newton.left is not None else _next_newton_step(newton, g)
     if left is None or problem.resultant is None or residual > problem.tolerance:
         return x, left, residual
     for _ in range(2):
@@ -426,14 +427,14 @@ def _balance_resultant(newton: Newton, x: Floats, g: Floats, residual: float) ->
             break
         y = x + left
         there, nearer = newton.residual(y, 1.0)
-        step = _next_step(newton, there)
+        step = _next_newton_step(newton, there)
         if not nearer < residual or step is None:  # no better state can be represented
             break
         x, g, residual, left = y, there, nearer, step
     return x, left, residual
 
 
-def _next_step(newton: Newton, g: Floats) -> Floats | None:
+def _next_newton_step(newton: Newton, g: Floats) -> Floats | None:
     """Return the Newton step (dofs,) for residual forces g (dofs,) with the last factorisation; None without one."""
     problem, last = newton.problem, newton.last
     if last is None or last.tolerance or problem.exact is not None or not isinstance(problem.space, VectorSpace):
@@ -443,7 +444,7 @@ def _next_step(newton: Newton, g: Floats) -> Floats | None:
     return d
 
 
-def _condition(newton: Newton, x: Floats) -> tuple[float, float] | None:
+def _condition_and_rounding(newton: Newton, x: Floats) -> tuple[float, float] | None:
     """Return the condition number of the last tangent, and the relative rounding error of the state x.
 
     The condition number times eps is a bound that slender bodies stay far below (a rod of 1 : 50 000 in 1000 segments
@@ -469,7 +470,7 @@ def _condition(newton: Newton, x: Floats) -> tuple[float, float] | None:
     return found, lost
 
 
-def _energy_error(exact: Assembly, x: Floats) -> float:
+def _energy_norm_error(exact: Assembly, x: Floats) -> float:
     """Return the error of a state in the energy norm, sqrt(r . K^-1 r / 2E); infinite if K is not definite.
 
     On fine meshes the residual r of a rounded state grows: rounding varies from node to node, and the stiffness K of

@@ -72,13 +72,13 @@ def critical_load(problem: Statics, history: list[Iteration], left: Floats) -> f
     if low.factor.negative_pivots != 0 or not high.factor.negative_pivots:
         return None
     for number in range(LOOKS):
-        guess = _critical_guess(newton, low, high)
+        guess = _extrapolate_critical_load(newton, low, high)
         if high.found and high.load - low.load <= CLOSE * high.load:
             return guess
         beside = guess * (1.0 + (BESIDE if number % 2 else -BESIDE))
         inside = low.load + np.array([1e-4, 1.0 - 1e-4]) * (high.load - low.load)
         load = float(np.clip(beside, *inside)) if high.found else min(1.0, guess * (1.0 + BESIDE))
-        state = _reach_load(newton, low, load)
+        state = _follow_to_load(newton, low, load)
         if state is None:
             return None
         if state.stable:
@@ -103,7 +103,7 @@ def _factorise_state(newton: Newton, load: float, x: Floats, found: bool) -> _Pa
     return _PathState(load, x, K, newton.systems.direct(K), found)
 
 
-def _reach_load(newton: Newton, low: _PathState, load: float) -> _PathState | None:
+def _follow_to_load(newton: Newton, low: _PathState, load: float) -> _PathState | None:
     """Return the state of the path at a load factor, or as near as full Newton steps lead; None if they fail."""
     for _ in range(6):
         with suppress(NotConverged, Singular):
@@ -116,7 +116,7 @@ def _reach_load(newton: Newton, low: _PathState, load: float) -> _PathState | No
     return None
 
 
-def _critical_guess(newton: Newton, low: _PathState, high: _PathState) -> float:
+def _extrapolate_critical_load(newton: Newton, low: _PathState, high: _PathState) -> float:
     """Return the load factor at which the tangent, linear between two states, is first singular.
 
     It follows from the least t > 0 with K_low v = t (K_low - K_high) v.
@@ -163,7 +163,7 @@ def current_stiffness(problem: Statics, history: list[Iteration], x: Floats, loa
     """
     newton = direct_newton(problem, history, PHASE)
     try:
-        work = [_compliance(newton, y, part) for y, part in ((problem.rest, 0.0), (x, load))]
+        work = [_compliance_with_negatives(newton, y, part) for y, part in ((problem.rest, 0.0), (x, load))]
     except (Singular, NotConverged, PathLost):
         return None
     (rest, _), (now, negative) = work
@@ -172,7 +172,7 @@ def current_stiffness(problem: Statics, history: list[Iteration], x: Floats, loa
     return rest / now, negative
 
 
-def _compliance(newton: Newton, x: Floats, load: float) -> tuple[float, int | None]:
+def _compliance_with_negatives(newton: Newton, x: Floats, load: float) -> tuple[float, int | None]:
     """Return the work of an additional load per squared load factor, J, and the number of negative eigenvalues."""
     follower = PathFollower(newton)
     here = np.asarray(x, dtype=np.float64)

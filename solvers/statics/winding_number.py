@@ -48,7 +48,7 @@ class CellChain:
         The rotations are those at the load fraction `share`.
         """
         ends = exponential(share * np.array([self.first, self.last]))
-        chain = np.concatenate([ends[:1], quaternion(_rotations(self.X, self.X + u[self.cells])), ends[1:]])
+        chain = np.concatenate([ends[:1], quaternion(_best_fit_rotations(self.X, self.X + u[self.cells])), ends[1:]])
         cosines = np.einsum("ij,ij->i", chain[:-1], chain[1:])  # cosines of half the angle between neighbours
         if np.abs(cosines).min() < math.cos(math.radians(0.5 * MOST)):
             return COARSE
@@ -61,7 +61,7 @@ def find_cell_chains(points: Floats, cells: Ints, grips: Sequence[RotationSuppor
     A support counts if it contains nodes of a cell that do not lie on one line; in a plane, two nodes of a cell.
     """
     flat = bool(np.ptp(points[:, 2]) == 0.0)
-    cells_of = [_cells_in_support(points, cells, grip, 1 if flat else 2) for grip in grips]
+    cells_of = [_find_cells_in_support(points, cells, grip, 1 if flat else 2) for grip in grips]
     held = [(grip, own) for grip, own in zip(grips, cells_of, strict=True) if len(own)]
     if len(held) < 2:
         return ()
@@ -79,7 +79,7 @@ def find_cell_chains(points: Floats, cells: Ints, grips: Sequence[RotationSuppor
     return tuple(found)
 
 
-def _cells_in_support(points: Floats, cells: Ints, grip: RotationSupport, rank: int) -> Ints:
+def _find_cells_in_support(points: Floats, cells: Ints, grip: RotationSupport, rank: int) -> Ints:
     """Return the numbers of cells whose nodes in a support span a line (rank 1) or a plane (rank 2)."""
     inside = np.isin(cells, grip.nodes)
     some = np.nonzero(inside.sum(axis=1) > rank)[0]
@@ -109,7 +109,7 @@ def _shortest_path_tree(cells: Ints, begin: Ints, nodes: int, shared: int) -> tu
     return before, order
 
 
-def _rotations(X: Floats, x: Floats) -> Floats:
+def _best_fit_rotations(X: Floats, x: Floats) -> Floats:
     """Return the rotations (k, 3, 3) that best map points X (k, a, 3) to x (k, a, 3), about their means.
 
     Source: Kabsch 1976.

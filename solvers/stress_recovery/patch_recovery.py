@@ -44,7 +44,7 @@ class PatchRecovery:
 
     def __init__(self, mesh: Mesh, sample: Sample, plane: bool = False) -> None:
         self.mesh, self._sample, self._plane = mesh, sample, plane
-        self._exponents = _exponents(mesh.element)
+        self._exponents = _monomial_exponents(mesh.element)
         if plane:
             self._exponents = self._exponents[self._exponents[:, 2] == 0]
         self._fits: dict[
@@ -266,7 +266,7 @@ def _invert(M: Floats) -> tuple[Floats, Any]:
     return inverse, flat
 
 
-def _exponents(element: type[Element]) -> Ints:
+def _monomial_exponents(element: type[Element]) -> Ints:
     """Return the exponents (c, 3) of the monomials of the fitted polynomial.
 
     They have the total degree of the element's order; for quadratic hexahedra this degree along each axis.

@@ -85,7 +85,7 @@ class DeformedState:
             from softmark.solvers.materials.plane_stress import thickness
 
             law = law_for(self._made_of(rule), self.strain)
-            H[..., 2, 2] = thickness(law, _deformation(H)).reshape(H.shape[:2]) - 1.0
+            H[..., 2, 2] = thickness(law, _deformation_gradients(H)).reshape(H.shape[:2]) - 1.0
         return H
 
     def _gradient_of(self, parts: Integration) -> Floats:
@@ -103,10 +103,10 @@ class DeformedState:
         if laws is not None:  # of shear at the point, and of the volume by the mean gradient of the cell
             of_volume = (parts_for(self._means(), self.strain) or laws)[1]
             mean = self._gradient_of(mean_gradients(self.mesh, self.revolved))
-            volume = self._pushed(_piola(of_volume, mean), mean)  # (m, 1, 3, 3)
-            return self._pushed(_piola(laws[0], H), H) + volume
+            volume = self._pushed(_piola_stress(of_volume, mean), mean)  # (m, 1, 3, 3)
+            return self._pushed(_piola_stress(laws[0], H), H) + volume
         if self.way in ("full", "selective"):
-            return self._pushed(_piola(law_for(self._made_of(rule), self.strain), H), H)
+            return self._pushed(_piola_stress(law_for(self._made_of(rule), self.strain), H), H)
         return self._held(H, rule)
 
     def _held(self, H: Floats, rule: Rule) -> Floats:
@@ -114,9 +114,11 @@ class DeformedState:
 
         The pressure is the solved one, or the modulus M times the mean of the volume function g over the cell.
         """
-        split, F = self._split(rule), _deformation(H)
+        split, F = self._split(rule), _deformation_gradients(H)
         p = self._pressed(rule) if self.way == "mixed" else self._dilated()
-        P = _piola(split.shape, H) + np.broadcast_to(p, H.shape[:2]).reshape(-1, 1, 1) * split.constraint.gradient(F)
+        P = _piola_stress(split.shape, H) + np.broadcast_to(p, H.shape[:2]).reshape(
+            -1, 1, 1
+        ) * split.constraint.gradient(F)
         return self._pushed(P, H)
 
     def _split(self, rule: Rule) -> MixedSplit:
@@ -138,7 +140,7 @@ class DeformedState:
         H = self._gradient(rule)
         reach = float(np.abs(H).max(initial=0.0))
         up = displacement_gradient_scaling.find_scale(reach, self.strain == "small", lambda c: c * reach)
-        g = split.constraint.value(_deformation(up * H)).reshape(w.shape) / up
+        g = split.constraint.value(_deformation_gradients(up * H)).reshape(w.shape) / up
         pressure: Floats = ((w * g).sum(axis=1) / (w * split.compliance).sum(axis=1))[:, None]
         return pressure
 
@@ -152,12 +154,12 @@ class DeformedState:
         return 0.5 * (sigma + sigma.swapaxes(-1, -2))
 
 
-def _piola(law: Any, H: Floats) -> Floats:
+def _piola_stress(law: Any, H: Floats) -> Floats:
     """Return the first Piola-Kirchhoff stress (m q, 3, 3), Pa, of a law for H = du/dX (m, q, 3, 3)."""
     return displacement_gradient_scaling.first_piola_stress(law, H.reshape(-1, 3, 3))
 
 
-def _deformation(H: Floats) -> Floats:
+def _deformation_gradients(H: Floats) -> Floats:
     """Return the deformation gradients F = 1 + H, shape (m q, 3, 3)."""
     F: Floats = np.ascontiguousarray(H.reshape(-1, 3, 3) + np.eye(3))
     return F

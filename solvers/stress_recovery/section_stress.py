@@ -78,14 +78,14 @@ def _rectangle_torsion_stress(a: float, b: float, J: float, x: Floats, y: Floats
     n = 2.0 * np.arange(TERMS) + 1.0
     k: Floats = np.asarray(0.5 * np.pi * n / a, dtype=np.float64)
     sign = (-1.0) ** np.arange(TERMS)
-    sine, cosine = _hyperbolic_ratios(k, y, b)
+    sine, cosine = _scaled_hyperbolic_functions(k, y, b)
     weight = 16.0 * a / np.pi**2 * sign / n**2
     along_x = -(weight * sine * np.cos(np.outer(x, k))).sum(axis=1)
     along_y = 2.0 * x - (weight * cosine * np.sin(np.outer(x, k))).sum(axis=1)
     return np.stack([along_x, along_y], axis=1) / J
 
 
-def _hyperbolic_ratios(k: Floats, y: Floats, b: float) -> tuple[Floats, Floats]:
+def _scaled_hyperbolic_functions(k: Floats, y: Floats, b: float) -> tuple[Floats, Floats]:
     """Return sinh(k y) / cosh(k b) and cosh(k y) / cosh(k b), shape (n, terms), for |y| <= b, without overflow."""
     up, down = np.exp(np.outer(y - b, k)), np.exp(np.outer(-y - b, k))
     whole = 1.0 + np.exp(-2.0 * b * k)
@@ -131,7 +131,7 @@ def _rectangle_flexure_stress(a: float, b: float, nu: float, I: float, x: Floats
     """
     n = np.arange(1.0, TERMS + 1.0)
     k, weight = n * np.pi / b, 12.0 * (-1.0) ** n / (n * np.pi) ** 2
-    sine, cosine = _hyperbolic_ratios(k, x, a)
+    sine, cosine = _scaled_hyperbolic_functions(k, x, a)
     c = nu / (6.0 * I * (1.0 + nu))
     by_y = 3.0 * y * y - b * b - b * b * (weight * cosine * np.cos(np.outer(y, k))).sum(axis=1)
     by_x = -b * b * (weight * sine * np.sin(np.outer(y, k))).sum(axis=1)

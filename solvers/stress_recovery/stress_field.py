@@ -31,7 +31,7 @@ def tensor_norm(six: Floats) -> Floats:
     return norm
 
 
-def _deviator(values: Floats) -> Floats:
+def _deviator_norm(values: Floats) -> Floats:
     """Return the norm (n,) of the deviator from the stress and its trace: |s|^2 = |sigma|^2 - (tr sigma)^2 / 3.
 
     `values` (n, 22) are those of `Stresses.values`, or their root mean square differences between cells.
@@ -40,7 +40,7 @@ def _deviator(values: Floats) -> Floats:
     return norm
 
 
-def _relative_size(left: Floats, size: Floats) -> Floats:
+def _relative_norm(left: Floats, size: Floats) -> Floats:
     """Return the norms (n,) of tensors `left` (n, 6), divided by `size` (n,)."""
     share: Floats = tensor_norm(left) / np.maximum(size, TINY)
     return share
@@ -153,11 +153,11 @@ class Stresses:
         """
         values, left = self._recovered.at(X), self._recovered.left(X)
         if of == "strain":
-            return _relative_size(left[:, 16:], np.maximum(tensor_norm(values[:, 16:]), self.usual[1]))
+            return _relative_norm(left[:, 16:], np.maximum(tensor_norm(values[:, 16:]), self.usual[1]))
         if of == "stress":
-            return _relative_size(left[:, :6], np.maximum(tensor_norm(values[:, :6]), self.usual[0]))
-        size = np.maximum(_deviator(values), self.usual[2])
-        found: Floats = _deviator(left) / np.maximum(size, ROUNDED * max(self.usual[0], TINY))
+            return _relative_norm(left[:, :6], np.maximum(tensor_norm(values[:, :6]), self.usual[0]))
+        size = np.maximum(_deviator_norm(values), self.usual[2])
+        found: Floats = _deviator_norm(left) / np.maximum(size, ROUNDED * max(self.usual[0], TINY))
         return found
 
     def sampled(self) -> None:

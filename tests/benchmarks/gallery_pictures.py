@@ -24,7 +24,7 @@ from PIL import Image
 from softmark import Report
 from softmark.interpreter.report.charts.viridis import viridis
 from softmark.interpreter.report.run.report_summary import ReportSummary
-from softmark.interpreter.report.view3d.shapes_section import _drawable
+from softmark.interpreter.report.view3d.shapes_section import _is_drawable
 from softmark.interpreter.report.view3d.still_picture import axes_of
 from softmark.interpreter.report.view3d.view_camera import view_of
 from softmark.interpreter.results.run_report import DrawnSurface
@@ -55,7 +55,7 @@ def picture_of(report: Report, file: Path) -> Json | None:
 def _chosen(report: Report) -> dict[str, DrawnSurface]:
     """A reference and the first models, or of those that look alike and have no error one."""
     known = {**dict(list(report.references.items())[:1]), **report.models}
-    given = {n: r.shape for n, r in known.items() if r.shape is not None and _drawable(r.shape)}
+    given = {n: r.shape for n, r in known.items() if r.shape is not None and _is_drawable(r.shape)}
     kept: dict[str, DrawnSurface] = {}
     for name, shape in given.items():
         if shape.error is not None or not any(_alike(shape, other) for other in kept.values()):

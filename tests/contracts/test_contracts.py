@@ -31,7 +31,7 @@ from contracts import (
 )
 
 from softmark.interpreter.help.word_pages import constructor_page
-from softmark.interpreter.language.field_schema import Constructor, _fields
+from softmark.interpreter.language.field_schema import Constructor, _fields_of_class
 from softmark.interpreter.metrics import METRICS
 from softmark.interpreter.models import MODELS
 from softmark.interpreter.models.model_builders import BUILDERS
@@ -208,7 +208,7 @@ def test_references(name: str) -> None:
     assert issubclass(cls, Reference)
     assert cls.how in get_args(How)
     assert all(len(text) > 5 for text in (cls.usually(), cls.source, cls.error_meaning))
-    assert f"Source: {cls.source}" in constructor_page(Constructor(name, "reference", cls, _fields(cls)))
+    assert f"Source: {cls.source}" in constructor_page(Constructor(name, "reference", cls, _fields_of_class(cls)))
 
 
 @pytest.mark.slow

@@ -27,7 +27,7 @@ with guard.instrumented() if GUIDED else nullcontext():
     from softmark.interpreter.report.comparison.comparison_changes import changes_table
     from softmark.interpreter.results.result_authentication import code_of
     from softmark.interpreter.study.analysis import result_changes, timing_quality
-    from softmark.interpreter.study.workers.task_journal import CODE, SCHEMA, Journal, JournalRefused, _text
+    from softmark.interpreter.study.workers.task_journal import CODE, SCHEMA, Journal, JournalRefused, _serialize_entry
 
 SPREAD = {"median": 1.0, "q1": 0.9, "q3": 1.2, "min": 0.8, "max": 2.0, "runs": 5}
 MODEL = {
@@ -131,7 +131,11 @@ def _signed(line: bytes) -> bytes:
     """The line as this user would have written it, so that its values are read."""
     try:
         entry = json.loads(line)
-        return _text({**entry, CODE: code_of(SCHEMA, _text(entry))}) if "schema" not in entry else line
+        return (
+            _serialize_entry({**entry, CODE: code_of(SCHEMA, _serialize_entry(entry))})
+            if "schema" not in entry
+            else line
+        )
     except (ValueError, RecursionError, TypeError):
         return line
 

@@ -36,7 +36,7 @@ with guard.instrumented() if GUIDED else nullcontext():
     from softmark.grammar.parser import parse
     from softmark.grammar.printer import format_source
     from softmark.interpreter.help.codes import pages
-    from softmark.interpreter.language.scene_sources import UnreadableScene, _text
+    from softmark.interpreter.language.scene_sources import UnreadableScene, _decode_text
     from softmark.interpreter.planning.run_plan import plan_of
     from softmark.interpreter.validation.scene_loader import load_scene
     from softmark.scenes import ROOT
@@ -121,7 +121,7 @@ def target(folder: Path) -> Any:
 
     def one(data: bytes) -> str:
         try:
-            text = _text(data, "fuzz.scene")
+            text = _decode_text(data, "fuzz.scene")
         except UnreadableScene as missing:
             promise(str(missing) and missing.remedy, "a file that is no text is refused with a remedy")
             return "unreadable"

@@ -230,7 +230,7 @@ def apart(scene: Any, name: str, folder: Path) -> tuple[float, float]:
     assert "whole_s" in answer.clocks
     ours = prepared.solve(lambda *_: None).mesh.displacement
     most = np.abs(ours).max()
-    printed = list(calculix._printed(folder / "job.dat"))[-1] / calculix.MM
+    printed = list(calculix._printed_displacements(folder / "job.dat"))[-1] / calculix.MM
     return float(np.abs(answer.u[-1] - ours).max() / most), float(np.abs(printed - ours).max() / most)
 
 

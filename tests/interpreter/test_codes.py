@@ -54,9 +54,9 @@ def without_data(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No public data set is here, and none can be had."""
     monkeypatch.delenv("SOFTMARK_DATA", raising=False)
     monkeypatch.setattr(
-        "softmark.references.data_download._place", lambda entry: folder / "cache" / Path(entry.name).name
+        "softmark.references.data_download._cache_path", lambda entry: folder / "cache" / Path(entry.name).name
     )
-    monkeypatch.setattr("softmark.references.data_download._copy", lambda *arguments: "no network")
+    monkeypatch.setattr("softmark.references.data_download._copy_from_url", lambda *arguments: "no network")
 
 
 SOME = [pytest.param(p, marks=[pytest.mark.slow] * (p.code in LONG), id=p.code) for p in pages().values()]

@@ -42,7 +42,7 @@ COUNTED: dict[CodeType, str] = {
     structured_meshes.mesh_extrusion.__code__: "meshes",
     measured_curve.CurveFromFile.load.__code__: "curves",
     facet_sweep._sweep_sides.__code__: "swept",
-    support_selection._found.__code__: "grips",
+    support_selection._select_support_nodes.__code__: "grips",
     beam_forces_check.BeamLine.rod.__code__: "rods",
 }
 BEAM = """

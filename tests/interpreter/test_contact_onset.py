@@ -172,7 +172,7 @@ def test_versions_of_libraries_are_read_once_however_many_models_there_are(
     from softmark.interpreter.cli.main import main
     from softmark.interpreter.pipeline import run_environment
 
-    run_environment._versions.cache_clear()
+    run_environment._library_versions.cache_clear()
     asked, version = [], metadata.version
     monkeypatch.setattr(metadata, "version", lambda name: asked.append(name) or version(name))  # type: ignore[func-returns-value]
     assert main(["run", scene(tmp_path, 5), "--out", str(tmp_path / "out")]) == 0

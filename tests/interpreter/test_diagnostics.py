@@ -53,9 +53,9 @@ def _here(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setenv("NO_COLOR", "1")
     monkeypatch.delenv("SOFTMARK_DATA", raising=False)
     monkeypatch.setattr(
-        "softmark.references.data_download._place", lambda entry: tmp_path / "cache" / Path(entry.name).name
+        "softmark.references.data_download._cache_path", lambda entry: tmp_path / "cache" / Path(entry.name).name
     )
-    monkeypatch.setattr("softmark.references.data_download._copy", lambda *arguments: "no network")
+    monkeypatch.setattr("softmark.references.data_download._copy_from_url", lambda *arguments: "no network")
 
 
 def shown(text: str, name: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:

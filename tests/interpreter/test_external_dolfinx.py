@@ -53,9 +53,9 @@ def python(folder: Path, says: str) -> str:
 @pytest.fixture(autouse=True)
 def forgotten() -> Iterator[None]:
     """Nothing is known of Pythons before and after."""
-    dolfinx._first.cache_clear()
+    dolfinx._first_with_dolfinx.cache_clear()
     yield
-    dolfinx._first.cache_clear()
+    dolfinx._first_with_dolfinx.cache_clear()
 
 
 def test_the_python_that_a_variable_names_is_asked_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -130,8 +130,10 @@ def test_a_scan_in_another_place_is_moved_back(tmp_path: Path, register: str) ->
 def offline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No public data set is here, and none can be had."""
     monkeypatch.setenv("SOFTMARK_DATA", str(tmp_path / "nothing"))
-    monkeypatch.setattr("softmark.references.data_download._place", lambda entry: tmp_path / "cache" / entry.sha256)
-    monkeypatch.setattr("softmark.references.data_download._copy", lambda *arguments: "no network")
+    monkeypatch.setattr(
+        "softmark.references.data_download._cache_path", lambda entry: tmp_path / "cache" / entry.sha256
+    )
+    monkeypatch.setattr("softmark.references.data_download._copy_from_url", lambda *arguments: "no network")
 
 
 PUBLIC = 'reference ct = surface("data:silicone-beam/truthCylinder-Deformed.obj", unit = 1 m, uncertainty = 1 mm)\n'

@@ -15,7 +15,7 @@ import softmark
 from softmark.interpreter.metrics.energy_norm_error import EnergyNormError
 from softmark.interpreter.metrics.measurement import MetricInput, ReferenceData
 from softmark.interpreter.problem.body_case import case_of
-from softmark.interpreter.problem.probe_points import _volume, held_face
+from softmark.interpreter.problem.probe_points import _volume_probe_points, held_face
 from softmark.solvers.materials.linear_elastic import LinearElastic
 from softmark.solvers.mesh.shapes import Box
 
@@ -187,7 +187,7 @@ def test_an_integral_of_squared_strains_is_exact_on_any_mesh(size: float) -> Non
     L, c = 0.06, 1e-6 / 0.06
     probe: Any = SimpleNamespace(thing=SimpleNamespace(where=None))
     whole: Any = SimpleNamespace(groups=(), parts=())
-    place = _volume(probe, whole, Box((L, 0.02, 0.02)), size)
+    place = _volume_probe_points(probe, whole, Box((L, 0.02, 0.02)), size)
 
     def right(X: np.ndarray) -> np.ndarray:
         return np.outer(0.5 * c * X[:, 0] ** 2, [1.0, 0.0, 0.0])

@@ -149,7 +149,7 @@ def test_a_region_stands_where_a_condition_does() -> None:
 
 def test_cells_of_the_wrong_part_are_found_by_the_watchdog(monkeypatch: pytest.MonkeyPatch) -> None:
     """The watchdog looks for itself where cells lie: a solver that mixes parts up has no answer."""
-    right = region_cells._found
+    right = region_cells._assign_materials
 
     def wrong(case: Any, mesh: Any) -> CellMaterials:
         found = right(case, mesh)

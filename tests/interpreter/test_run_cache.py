@@ -458,7 +458,7 @@ def test_no_file_has_anything_run(tmp_path: Path) -> None:
     np.savez(body, json=np.array([Path("made")], dtype=object))
     cache_folder.write_saved(tmp_path, "key", 0, [])
     path = cache_folder._path(tmp_path, "key")
-    path.write_bytes(cache_folder._head("key", body.getvalue()) + b"\n" + body.getvalue())
+    path.write_bytes(cache_folder._authentication_header("key", body.getvalue()) + b"\n" + body.getvalue())
     with pytest.raises(cache_folder.DamagedFile):
         cache_folder.read_saved(tmp_path, "key")
     with pytest.raises(LookupError):
@@ -477,7 +477,7 @@ def test_a_result_is_not_read_under_the_name_of_another(tmp_path: Path) -> None:
         with pytest.raises(cache_folder.DamagedFile, match="renamed"):
             cache_folder.read_saved(tmp_path, key)
     body = first.partition(b"\n")[2]
-    assert cache_folder._head("one", body) != cache_folder._head("two", body)
+    assert cache_folder._authentication_header("one", body) != cache_folder._authentication_header("two", body)
     one.write_bytes(first)
     assert cache_folder.read_saved(tmp_path, "one") == (1, {})
 

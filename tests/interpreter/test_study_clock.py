@@ -346,7 +346,7 @@ def test_the_time_of_output_is_that_of_the_file_of_the_mesh(monkeypatch: pytest.
     monkeypatch.setattr(
         vtk_writer, "write_vtu", lambda report, folder: files.append([f.name for f in own(report, folder)])
     )
-    scene, declared, case = timed_process._scene(job("a", model="cells"))
+    scene, declared, case = timed_process._load_scene_model_case(job("a", model="cells"))
     prepared, _ = prepared_model(declared, case, BuildContext(scene=scene))
     assert timed_process._time_writing(job("a", model="cells"), prepared.solve(lambda i: None)) is not None
     assert files == [["cells.vtu"], ["cells.vtu"]]
@@ -360,7 +360,7 @@ def test_phases_sum_to_the_whole_and_no_clock_stays_behind() -> None:
     from softmark.interpreter.models.shared.prepared_model import BuildContext
     from softmark.solvers.linear import factorisations
 
-    scene, declared, case = timed_process._scene(job("a", model="cells"))
+    scene, declared, case = timed_process._load_scene_model_case(job("a", model="cells"))
     prepared, _ = prepared_model(declared, case, BuildContext(scene=scene))
     prepared.warm()
     where = PhaseClock()

@@ -10,7 +10,7 @@ from softmark.solvers.linear.factorisations import Singular, Unsolved, factor
 from softmark.solvers.linear.recycled_solves import LinearSolver
 from softmark.solvers.sparse.ordering import minimum_degree_orders
 from softmark.solvers.sparse.sparse_cholesky import Cholesky, Indefinite
-from softmark.solvers.sparse.symbolic_factorization import _tree, analyse, estimate_factor
+from softmark.solvers.sparse.symbolic_factorization import _estimate_for_order, analyse, estimate_factor
 
 
 def grid(n: int, block: int = 1, shift: float = 0.1) -> sparse.csr_matrix:
@@ -96,7 +96,7 @@ def test_the_better_of_two_numberings_is_taken() -> None:
         found = estimate_factor(K)
         weights = np.diff(found.start)
         orders = minimum_degree_orders(*found.graph)
-        costs = [_tree(found.start, found.graph, order, weights).flops for order in orders]
+        costs = [_estimate_for_order(found.start, found.graph, order, weights).flops for order in orders]
         assert found.flops == min(costs)
         assert (costs[0] < costs[1]) == own
     assert 27.0 * min(costs) < 0.9 * 8.35e7

@@ -208,7 +208,7 @@ def test_the_solver_meets_its_tolerance_on_bad_matrices(name: str, law: Maker) -
 
 
 def test_blas_works_alone_and_gets_its_threads_back() -> None:
-    get, put = thread_limits._thread_functions()
+    get, put = thread_limits._blas_thread_functions()
     before = get()
     put(2)
     try:

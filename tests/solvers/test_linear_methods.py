@@ -213,11 +213,11 @@ class PyPardisoSolver:
     gc.collect()  # factors that others have left, which the library itself must release
     monkeypatch.delitem(sys.modules, "pypardiso", raising=False)
     monkeypatch.syspath_prepend(str(tmp_path))
-    for found in (pardiso.missing_reason, pardiso._routine):
+    for found in (pardiso.missing_reason, pardiso._pardiso_function):
         found.cache_clear()
     yield
     sys.modules.pop("pypardiso", None)
-    for found in (pardiso.missing_reason, pardiso._routine):
+    for found in (pardiso.missing_reason, pardiso._pardiso_function):
         found.cache_clear()
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.mesh.mesh import _keys
+from softmark.solvers.mesh.mesh import _row_keys
 from softmark.solvers.mesh.shapes import Cylinder
 
 
@@ -17,7 +17,7 @@ def test_keys_tell_rows_apart_whatever_their_numbers(largest: int, width: int) -
     rng = np.random.default_rng(width)
     rows = rng.choice(rng.integers(0, largest, 6), (300, width))  # few numbers: many rows come twice
     rows[:2] = [[largest] * width, [largest] * (width - 1) + [largest - 1]]
-    keys = _keys(rows.astype(np.int64))
+    keys = _row_keys(rows.astype(np.int64))
     same = np.all(rows[:, None] == rows[None], axis=2)
     np.testing.assert_array_equal(keys[:, None] == keys[None], same)
 

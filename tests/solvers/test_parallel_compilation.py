@@ -19,7 +19,7 @@ from softmark.solvers.runtime import kernel_cache, parallel_compilation
 def started(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
     """The processes that were started; there are two processors, whatever this machine has."""
     found: list[Any] = []
-    start = parallel_compilation._start
+    start = parallel_compilation._start_helper
 
     def seen(code: str) -> Any:
         found.append(start(code))

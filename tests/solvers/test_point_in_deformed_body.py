@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.interpreter.verification.contact_forces_check import _distance
+from softmark.interpreter.verification.contact_forces_check import _shape_distance
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.independent_forces import point_in_deformed_body
 from softmark.solvers.mesh.extruded_shapes import Extruded
@@ -91,7 +91,7 @@ def test_places_on_a_rigid_body_are_on_it(name: str, plane: bool) -> None:
     """By the distance that solves: to rounding, and to 1e-3 of its size where a plane cuts it aslant; on all sides."""
     shape = RIGID[name]
     low, high = map(np.array, shape.bounds)
-    places, gap = point_in_deformed_body.sample_surface(_distance(shape), low, high, plane), gap_of(shape)
+    places, gap = point_in_deformed_body.sample_surface(_shape_distance(shape), low, high, plane), gap_of(shape)
     assert gap is not None
     aslant = plane and name in ("shell", "tube that leans")  # the shell has its middle beside the plane
     assert np.abs(gap.gap(places)).max() <= (1e-3 * np.linalg.norm(high - low) if aslant else 1e-12)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from softmark.interpreter.validation.contact_checks import DISTANT
-from softmark.interpreter.verification.contact_forces_check import DISTANCES, _distance
+from softmark.interpreter.verification.contact_forces_check import DISTANCES, _shape_distance
 from softmark.solvers.contact.barrier_law import Barrier
 from softmark.solvers.contact.rigid_contact import node_areas
 from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
@@ -52,7 +52,7 @@ def test_distances_and_ways_out_agree_outside(name: str) -> None:
     """To rounding: both are exact. Inside the two agree that it is inside, which is all that is asked there."""
     x, gap = around(SHAPES[name]), gap_of(SHAPES[name])
     assert gap is not None
-    g, n = _distance(SHAPES[name])(x)
+    g, n = _shape_distance(SHAPES[name])(x)
     mine, normal, _ = gap.look(x)
     out = mine > 1e-6
     assert out.sum() > 50
@@ -80,7 +80,7 @@ def test_a_motion_by_quaternions_is_that_of_rodrigues() -> None:
     gap = gap_of(shape)
     assert gap is not None
     mine, normal, _ = MovedGap(gap, RigidMotion(shift, tuple(w.tolist()), about)).look(x)
-    g, n = rigid_contact_forces.moved_distance(_distance(shape), np.array(shift), w, np.array(about))(x)
+    g, n = rigid_contact_forces.moved_distance(_shape_distance(shape), np.array(shift), w, np.array(about))(x)
     out = mine > 1e-6
     assert g[out] == pytest.approx(mine[out], abs=1e-13)
     assert n[out] == pytest.approx(normal[out], abs=1e-9)

@@ -373,7 +373,7 @@ def test_points_of_several_probes_are_found_once(monkeypatch: pytest.MonkeyPatch
     the layer as well that the cell is not of.
     """
     counted: list[int] = []
-    searched = element_interpolation._in_curved_cells
+    searched = element_interpolation._locate_in_curved_cells
 
     def counting(mesh: Mesh, X: np.ndarray) -> Any:
         counted.append(len(X))

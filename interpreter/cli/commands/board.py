@@ -64,7 +64,7 @@ def run(parsed: argparse.Namespace) -> int:
         print("error: --also cannot be used with standard input, which is read only once: give a scene file",
               file=sys.stderr)  # fmt: skip
         return 2
-    read = _read_cases(parsed.files or [STANDARD], parsed.also)
+    read = _read_title_and_cases(parsed.files or [STANDARD], parsed.also)
     if read is None:
         return 2
     title, cases = read
@@ -92,7 +92,7 @@ def _check_programs(programs: list[str]) -> str:
     return ""
 
 
-def _read_cases(names: list[str], also: list[str]) -> tuple[str, list[BoardCase]] | None:
+def _read_title_and_cases(names: list[str], also: list[str]) -> tuple[str, list[BoardCase]] | None:
     """Return the title and the cases of a suite, or of scenes given by name.
 
     If the suite has errors or a scene is missing, print the errors and return None.

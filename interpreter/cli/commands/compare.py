@@ -64,13 +64,13 @@ def add_work_options(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--cluster", metavar="ADDRESS", help="compute errors on a dask cluster, such as tcp://host:8786")
     parser.add_argument("--timeout", type=parse_positive, metavar="S", help="give up a configuration after S seconds")
     repeats = "time each configuration in N processes, alone on the machine (default: 5; 0: no timing)"
-    parser.add_argument("--repeats", type=_count_or_none, default=5, metavar="N", help=repeats)
+    parser.add_argument("--repeats", type=_parse_count_or_zero, default=5, metavar="N", help=repeats)
     add_resume_options(parser)
     disturbed = "use timings even if other processes disturbed them"
     parser.add_argument("--allow-contaminated", action="store_true", help=disturbed)
 
 
-def _count_or_none(text: str) -> int:
+def _parse_count_or_zero(text: str) -> int:
     return 0 if text == "0" else parse_count(text)
 
 

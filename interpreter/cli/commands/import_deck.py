@@ -72,8 +72,15 @@ def run(parsed: argparse.Namespace) -> int:
     for file in (target, mesh):
         print(make_visible(str(file)))
     problems = errors(load(str(target))[1])
-    show([*_ended_load_warnings(path, found), *(_left_out_warning(path, what) for what in found.left),
-          *(_choice_note(path, how) for how in found.taken), *_rotation_warnings(path, found), *problems])  # fmt: skip
+    show(
+        [
+            *_ended_load_warnings(path, found),
+            *(_left_out_warning(path, what) for what in found.left),
+            *(_assumption_warning(path, how) for how in found.taken),
+            *_inverted_cell_warnings(path, found),
+            *problems,
+        ]
+    )
     return 2 if problems else 0
 
 
@@ -123,7 +130,7 @@ def _ended_load_warnings(path: Path, found: WrittenScene) -> list[Diagnostic]:
     ]  # fmt: skip
 
 
-def _rotation_warnings(path: Path, found: WrittenScene) -> list[Diagnostic]:
+def _inverted_cell_warnings(path: Path, found: WrittenScene) -> list[Diagnostic]:
     if found.turned is None:
         return []
     remedy = (
@@ -133,7 +140,7 @@ def _rotation_warnings(path: Path, found: WrittenScene) -> list[Diagnostic]:
     return [Diagnostic("W751", make_visible(f"{path.name}: {found.turned}"), None, None, help=remedy)]
 
 
-def _choice_note(path: Path, how: str) -> Diagnostic:
+def _assumption_warning(path: Path, how: str) -> Diagnostic:
     remedy = "the scene has this as a comment too; change the scene if the file means something else"
     return Diagnostic("W752", make_visible(f"assumed ({path.name}): {how}"), None, None, help=remedy)
 

@@ -66,7 +66,7 @@ def run(parsed: argparse.Namespace) -> int:
     if len(names) > len(parsed.results):
         print(f"dsl judge: error: `--as {names[-1]}` has no result: {len(parsed.results)} given", file=sys.stderr)
         return 2
-    scene = _read_once(parsed.file)
+    scene = _scene_source_or_error(parsed.file)
     declared = [] if isinstance(scene, Unread) else _declared_names(scene[0])
     if name := next((own for own in names if own in declared), None):
         other = f"call it `--as {_unused_name(name, declared)}`"
@@ -86,7 +86,7 @@ def run(parsed: argparse.Namespace) -> int:
     return running.run(parsed, lambda: _scene_with_results(scene, parsed, names))
 
 
-def _read_once(file: str) -> tuple[Source, Path, Path | None] | Unread:
+def _scene_source_or_error(file: str) -> tuple[Source, Path, Path | None] | Unread:
     """Return the source, folder and file of a scene, or the error if it cannot be read.
 
     Standard input can be read only once, so the error is kept and reported later.
@@ -140,19 +140,19 @@ def _scene_with_results(
         raise scene
     source, place, file = scene
     given = [(n, getattr(parsed, n)) for n in FIELDS if getattr(parsed, n) is not None]
-    fields = "".join(f", {n} = {_quoted(_resolve_file(n, v)) if FIELDS[n][1] else v}" for n, v in given)
+    fields = "".join(f", {n} = {_quote_text(_absolute_file_option(n, v)) if FIELDS[n][1] else v}" for n, v in given)
     lines = [
-        f"model {name} = results({_quoted(str(Path(path).resolve()))}{fields})"
+        f"model {name} = results({_quote_text(str(Path(path).resolve()))}{fields})"
         for name, path in zip(names, parsed.results, strict=True)
     ]
     text = source.text.rstrip() + "\n\n# judged\n" + "\n".join(lines) + "\n"
     return SceneText(Source(source.name, text), place, file, tuple(parsed.overrides), tuple(parsed.plugins))
 
 
-def _resolve_file(field: str, value: str) -> str:
+def _absolute_file_option(field: str, value: str) -> str:
     """Return the value of an option; a file name becomes an absolute path."""
     return str(Path(value).resolve()) if field == "rest" else value
 
 
-def _quoted(value: str) -> str:
+def _quote_text(value: str) -> str:
     return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'

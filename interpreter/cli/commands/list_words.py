@@ -49,7 +49,7 @@ def run(parsed: argparse.Namespace) -> int:
     if parsed.library and what != "materials":
         print("error: `--library` is an option of `dsl list materials`", file=sys.stderr)
         return 2
-    rows = _library() if parsed.library else topics[what]()
+    rows = _material_library_rows() if parsed.library else topics[what]()
     width = max((len(name) for name, _ in rows), default=0)
     for name, text in rows:
         print(f"{name:<{width}}  {text}".rstrip())
@@ -78,10 +78,10 @@ def _plural(kind: str) -> str:
 
 def _constructors(words: Vocabulary, kind: str) -> Rows:
     found = (words.constructor(kind, name) for name in words[kind])
-    return [(c.name, _reference_kind(c) + c.summary + _plugin_of(words, c)) for c in found if c is not None]
+    return [(c.name, _reference_kind_prefix(c) + c.summary + _plugin_suffix(words, c)) for c in found if c is not None]
 
 
-def _plugin_of(words: Vocabulary, c: Constructor) -> str:
+def _plugin_suffix(words: Vocabulary, c: Constructor) -> str:
     """Return ` [plugin NAME]` for a word that a plugin defines, else an empty text."""
     owner = words.owner(c.kind, c.name)
     return f" [plugin {owner.name}]" if owner else ""
@@ -104,12 +104,12 @@ def _plugins(words: Vocabulary) -> Rows:
     ]
 
 
-def _reference_kind(c: Constructor) -> str:
+def _reference_kind_prefix(c: Constructor) -> str:
     """Return the kind of a reference, such as `theory: `; an empty text for other words."""
     return f"{c.cls.usually()}: " if c.kind == "reference" else ""
 
 
-def _library() -> Rows:
+def _material_library_rows() -> Rows:
     from softmark.interpreter.help.material_library import materials
 
     return [(own.name, f"{own.what} Stretches {own.range_words}; {own.file}") for own in materials().values()]

@@ -75,7 +75,7 @@ def run(parsed: argparse.Namespace) -> int:
         print(make_visible(f"error: there is no template `{parsed.template}`; {hint}"), file=sys.stderr)
         return 2
     if parsed.list:
-        print("\n\n".join(_description(name, known[name]) for name in known if parsed.template in (None, name)))
+        print("\n\n".join(_describe_template(name, known[name]) for name in known if parsed.template in (None, name)))
         return 0
     chosen = known[parsed.template or "beam"]
     if parsed.out is not None:
@@ -87,7 +87,7 @@ def run(parsed: argparse.Namespace) -> int:
     return 0
 
 
-def _description(name: str, template: Template) -> str:
+def _describe_template(name: str, template: Template) -> str:
     """Return the description of a template, with the files that it writes."""
     files = ", ".join(f.name for f in (template.scene, *template.beside))
     return "\n".join([f"{name}: {template.title}", *(f"  {line}" for line in template.about), f"  writes {files}"])

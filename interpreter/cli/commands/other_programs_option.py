@@ -57,7 +57,7 @@ def added_declarations(source: Source, scene: Scene, programs: Sequence[str]) ->
     from softmark.grammar.parser import parse
 
     own = [n for n in parse(source)[0].declarations if isinstance(n, tree.Declare) and n.kind == "model"]
-    words = {node.name: said for node in own if (said := _plain_arguments(source, node)) is not None}
+    words = {node.name: said for node in own if (said := _equivalent_arguments(source, node)) is not None}
     once = {said: name for name, said in reversed(words.items())}  # the first name of each
     return [
         f"model {name}_by_{program} = external_solver({program}, {said})"
@@ -67,7 +67,7 @@ def added_declarations(source: Source, scene: Scene, programs: Sequence[str]) ->
     ]
 
 
-def _plain_arguments(source: Source, node: tree.Declare) -> str | None:
+def _equivalent_arguments(source: Source, node: tree.Declare) -> str | None:
     """Return the arguments of a model of another program that matches a `fem(...)` model: `hex8, strain = ...`.
 
     Return None if the formulation of the model is not a plain displacement formulation.

@@ -17,9 +17,9 @@ Place = tuple[str, Path]  # (option that names the file, or its role in words; p
 
 def find_collision(outputs: Sequence[Place], inputs: Iterable[Place] = ()) -> str:
     """Return an error message if an output file is also an input file or another output file, else an empty text."""
-    taken = {key: (what, path) for what, path in inputs if (key := _key(path)) is not None}
+    taken = {key: (what, path) for what, path in inputs if (key := _file_identity(path)) is not None}
     for option, path in outputs:
-        key = _key(path)
+        key = _file_identity(path)
         if key is None:
             continue
         if key in taken:
@@ -35,7 +35,7 @@ def _message(option: str, path: Path, what: str, other: Path) -> str:
                         f"choose another path with {option.split()[0].rstrip(',')}")  # fmt: skip
 
 
-def _key(path: Path) -> object:
+def _file_identity(path: Path) -> object:
     """Return an identity that is equal for all names of the same file.
 
     Return None for devices and pipes, which store nothing.

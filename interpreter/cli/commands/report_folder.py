@@ -158,7 +158,7 @@ def unwritable_error(places: Iterable[tuple[str, str]], written: Iterable[Path] 
         if "\0" in place:
             return write_error_message(place, OSError(None, "the name contains a NUL character"), option)
         try:
-            _try_folder(Path(place) if option == "--out" else _parent(place))
+            _check_writable_folder(Path(place) if option == "--out" else _writable_parent(place))
         except OSError as error:
             return write_error_message(place, error, option)
     for path in written:
@@ -167,7 +167,7 @@ def unwritable_error(places: Iterable[tuple[str, str]], written: Iterable[Path] 
     return ""
 
 
-def _parent(place: str) -> Path:
+def _writable_parent(place: str) -> Path:
     """Return the folder in which a file can be written. Raises OSError."""
     if not place:
         raise OSError(None, "the name is empty")
@@ -180,7 +180,7 @@ def _parent(place: str) -> Path:
     return Path(place).parent
 
 
-def _try_folder(folder: Path) -> None:
+def _check_writable_folder(folder: Path) -> None:
     """Test whether a folder, or its nearest existing parent, can be written. Raises OSError."""
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent

@@ -60,12 +60,12 @@ def run(parsed: argparse.Namespace) -> int:
     progress = Progress(sys.stderr)
     progress.say("start", f"testing the robustness of {parsed.file}")
     try:
-        return _stress(parsed, progress)
+        return _run_and_write_studies(parsed, progress)
     finally:
         progress.clear()
 
 
-def _stress(parsed: argparse.Namespace, progress: Progress) -> int:
+def _run_and_write_studies(parsed: argparse.Namespace, progress: Progress) -> int:
     from softmark.interpreter.cli.commands.scene_arguments import load, show
     from softmark.interpreter.study.configurations.configuration_expansion import subject_of
     from softmark.interpreter.validation.requested_names import without_unrequested_warnings

@@ -34,7 +34,7 @@ def _scenes(asked: PartialCommandLine) -> Answers:
     return {**scene_candidates.standard(), **file_candidates.files(asked.current, scene_candidates.SUFFIX)}
 
 
-def _files(*endings: str) -> Way:
+def _file_completer(*endings: str) -> Way:
     return lambda asked: file_candidates.files(asked.current, *endings)
 
 
@@ -47,9 +47,9 @@ WAYS: dict[str, Way] = {
         **_scenes(asked),
         **file_candidates.files(asked.current, ".suite"),
     },
-    "fmt files": _files(scene_candidates.SUFFIX),
+    "fmt files": _file_completer(scene_candidates.SUFFIX),
     "import file": lambda asked: file_candidates.files(asked.current, *vocabulary_candidates.decks()),
-    "import out": _files(scene_candidates.SUFFIX),
+    "import out": _file_completer(scene_candidates.SUFFIX),
     "conformance file": lambda asked: file_candidates.plugins(asked.current),
     "judge results": lambda asked: file_candidates.files(asked.current, *vocabulary_candidates.results()),
     "rest": lambda asked: file_candidates.files(asked.current, *vocabulary_candidates.results()),
@@ -62,16 +62,16 @@ WAYS: dict[str, Way] = {
     },
     "plugins": lambda asked: file_candidates.plugins(asked.current),
     "out": lambda asked: file_candidates.folders(asked.current),
-    "json": _files(".json"),
-    "against": _files(".json"),
-    "junit": _files(".xml"),
+    "json": _file_completer(".json"),
+    "against": _file_completer(".json"),
+    "junit": _file_completer(".xml"),
     "also": lambda asked: vocabulary_candidates.programs(),
     "units": lambda asked: vocabulary_candidates.systems(),
     "name": lambda asked: vocabulary_candidates.documented_words(asked.current),
     "what": lambda asked: vocabulary_candidates.topics(),
     "template": lambda asked: scene_candidates.templates(),
     # arguments without an entry, by the name in their help
-    "FILE": _files(""),
+    "FILE": _file_completer(""),
     "DIR": lambda asked: file_candidates.folders(asked.current),
 }
 
@@ -83,11 +83,11 @@ def find_candidates(words: Sequence[str]) -> Answers:
     *before, current = _split_equals_signs(words) or [""]
     if not before:
         found = {name: summary for name, (_, summary) in COMMANDS.items()}
-        return _with_prefix({**found, "--help": "what there is", "--version": "which this is"}, current)
+        return _filter_by_prefix({**found, "--help": "what there is", "--version": "which this is"}, current)
     if before[0] not in COMMANDS:
         return {}
-    found = _with_prefix(
-        _candidates_of_command(_parser(COMMANDS[before[0]][0]), before[0], before[1:], current), current
+    found = _filter_by_prefix(
+        _candidates_of_command(_command_parser(COMMANDS[before[0]][0]), before[0], before[1:], current), current
     )
     whole = words[-1].removesuffix(current)  # for `--model=r` in one word, `--model=`
     return {whole + word: meaning for word, meaning in found.items()} if whole.startswith("--") else found
@@ -107,7 +107,7 @@ def _split_equals_signs(words: Sequence[str]) -> list[str]:
     return kept if last is None else [*kept, last]
 
 
-def _parser(module: str) -> argparse.ArgumentParser:
+def _command_parser(module: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(allow_abbrev=False)
     import_module(f"softmark.interpreter.cli.commands.{module}").arguments(parser)
     return parser
@@ -118,9 +118,9 @@ def _candidates_of_command(parser: argparse.ArgumentParser, command: str, before
     known = {option: action for action in parser._actions for option in action.option_strings}
     operands, options, pending = _parse_words(before, known)
     if pending is None and current.startswith("-") and current != "-":
-        return {option: _meaning(action) for option, action in known.items()}
+        return {option: _option_description(action) for option, action in known.items()}
     asked = PartialCommandLine(command, current, operands, options)
-    return _values(pending or _operand(parser, len(operands)), asked)
+    return _values(pending or _positional_argument(parser, len(operands)), asked)
 
 
 def _parse_words(
@@ -141,7 +141,7 @@ def _parse_words(
     return operands, options, pending
 
 
-def _operand(parser: argparse.ArgumentParser, place: int) -> argparse.Action | None:
+def _positional_argument(parser: argparse.ArgumentParser, place: int) -> argparse.Action | None:
     """Return the positional argument with the index `place`, or None.
 
     If the last positional argument takes several values, it covers all later indices.
@@ -162,9 +162,9 @@ def _values(action: argparse.Action | None, asked: PartialCommandLine) -> Answer
     return way(asked) if way else {}
 
 
-def _meaning(action: argparse.Action) -> str:
+def _option_description(action: argparse.Action) -> str:
     return "what it takes" if action.dest == "help" else (action.help or "").replace("%%", "%").partition(";")[0]
 
 
-def _with_prefix(found: Answers, current: str) -> Answers:
+def _filter_by_prefix(found: Answers, current: str) -> Answers:
     return {word: meaning for word, meaning in found.items() if word.startswith(current)}

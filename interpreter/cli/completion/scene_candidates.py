@@ -56,10 +56,10 @@ def overridable_names(files: Sequence[str], current: str) -> dict[str, str]:
     from softmark.grammar.tree import Param
 
     found = {f"{one.name}=": format_on_one_line(one.value) for one in _declarations(files) if isinstance(one, Param)}
-    return {**found, **_fields(files, current.partition(".")[0])} if "." in current else found
+    return {**found, **_overridable_fields(files, current.partition(".")[0])} if "." in current else found
 
 
-def _fields(files: Sequence[str], name: str) -> dict[str, str]:
+def _overridable_fields(files: Sequence[str], name: str) -> dict[str, str]:
     from softmark.grammar.tree import Call, Declare
     from softmark.interpreter.validation.constructor_registry import CATALOGUE
 

@@ -45,20 +45,20 @@ def law_breaches(law: Any, mu: float, lam: float) -> Iterator[Breach]:
             d[0, i, J] = STEP
             by_psi[:, i, J] = (law.psi(F + d) - law.psi(F - d)) / (2.0 * STEP)
             by_P[:, :, :, i, J] = (law.P(F + d) - law.P(F - d)) / (2.0 * STEP)
-        yield from _compare_derivative("P is not the derivative of psi", P, by_psi)
-        yield from _compare_derivative("dPdF is not the derivative of P", A, by_P)
+        yield from _derivative_breaches("P is not the derivative of psi", P, by_psi)
+        yield from _derivative_breaches("dPdF is not the derivative of P", A, by_P)
         if np.abs(law.psi(turn @ F) - psi).max() > EXACT * max(1.0, np.abs(psi).max()):
             yield Breach("a rotation changes its energy", "let psi depend on F only through C = F^T F")
-        yield from _moduli(np.asarray(law.dPdF(rest))[0], mu, lam)
+        yield from _moduli_breaches(np.asarray(law.dPdF(rest))[0], mu, lam)
 
 
-def _compare_derivative(what: str, own: Any, by_differences: Any) -> Iterator[Breach]:
+def _derivative_breaches(what: str, own: Any, by_differences: Any) -> Iterator[Breach]:
     off = float(np.abs(own - by_differences).max() / max(1.0, np.abs(own).max()))
     if off > NEAR:
         yield Breach(f"{what}: off by {off:.1e}", "differentiate it again; check constants that are not whole numbers")
 
 
-def _moduli(A: Any, mu: float, lam: float) -> Iterator[Breach]:
+def _moduli_breaches(A: Any, mu: float, lam: float) -> Iterator[Breach]:
     I = np.eye(3)
     right = lam * np.einsum("iJ,kL->iJkL", I, I)
     right = right + mu * (np.einsum("ik,JL->iJkL", I, I) + np.einsum("iL,Jk->iJkL", I, I))

@@ -47,9 +47,9 @@ def metric_breaches(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]
     names = {f.name for f in dataclasses.fields(cls)}
     told: list[float] = []
     for seen in _make_test_solutions(case, getattr(metric, "against", None) is not None):
-        found = _evaluate(metric, seen)
+        found = _value_or_exception(metric, seen)
         yield from _measurement_breaches(found)
-        again = _evaluate(metric, seen)
+        again = _value_or_exception(metric, seen)
         if isinstance(found, Measurement) and isinstance(again, Measurement) and not _is_equal(found, again):
             yield Breach(
                 f"it is {found.value} and then {again.value} for the same solution", "keep nothing between calls"
@@ -89,7 +89,7 @@ def _reference(X: Any, u: Any, share: float) -> ReferenceData:
     return ReferenceData("truth", v, displacement, at_rest=make_static_state(share), curve=curve, value=value)
 
 
-def _evaluate(metric: Any, seen: MetricInput) -> Any:
+def _value_or_exception(metric: Any, seen: MetricInput) -> Any:
     """Return the value of a metric, or the exception that it raised."""
     try:
         return measure_metric(metric, seen)

@@ -134,7 +134,7 @@ def _run_breaches(trial: Trial, scene: Scene) -> Iterator[Breach]:
 # ------------------------------------------------------------------ by kind
 
 
-def _material(trial: Trial) -> Iterator[Breach]:
+def _material_breaches(trial: Trial) -> Iterator[Breach]:
     from softmark.solvers.materials import NoFiniteLaw, law_for
 
     for strain in ("finite", "corotational"):
@@ -181,7 +181,7 @@ class _ScaledLaw:
         return self.law.dPdF(F) / self.mu
 
 
-def _load_scene(trial: Trial, name: str, **lines: str) -> Generator[Breach, None, Scene | None]:
+def _load_or_report_refusal(trial: Trial, name: str, **lines: str) -> Generator[Breach, None, Scene | None]:
     """Yield breaches and return the trial scene with the given `lines`, or None if the scene refuses the word.
 
     The repr of the declared object `name` is tested too.
@@ -194,10 +194,10 @@ def _load_scene(trial: Trial, name: str, **lines: str) -> Generator[Breach, None
     return scene
 
 
-def _load(trial: Trial) -> Iterator[Breach]:
+def _load_breaches(trial: Trial) -> Iterator[Breach]:
     from softmark.interpreter.models.shared.model_declaration import Model
 
-    scene = yield from _load_scene(trial, "push", push=trial.call)
+    scene = yield from _load_or_report_refusal(trial, "push", push=trial.call)
     if scene is None:
         return
     push = scene.declared["push"].thing
@@ -214,9 +214,9 @@ def _load(trial: Trial) -> Iterator[Breach]:
     yield from _run_breaches(trial, scene)
 
 
-def _probe(trial: Trial) -> Iterator[Breach]:
+def _probe_breaches(trial: Trial) -> Iterator[Breach]:
     lines = f"probe one = {trial.call}\nmetric own = displacement(one, along = -z)\n"
-    scene = yield from _load_scene(trial, "one", more=lines)
+    scene = yield from _load_or_report_refusal(trial, "one", more=lines)
     if scene is None:
         return
     X = np.array(scene.declared["one"].thing.stations, dtype=np.float64)
@@ -226,16 +226,16 @@ def _probe(trial: Trial) -> Iterator[Breach]:
     yield from _run_breaches(trial, scene)
 
 
-def _metric(trial: Trial) -> Iterator[Breach]:
+def _metric_breaches(trial: Trial) -> Iterator[Breach]:
     lines = f"reference truth = small_deflection(bar)\nmetric one = {trial.call}\n"
-    scene = yield from _load_scene(trial, "one", more=lines)
+    scene = yield from _load_or_report_refusal(trial, "one", more=lines)
     if scene is None:
         return
     broken = list(metric_breaches(trial.word.cls, scene.declared["one"].thing, case_of(scene, "bar")))
     yield from broken or _run_breaches(trial, scene)
 
 
-def _reference(trial: Trial) -> Iterator[Breach]:
+def _reference_breaches(trial: Trial) -> Iterator[Breach]:
     from softmark.interpreter.problem.theory_dispatch import solve_theory
 
     why = ""
@@ -247,7 +247,7 @@ def _reference(trial: Trial) -> Iterator[Breach]:
         declared = scene.declared["one"]
         yield from repr_breaches(declared.thing)
         if declared.thing.how == "measured":
-            yield from _measured(declared.thing)
+            yield from _measured_data_breaches(declared.thing)
             return
         case, X = case_for(scene, declared), np.array([[0.0, 0.0, 0.0], [0.02, 0.005, 0.0], [0.04, 0.0, -0.01]])
         try:
@@ -255,14 +255,14 @@ def _reference(trial: Trial) -> Iterator[Breach]:
         except Fault as fault:
             why = fault.diagnostic.message
             continue
-        yield from _theory(first, again, X)
+        yield from _theory_breaches(first, again, X)
         return
     yield Breach(
         f"it applies to neither beam that it was tested on: {why}", "test it in a scene of its own", untried=True
     )
 
 
-def _theory(first: Any, again: Any, X: Any) -> Iterator[Breach]:
+def _theory_breaches(first: Any, again: Any, X: Any) -> Iterator[Breach]:
     u, v = np.asarray(first.displacement(X)), np.asarray(again.displacement(X))
     if u.shape != X.shape or not np.isfinite(u).all():
         yield Breach(f"its displacements of 3 points are {u.tolist()}", "return finite numbers (n, 3), m")
@@ -272,7 +272,7 @@ def _theory(first: Any, again: Any, X: Any) -> Iterator[Breach]:
         yield Breach(f"its estimated error is {first.estimated_error}", "return the largest error, m")
 
 
-def _measured(thing: Any) -> Iterator[Breach]:
+def _measured_data_breaches(thing: Any) -> Iterator[Breach]:
     from softmark.references.measured_curve import MeasuredCurve
     from softmark.references.measured_data import MeasuredPoints, MeasuredSurface
     from softmark.references.published_values import KnownValue
@@ -283,7 +283,7 @@ def _measured(thing: Any) -> Iterator[Breach]:
         yield Breach(f"`load` returns a {type(found).__name__}", f"return one of {words}")
 
 
-def _model(trial: Trial) -> Iterator[Breach]:
+def _model_breaches(trial: Trial) -> Iterator[Breach]:
     taken = 0
     for load, push in LOADED.items():
         for motion, line in MOTIONS.items():
@@ -304,7 +304,7 @@ def _model(trial: Trial) -> Iterator[Breach]:
         yield _refusal_breach(errors, trial)
 
 
-def _shape(trial: Trial) -> Iterator[Breach]:
+def _shape_breaches(trial: Trial) -> Iterator[Breach]:
     from softmark.references.surface_geometry import signed_volume
 
     scene, errors = trial.body()
@@ -323,13 +323,13 @@ def _shape(trial: Trial) -> Iterator[Breach]:
 
 
 _KINDS: Mapping[str, Callable[[Trial], Iterator[Breach]]] = {
-    "material": _material,
-    "load": _load,
-    "probe": _probe,
-    "metric": _metric,
-    "reference": _reference,
-    "model": _model,
-    "shape": _shape,
+    "material": _material_breaches,
+    "load": _load_breaches,
+    "probe": _probe_breaches,
+    "metric": _metric_breaches,
+    "reference": _reference_breaches,
+    "model": _model_breaches,
+    "shape": _shape_breaches,
 }
 
 

@@ -10,7 +10,7 @@ from typing import Any, get_type_hints
 from softmark.interpreter.cli.conformance import Breach
 from softmark.interpreter.help.word_pages import constructor_page
 from softmark.interpreter.language.coordinate_conditions import Condition
-from softmark.interpreter.language.field_schema import Constructor, Field, _fields
+from softmark.interpreter.language.field_schema import Constructor, Field, _fields_of_class
 
 LONGEST = 120  # characters of the first line of a docstring, which `dsl list` shows
 
@@ -30,7 +30,7 @@ def word_breaches(cls: type[Any], kind: str, name: str) -> Iterator[Breach]:
         if not getattr(hints[f.name], "__metadata__", None):
             yield Breach(f"the field `{f.name}` has neither a unit nor a meaning",
                          'annotate it: `Annotated[float, "m in (0, inf)", "what it means"]`')  # fmt: skip
-    word = Constructor(name, kind, cls, _fields(cls))
+    word = Constructor(name, kind, cls, _fields_of_class(cls))
     for field in word.fields:
         yield from _field_breaches(field)
     page = constructor_page(word)

@@ -64,13 +64,13 @@ def annotate_report(report: Report) -> str:
 def command(name: str, properties: Mapping[str, str | int], message: str) -> str:
     """Return a workflow command, with special characters escaped and control characters made visible."""
     message = make_encodable(str(make_all_visible(message)))
-    told = ",".join(f"{key}={_property(str(value))}" for key, value in properties.items())
-    return f"::{name} {told}::{_data(message)}\n"
+    told = ",".join(f"{key}={_escape_property(str(value))}" for key, value in properties.items())
+    return f"::{name} {told}::{_escape_message(message)}\n"
 
 
-def _data(text: str) -> str:
+def _escape_message(text: str) -> str:
     return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
 
 
-def _property(text: str) -> str:
-    return _data(text).replace(":", "%3A").replace(",", "%2C")
+def _escape_property(text: str) -> str:
+    return _escape_message(text).replace(":", "%3A").replace(",", "%2C")

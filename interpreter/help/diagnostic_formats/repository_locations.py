@@ -28,10 +28,10 @@ def without_duplicates(told: Sequence[LocatedDiagnostic]) -> list[LocatedDiagnos
 
     Duplicates occur if scenes share a file or several models report the same problem.
     """
-    return list({_identity(t): t for t in reversed(told)}.values())[::-1]
+    return list({_duplicate_key(t): t for t in reversed(told)}.values())[::-1]
 
 
-def _identity(told: LocatedDiagnostic) -> tuple[object, ...]:
+def _duplicate_key(told: LocatedDiagnostic) -> tuple[object, ...]:
     d = told.diagnostic
     place = repository_location(told)
     return d.code, d.message, place.path, place.span and (place.span.start, place.span.end)

@@ -46,7 +46,7 @@ def contents() -> dict[str, bytes]:
     """Return the files of the archive."""
     made = {
         "[Content_Types].xml": _TYPES,
-        "extension.vsixmanifest": _manifest(),
+        "extension.vsixmanifest": _vsix_manifest(),
         "extension/package.json": _json(package()),
         "extension/language-configuration.json": _json(CONFIGURATION),
         "extension/client.js": CLIENT.read_text(encoding="utf-8"),
@@ -111,7 +111,7 @@ def _json(value: Any) -> str:
     return json.dumps(value, indent=2, ensure_ascii=False) + "\n"
 
 
-def _manifest() -> str:
+def _vsix_manifest() -> str:
     own = package()
     properties = {"Microsoft.VisualStudio.Code.Engine": own["engines"]["vscode"],
                   "Microsoft.VisualStudio.Code.ExtensionKind": "workspace"}  # fmt: skip

@@ -140,7 +140,7 @@ class PreparedBeam(Meshless):
 
     def mass(self) -> Floats:
         """Masses of the nodes and rotary inertia of their sections (6 n,), kg and kg m^2."""
-        return _inertia(self.case, self.rest, self.stations)[:, [0, 0, 0, 1, 2, 3]].ravel()
+        return _nodal_inertia(self.case, self.rest, self.stations)[:, [0, 0, 0, 1, 2, 3]].ravel()
 
 
 @cache
@@ -199,7 +199,7 @@ def build_static(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBea
     return PreparedBeam(declared, case, stations, rest, elastic, problem, size, disturbance_of(case), applied)
 
 
-def _inertia(case: Case, rest: Floats, stations: Floats) -> Floats:
+def _nodal_inertia(case: Case, rest: Floats, stations: Floats) -> Floats:
     """Return the mass and the moments of inertia about e1, e2 and e3 of each node (n, 4), kg and kg m^2.
 
     Half of a segment is added to each of its two nodes. A tapered segment is distributed by its linear shape
@@ -264,10 +264,10 @@ def _load(case: Case, load: Declared, rest: Floats, stations: Floats) -> Energy:
             x = rest.reshape(-1, 7)[node]
             arm = (np.array(at) - x[:3]) @ rotation(x[None, 3:])[0]
             return EccentricRodForces(rest, np.array([node]), arm[None], np.array([force]))
-    return RodForces(rest, _forces(case, load, rest, stations))
+    return RodForces(rest, _nodal_load_forces(case, load, rest, stations))
 
 
-def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Floats:
+def _nodal_load_forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Floats:
     """Return the nodal forces of one load (n, 3), N."""
     shape, forces = case.prism, np.zeros((len(stations), 3))
     match load.thing.action:

@@ -87,7 +87,7 @@ class Beam6Dof(Model):
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors and warnings about a beam model in a case."""
         if case.shape.swept is None:
-            return [_no_axis(declared, case)]
+            return [_no_axis_error(declared, case)]
         if beyond := curved_beam_limits.refusals(declared, case):
             return beyond
         flat = flat_strips.curling_warning(declared, case)
@@ -105,7 +105,7 @@ class Beam6Dof(Model):
                 found.append(
                     diagnostic(
                         "E501",
-                        load.at(_place(load.thing.action, case)),
+                        load.at(_position_field(load.thing.action, case)),
                         f"`{declared.name}` cannot represent the load `{load.name}`",
                         reason,
                         "use gravity, tendons, tractions and torques on an end face, or forces and "
@@ -159,7 +159,7 @@ class Beam6Dof(Model):
                 else f"holds single components of {'an oblique' if straight else 'a curved'} beam"
                 if oblique
                 else "rotates sections about an axis that its components leave free"
-                if support.thing.turns and _turns_free(case, support)
+                if support.thing.turns and _rotates_about_free_axis(case, support)
                 else ""
             )
             if reason:
@@ -273,7 +273,7 @@ class Beam6Dof(Model):
         return {"segments": 2}
 
 
-def _no_axis(declared: Declared, case: Case) -> Diagnostic:
+def _no_axis_error(declared: Declared, case: Case) -> Diagnostic:
     """Return the error for a body that has no cross-sections along an axis.
 
     The message is different for a cone with a tip, which lacks only the last section.
@@ -296,7 +296,7 @@ def _no_axis(declared: Declared, case: Case) -> Diagnostic:
     return diagnostic(code, declared.at(), problem, reason, remedy)
 
 
-def _turns_free(case: Case, support: Declared) -> bool:
+def _rotates_about_free_axis(case: Case, support: Declared) -> bool:
     """Return whether a support rotates sections about an axis along which its components leave them free."""
     if len(support.thing.components) == 3:
         return False
@@ -305,7 +305,7 @@ def _turns_free(case: Case, support: Declared) -> bool:
     return rotates_free_sections(case, support)
 
 
-def _place(action: Any, case: Case) -> str:
+def _position_field(action: Any, case: Case) -> str:
     """Return the name of the field that places a load; for a tendon, that of the end that lies beyond the beam."""
     if isinstance(action, TendonLoad):
         return (

@@ -116,7 +116,7 @@ def build_beam_dynamics(
     `mass` (6 n,), kg and kg m^2, is that of the nodes; `applied` has each load separately.
     """
     chart = RodChart(elastic.rest)
-    loads = [(load, _moving_load(load, energy, chart)) for load, energy in applied]
+    loads = [(load, _load_on_rotational_unknowns(load, energy, chart)) for load, energy in applied]
     axes = rotation(elastic.rest.reshape(-1, 7)[:, 3:])
     found = dynamics(case, problem, chart, MovingRod(chart, elastic), loads, static.points, axes, mass)
     analysis: Any = case.analysis
@@ -164,7 +164,7 @@ def dynamics(
     )
 
 
-def _moving_load(load: Declared, energy: Energy, chart: RodChart) -> Energy:
+def _load_on_rotational_unknowns(load: Declared, energy: Energy, chart: RodChart) -> Energy:
     """Return a load of the static rod as a load in terms of rotational unknowns."""
     if isinstance(energy, RodForces):
         return MovingRodForces(energy.forces)

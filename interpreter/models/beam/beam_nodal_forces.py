@@ -18,7 +18,7 @@ from softmark.solvers.statics.static_problem import Statics
 def nodal_forces_of_beam(problem: Statics, x: Floats, loads: Sequence[tuple[Declared, Energy]]) -> NodalForces:
     """Return the nodal forces in a state x (nodes * 7,), with moments about the material axes."""
     nodes, start = x.reshape(-1, 7), problem.rest.reshape(-1, 7)
-    energy = sum(_energy(e, x) for e in problem.assembly.internal if isinstance(e, RodElastic))
+    energy = sum(_strain_energy(e, x) for e in problem.assembly.internal if isinstance(e, RodElastic))
     return nodal_forces_of_rods(problem, x, loads, float(energy), start[:, :3], nodes[:, :3], rotation(nodes[:, 3:]))
 
 
@@ -53,7 +53,7 @@ def _load_forces(load: Energy, x: Floats, count: int) -> Floats:
     return -g.reshape(-1, 6)
 
 
-def _energy(elastic: RodElastic, x: Floats) -> float:
+def _strain_energy(elastic: RodElastic, x: Floats) -> float:
     """Return the strain energy of a state x, J, without the modes that are switched off, which are constraints."""
     modes = elastic.mode_energies(x)
     modes[list(elastic.stiffness.rigid)] = 0.0

@@ -118,13 +118,13 @@ class SectionStresses(AnalyticField):
         for place in np.unique(places).tolist():
             here = places == place
             section, known = shape.section_at(place), (carried[here], u[here], v[here])
-            found[here] = tapered_section_stress(section, _rates(shape, section), nu, *known)
+            found[here] = tapered_section_stress(section, _taper_rates(shape, section), nu, *known)
         return found
 
     @cached_property
     def usual(self) -> tuple[float, float, float]:
         """Root mean squares of stress, Pa, strain and deviatoric stress, Pa, over samples amid elements."""
-        at = [self.at(_samples(piece.shape, piece.stations)) for piece in self.pieces]
+        at = [self.at(_section_sample_points(piece.shape, piece.stations)) for piece in self.pieces]
         sigma = np.concatenate([tensors.cauchy for tensors in at])
         strain = np.concatenate([tensors.strain("green") for tensors in at])
         s = sigma - np.trace(sigma, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
@@ -132,14 +132,14 @@ class SectionStresses(AnalyticField):
         return stress, strained, deviator
 
 
-def _rates(shape: Swept, section: Section) -> tuple[float, float]:
+def _taper_rates(shape: Swept, section: Section) -> tuple[float, float]:
     """Return the relative growth, 1/m, of both sides of a section along a tapered body."""
     ends = zip(shape.section_at(0.0).extents, shape.section_at(shape.length).extents, section.extents, strict=True)
     first, second = ((last - begin) / (shape.length * here) for begin, last, here in ends)
     return first, second
 
 
-def _samples(shape: Swept, stations: Floats) -> Floats:
+def _section_sample_points(shape: Swept, stations: Floats) -> Floats:
     """Return sample points (n, 3), m, in the sections at these stations, m."""
     found = []
     for s in (0.5 * (stations[1:] + stations[:-1])).tolist():

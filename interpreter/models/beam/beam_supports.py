@@ -66,7 +66,7 @@ def _support_constraints(case: Case, stations: Sequence[float], share: float) ->
     axes = np.array([case.prism.axis, *transverse(case.prism.axis)])
     for support in case.supports:
         components = support.thing.components
-        turns = _held_turns(case.prism.axis, components)
+        turns = _prevented_rotations(case.prism.axis, components)
         for node in np.flatnonzero(selects_whole_sections(support.thing.where, case.prism, tuple(stations))).tolist():
             held.rows.append(point_rows(points[node : node + 1] - held.centre, components))
             held.rows.append(np.eye(6)[[3 + t for t in turns]] * case.prism.length)
@@ -83,7 +83,7 @@ def _support_constraints(case: Case, stations: Sequence[float], share: float) ->
 
 def rotates_free_sections(case: Case, support: Declared) -> bool:
     """Return whether a support rotates sections about an axis along which their rotation is free."""
-    left = set(range(3)) - set(_held_turns(case.prism.axis, support.thing.components))
+    left = set(range(3)) - set(_prevented_rotations(case.prism.axis, support.thing.components))
     return any(abs(support.thing.rotation[t]) > 0.0 for t in left)
 
 
@@ -92,13 +92,16 @@ def held_by(case: Case, stations: Sequence[float]) -> dict[str, NDArray[np.bool_
     found = {}
     for support in case.supports:
         components = support.thing.components
-        own = [*components, *(3 + t for t in _body_axes(case.prism.axis, _held_turns(case.prism.axis, components)))]
+        own = [
+            *components,
+            *(3 + t for t in _body_axes(case.prism.axis, _prevented_rotations(case.prism.axis, components))),
+        ]
         where = selects_whole_sections(support.thing.where, case.prism, tuple(stations))
         found[support.name] = np.outer(where, np.isin(np.arange(6), own))
     return found
 
 
-def _held_turns(axis: tuple[float, float, float], components: tuple[int, ...]) -> list[int]:
+def _prevented_rotations(axis: tuple[float, float, float], components: tuple[int, ...]) -> list[int]:
     """Return the rotations about x, y, z that a rigid section cannot make if `components` of its points are held.
 
     A rotation omega moves a point r of the section by omega x r, whose component c is omega . (r x e_c). Holding

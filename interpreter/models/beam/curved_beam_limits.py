@@ -31,17 +31,17 @@ def refusals(declared: Declared, case: Case) -> list[Diagnostic]:
         return []
     found = []
     if isinstance(case.analysis, Dynamic):
-        found.append(_refused(declared, declared, "does not support dynamic analyses"))
+        found.append(_straight_beam_error(declared, declared, "does not support dynamic analyses"))
     for load in case.loads:
         if not isinstance(load.thing.action, BodyForce | SurfaceTraction | PointLoad | MomentLoad):
-            found.append(_refused(declared, load, f"cannot represent the load `{load.name}`"))
+            found.append(_straight_beam_error(declared, load, f"cannot represent the load `{load.name}`"))
     for support in case.supports:
         if type(support.thing) not in (Fixed, Displaced):
-            found.append(_refused(declared, support, f"cannot represent the support `{support.name}`"))
+            found.append(_straight_beam_error(declared, support, f"cannot represent the support `{support.name}`"))
     return found
 
 
-def _refused(declared: Declared, at: Declared, what: str) -> Diagnostic:
+def _straight_beam_error(declared: Declared, at: Declared, what: str) -> Diagnostic:
     """Return the error that a feature, described by `what`, needs a straight beam."""
     problem = f"`{declared.name}` {what} for a curved axis"
     return diagnostic("E317", at.at(), problem, "only for straight beams", HELP)

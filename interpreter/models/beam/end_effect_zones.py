@@ -23,14 +23,14 @@ def nearby_disturbance(case: Case, thing: Any, X: Floats) -> str | None:
     """Return the name of a support, load or joint within one width of a point of X (n, 3), m; else None."""
     if not len(X):
         return None
-    axis, width = _feet(case, X)
+    axis, width = _nearest_axis_points_and_widths(case, X)
     for words, place in _disturbed_places(case, thing):
         if np.any(np.linalg.norm(axis - np.array(place), axis=1) < width):
             return words
     return None
 
 
-def _feet(case: Case, X: Floats) -> tuple[Floats, Floats]:
+def _nearest_axis_points_and_widths(case: Case, X: Floats) -> tuple[Floats, Floats]:
     """Return the nearest points on axes (n, 3), m, of points X (n, 3), m, and the section widths there (n,), m."""
     network = case.shape
     if not isinstance(network, Network):
@@ -52,9 +52,9 @@ def _disturbed_places(case: Case, thing: Any) -> Iterator[tuple[str, Vector3]]:
     for load in case.loads:
         match load.thing.action:
             case PointLoad(at=at):
-                yield f"`{load.name}`", _axis_of(case, at)
+                yield f"`{load.name}`", _nearest_axis_point(case, at)
             case LineForce(begin=begin, end=end) | TendonLoad(begin=begin, end=end):
-                yield from ((f"an end of `{load.name}`", _axis_of(case, at)) for at in (begin, end))
+                yield from ((f"an end of `{load.name}`", _nearest_axis_point(case, at)) for at in (begin, end))
             case MomentLoad(where=where) | SurfaceTraction(where=where):
                 yield from ((f"`{load.name}`", at) for at in _selected_places(case, thing, where))
     for support in case.supports:
@@ -64,7 +64,7 @@ def _disturbed_places(case: Case, thing: Any) -> Iterator[tuple[str, Vector3]]:
         yield from (("a joint", point) for point in joints)
 
 
-def _axis_of(case: Case, at: Vector3) -> Vector3:
+def _nearest_axis_point(case: Case, at: Vector3) -> Vector3:
     """Return the point of the axis, m, that is nearest to a point."""
     if isinstance(case.shape, Network):
         return at

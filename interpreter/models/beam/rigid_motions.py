@@ -30,11 +30,11 @@ def free_motions(rows: Floats, centre: Floats, extent: float) -> list[str]:
     a rotation about an axis. The axis of a free motion v + w x r passes through w x v / w.w (Mozzi 1763), after all
     free translations are removed from v.
     """
-    null = _null(rows)
+    null = _null_space_of_rows(rows)
     if len(null) == 6:
         return ["move and turn as a whole"]
     slides = _free_translations(null) if len(null) else np.zeros((0, 3))
-    named = [f"slide along {_direction(d)}" for d in slides]
+    named = [f"slide along {_describe_direction(d)}" for d in slides]
     for motion in _free_rotations(null, slides):
         axis = motion[3:] / np.linalg.norm(motion[3:])
         through = centre + extent * np.cross(motion[3:], motion[:3]) / float(motion[3:] @ motion[3:])
@@ -42,11 +42,11 @@ def free_motions(rows: Floats, centre: Floats, extent: float) -> list[str]:
         pitch = float(motion[:3] @ motion[3:]) / float(motion[3:] @ motion[3:])
         turn = "turn" if abs(pitch) < ALIGNED else "screw"
         place = units.format_vector(through.tolist(), units.LENGTH) if np.any(through) else "(0, 0, 0) mm"
-        named.append(f"{turn} about the axis through {place} along {_direction(axis)}")
+        named.append(f"{turn} about the axis through {place} along {_describe_direction(axis)}")
     return named
 
 
-def _null(rows: Floats) -> Floats:
+def _null_space_of_rows(rows: Floats) -> Floats:
     """Return a basis of the rigid motions (k, 6) that no row resists."""
     if len(rows) == 0:
         return np.eye(6)
@@ -85,7 +85,7 @@ def _basis(vectors: Floats) -> Floats:
     return found
 
 
-def _direction(d: Floats) -> str:
+def _describe_direction(d: Floats) -> str:
     """Return a description of a direction: the name of an axis, or its components."""
     for name, part in zip(AXES, d.tolist(), strict=True):
         if abs(part) > 1 - ALIGNED:

@@ -93,7 +93,7 @@ class PreparedNetwork(Meshless):
         ends, pieces = ends.reshape(len(network.members), -1, 12), []
         for i, member in enumerate(network.members):
             stations, nodes = layout.stations(i), layout.nodes(i)
-            lines = lines_on(case, member, stations, partial(_stretch, network, i))
+            lines = lines_on(case, member, stations, partial(_loaded_interval_of_member, network, i))
             pieces.append(Piece(member, stations, rest[nodes], now[nodes], ends[i], lines))
         return SectionStresses(pieces, case, network.nearest)
 
@@ -104,7 +104,7 @@ class PreparedNetwork(Meshless):
         return nodal_forces_of_rods(self.problem, x, self.applied, float(energy), layout.X, now, layout.frames(x))
 
 
-def _stretch(network: Network, member: int, line: LineForce) -> tuple[float, float] | None:
+def _loaded_interval_of_member(network: Network, member: int, line: LineForce) -> tuple[float, float] | None:
     """Return the stations, m, between which a line load acts on a member (counted from 0), else None."""
     own, first, last = frame_selection.line(network, line.begin, line.end) or (-1, 0.0, 0.0)
     return (first, last) if own == member else None

@@ -68,10 +68,14 @@ class Frame6Dof(Model):
                            "`network(...)`")
             ]  # fmt: skip
         network: Network = case.shape  # type: ignore[assignment]
-        found = [*self.refusals(declared, case), *_loads(declared, case, network), *_supports(declared, case, network)]
+        found = [
+            *self.refusals(declared, case),
+            *_unsupported_load_errors(declared, case, network),
+            *_unsupported_support_errors(declared, case, network),
+        ]
         if not found and case.supports and not plainly_held(case, network):
             found += _check_supports(self, case)
-        return [*found, *_stocky(declared, network), *_warn_of_crossing_members(declared, case, network)]
+        return [*found, *_slenderness_warnings(declared, network), *_warn_of_crossing_members(declared, case, network)]
 
     @property
     def stress_law(self) -> tuple[str, str] | str:
@@ -97,7 +101,7 @@ class Frame6Dof(Model):
         return {"segments": 2}
 
 
-def _loads(declared: Declared, case: Case, network: Network) -> Iterator[Diagnostic]:
+def _unsupported_load_errors(declared: Declared, case: Case, network: Network) -> Iterator[Diagnostic]:
     """Yield errors for loads that do not act on a point or an axis of the network."""
     for load in case.loads:
         match load.thing.action:
@@ -109,7 +113,7 @@ def _loads(declared: Declared, case: Case, network: Network) -> Iterator[Diagnos
                 field, reason = "from", "not along the axis of one member"
             case MomentLoad() if isinstance(case.analysis, Dynamic):
                 field, reason = "where", "torques only in static analyses"
-            case MomentLoad(where=where) if (count := _points(network, where)) != 1:
+            case MomentLoad(where=where) if (count := _count_selected_points(network, where)) != 1:
                 many = "on more than one point"
                 field, reason = "where", many if count else "on no end point of a member"
             case _:
@@ -119,13 +123,13 @@ def _loads(declared: Declared, case: Case, network: Network) -> Iterator[Diagnos
                          "network")  # fmt: skip
 
 
-def _points(network: Network, where: object) -> int:
+def _count_selected_points(network: Network, where: object) -> int:
     """Return the number of points that a condition selects; 2 or more if it selects members."""
     points, whole, part = frame_selection.select_points_and_members(where, network)
     return len(points) + len(whole) + len(part)
 
 
-def _supports(declared: Declared, case: Case, network: Network) -> Iterator[Diagnostic]:
+def _unsupported_support_errors(declared: Declared, case: Case, network: Network) -> Iterator[Diagnostic]:
     """Yield errors for supports that hold no points, or only a part of a member."""
     for support in case.supports:
         if not isinstance(support.thing, (Fixed, Displaced, Pinned)):
@@ -162,12 +166,12 @@ def plainly_held(case: Case, network: Network) -> bool:
     if shared or set().union(*(points[s.name] for s in clamps)) == set(range(len(network.points))):
         return False
     return bool(clamps) or any(
-        _stops(one.thing, two.thing, network.points[i], network.points[j])
+        _prevents_hinge_rotation(one.thing, two.thing, network.points[i], network.points[j])
         for one in case.supports for two in case.supports for i in points[one.name] for j in points[two.name]
     )  # fmt: skip
 
 
-def _stops(one: Pinned, two: Pinned, here: Vector3, there: Vector3) -> bool:
+def _prevents_hinge_rotation(one: Pinned, two: Pinned, here: Vector3, there: Vector3) -> bool:
     """Return whether support `two`, at the point `there`, prevents hinge `one`, at the point `here`, from rotating."""
     if one.axis is None or len(one.components) < 3 or two.axis not in (None, one.axis):
         return False
@@ -186,7 +190,7 @@ def _check_supports(model: Frame6Dof, case: Case) -> list[Diagnostic]:
     return []
 
 
-def _stocky(declared: Declared, network: Network) -> Iterator[Diagnostic]:
+def _slenderness_warnings(declared: Declared, network: Network) -> Iterator[Diagnostic]:
     """Yield a warning for the first member that is not slender."""
     for number, member in enumerate(network.members, start=1):
         ratio = member.length / max(member.section.extents)

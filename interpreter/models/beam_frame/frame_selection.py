@@ -28,12 +28,12 @@ def select_points_and_members(
     size = network.diagonal
     points = tuple(i for i, point in enumerate(network.points) if condition.holds(*point, size))
     taken = [_condition_along_axis(condition, member, size) for member in network.members]
-    whole = tuple(i for i, found in enumerate(taken) if found == {True} and _ends_in(network, i, points))
+    whole = tuple(i for i, found in enumerate(taken) if found == {True} and _has_both_ends(network, i, points))
     part = tuple(i for i, found in enumerate(taken) if True in found and i not in whole)
     return points, whole, part
 
 
-def _ends_in(network: Network, member: int, points: tuple[int, ...]) -> bool:
+def _has_both_ends(network: Network, member: int, points: tuple[int, ...]) -> bool:
     """Return whether both ends of a member are among the points."""
     return {n - 1 for n in network.pairs[member]} <= set(points)
 

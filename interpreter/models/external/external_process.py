@@ -101,7 +101,7 @@ def run(
     finally:
         _kill_all(child, mark)
     spent = None if usage is None else usage.ru_utime + usage.ru_stime
-    return _end(how, status, time.monotonic() - begin, spent, last_words(folder / LOG), (seconds, memory, most))
+    return _make_ending(how, status, time.monotonic() - begin, spent, last_words(folder / LOG), (seconds, memory, most))
 
 
 def _environment(folder: Path, threads: int, more: Mapping[str, str] | None, mark: str) -> dict[str, str]:
@@ -183,7 +183,7 @@ def find_stray_processes(mark: str) -> list[int]:
     return found
 
 
-def _end(
+def _make_ending(
     how: How, code: int | None, wall: float, cpu: float | None, last: tuple[str, ...],
     limits: tuple[float, float, int],
 ) -> End:  # fmt: skip

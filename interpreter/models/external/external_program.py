@@ -45,7 +45,7 @@ class ExternalModel(Model):
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors and warnings about our model in a case, and about features that the program lacks."""
-        found = self.ours.doubts(replace(declared, thing=self.ours), _steps_of_others(case))
+        found = self.ours.doubts(replace(declared, thing=self.ours), _case_without_explicit_integrator(case))
         if any(d.severity == "error" for d in found):
             return found
         return [*found, *self.unsupported(declared, case)]
@@ -82,7 +82,7 @@ class ExternalModel(Model):
                 yield "step", "the duration must be a whole number of steps"
 
 
-def _steps_of_others(case: Case) -> Case:
+def _case_without_explicit_integrator(case: Case) -> Case:
     """Return a case without our explicit integrator, whose requirements do not apply to other programs."""
     analysis = case.analysis
     if not (isinstance(analysis, Dynamic) and analysis.explicit):

@@ -20,7 +20,7 @@ MISSING = 127  # as of a shell
 def main() -> None:
     """Set the limits, and replace this process by the program."""
     parent, file, memory, cpu, *command = sys.argv[1:]
-    _die_with(int(parent))
+    _kill_on_parent_exit(int(parent))
     limit(resource.RLIMIT_CORE, 0)
     limit(resource.RLIMIT_FSIZE, int(file))
     limit(resource.RLIMIT_CPU, int(cpu))
@@ -39,7 +39,7 @@ def limit(which: int, asked: int) -> None:
     resource.setrlimit(which, (least, least))
 
 
-def _die_with(parent: int) -> None:
+def _kill_on_parent_exit(parent: int) -> None:
     """Arrange that the kernel kills this process when the parent process ends, on Linux."""
     if not sys.platform.startswith("linux"):
         return

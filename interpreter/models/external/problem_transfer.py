@@ -45,18 +45,22 @@ def reasons(model: Any, case: Case, moves: bool = False) -> list[Reason]:
     `moves` is true for a program that integrates in time.
     """
     found = reasons_of_mesh(model, case, moves)
-    return [*_of_model(model), *found, *reasons_of_loads(model, case)] if isinstance(model, Fem) else found
+    return (
+        [*_untransferable_model_features(model), *found, *reasons_of_loads(model, case)]
+        if isinstance(model, Fem)
+        else found
+    )
 
 
 def reasons_of_mesh(model: Any, case: Case, moves: bool = False) -> list[Reason]:
     """Return features of the mesh, supports and loads that a `Problem` cannot express, whatever the solver."""
     if not isinstance(model, Fem):
         return [("the model", "only `fem(...)` has cells, nodes and a law that other programs know")]
-    analysis = unsupported_motion(case) if moves else _of_analysis(case)
+    analysis = unsupported_motion(case) if moves else _untransferable_analysis_features(case)
     return [*analysis, *unsupported_body(case), *_unsupported_supports(case)]
 
 
-def _of_model(model: Fem) -> Iterator[Reason]:
+def _untransferable_model_features(model: Fem) -> Iterator[Reason]:
     """Yield features of a finite element model that cannot be transferred, with reasons."""
     if model.strain == "corotational":
         yield (
@@ -77,7 +81,7 @@ def _of_model(model: Fem) -> Iterator[Reason]:
         )
 
 
-def _of_analysis(case: Case) -> Iterator[Reason]:
+def _untransferable_analysis_features(case: Case) -> Iterator[Reason]:
     """Yield features of the analysis that cannot be transferred, with reasons."""
     if isinstance(case.analysis, Dynamic):
         yield "the dynamic analysis", _NO_TIME
@@ -164,7 +168,7 @@ def problem_of(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: 
 
     if found := (reasons_of_mesh if mesh else reasons)(prepared.model, case, motion is not None):
         raise NotTransferable(found)
-    stuff = _transfer_material if motion is None else _moduli
+    stuff = _transfer_material if motion is None else _material_by_moduli
     made, fixed = prepared.mesh, np.asarray(prepared.problem.fixed, dtype=np.int64)
     forces = sum((f for _, f in prepared.forces()), np.zeros_like(made.points))
     return Problem(
@@ -181,7 +185,7 @@ def problem_of(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: 
     )
 
 
-def _moduli(own: MaterialRegion, strain: str, count: int) -> ExternalMaterial:
+def _material_by_moduli(own: MaterialRegion, strain: str, count: int) -> ExternalMaterial:
     """Return a material with its initial moduli and the name of its law."""
     return replace(_transfer_material(own, "small", count), law=_law(own.case.material))
 

@@ -42,7 +42,10 @@ Clash = tuple[str, str, str, str, str]  # code, field, problem, label, help
 def check_formulation(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
     """Return errors if the formulation does not fit the element, law or analysis, or the body is incompressible."""
     found = []
-    for code, field, problem, label, help in (*_fits(model, case), *_incompressible(model, declared, case)):
+    for code, field, problem, label, help in (
+        *_formulation_errors(model, case),
+        *_incompressible_material_errors(model, declared, case),
+    ):
         found.append(diagnostic(code, declared.at(field), problem, for_plane(model, label), for_plane(model, help)))
     return found
 
@@ -54,7 +57,7 @@ def for_plane(model: Fem, text: str) -> str:
     return text.replace("tet10", "tri6" if model.element in ("tri3", "tri6") else "quad9").replace("hex8", "quad4")
 
 
-def _fits(model: Fem, case: Case) -> Iterator[Clash]:
+def _formulation_errors(model: Fem, case: Case) -> Iterator[Clash]:
     """Yield errors if the formulation does not fit the element, another option or the material law."""
     if model.formulation == "displacement":
         return
@@ -64,7 +67,7 @@ def _fits(model: Fem, case: Case) -> Iterator[Clash]:
             "E551",
             "formulation",
             f"{word} is not available for the element `{model.element}`",
-            *_element_words(model),
+            *_element_error_texts(model),
         )
     elif model.integration == "selective" or model.rotation == "element":
         other = "`integration = selective`" if model.integration == "selective" else "`rotation = element`"
@@ -72,7 +75,7 @@ def _fits(model: Fem, case: Case) -> Iterator[Clash]:
             "E551", "formulation", f"{word} and {other} cannot be combined",
             f"not with {other}", "remove one of the two",
         )  # fmt: skip
-    elif model.strain == "finite" and _no_split(case):
+    elif model.strain == "finite" and _lacks_volumetric_split(case):
         yield (
             "E551", "formulation", f"the law of `{case.body.name}` has no separate volumetric part, which "
                                    "the pressure unknowns need",
@@ -83,12 +86,12 @@ def _fits(model: Fem, case: Case) -> Iterator[Clash]:
         yield from _check_mixed(model, case)
 
 
-def _no_split(case: Case) -> bool:
+def _lacks_volumetric_split(case: Case) -> bool:
     """Return whether the finite-strain law has no separate volumetric part."""
     return case.material.finite_law() is not None and case.material.finite_mixed() is None
 
 
-def _element_words(model: Fem) -> tuple[str, str]:
+def _element_error_texts(model: Fem) -> tuple[str, str]:
     """Return label and help of the error about an element that lacks the formulation."""
     if model.formulation == "mixed":
         return (
@@ -118,7 +121,7 @@ def _check_mixed(model: Fem, case: Case) -> Iterator[Clash]:
             yield "E554", field, problem, "not with `formulation = mixed`", help
 
 
-def _incompressible(model: Fem, declared: Declared, case: Case) -> Iterator[Clash]:
+def _incompressible_material_errors(model: Fem, declared: Declared, case: Case) -> Iterator[Clash]:
     """Yield an error for an incompressible material in an element that needs a compressible one."""
     if case.material.incompressible and model.formulation != "mixed" and not case.porous:
         field = "formulation" if model.formulation != "displacement" else "element"
@@ -176,7 +179,7 @@ def _number_pressures(energies: list[Energy]) -> list[Energy]:
 def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
     """Return the energy of a mixed or mean dilatation formulation, and a corotational energy for finite strain."""
     if case.porous:
-        return _axisymmetric(_porous(model, case, mesh, parts), case, mesh, parts), None
+        return _convert_to_axisymmetric(_porous(model, case, mesh, parts), case, mesh, parts), None
     energy = _energy(model, case, mesh, parts, model.strain)
     return energy, _energy(model, case, mesh, parts, "corotational") if model.strain == "finite" else None
 
@@ -197,10 +200,10 @@ def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str)
         made = MeanDilatation(
             *body, split.shape, split.constraint, _mean_bulk_modulus(split.modulus, _volumes(case, mesh, parts))
         )
-    return _axisymmetric(made, case, mesh, parts)
+    return _convert_to_axisymmetric(made, case, mesh, parts)
 
 
-def _axisymmetric(made: Any, case: Case, mesh: Mesh, parts: Integration) -> Energy:
+def _convert_to_axisymmetric(made: Any, case: Case, mesh: Mesh, parts: Integration) -> Energy:
     """Return the energy of a plane section, converted to a body of revolution if the case is axisymmetric."""
     if not case.depth:
         return made  # type: ignore[no-any-return]

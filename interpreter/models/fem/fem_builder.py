@@ -443,7 +443,7 @@ def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[En
         return element_formulations.energies(model, case, mesh, parts)
     elastic = elastic_of(case, mesh, parts, model.strain)
     if model.rotation == "element":
-        return _element_rotation(model, case, mesh, elastic), None
+        return _element_corotational_energy(model, case, mesh, elastic), None
     selective = model.integration == "selective"
     energy = elastic_energy(mesh, elastic, case.material, model.strain, selective)
     if model.strain != "finite":
@@ -451,7 +451,7 @@ def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[En
     return energy, elastic_energy(mesh, elastic, case.material, "corotational", selective)
 
 
-def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> ElementCorotational:
+def _element_corotational_energy(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> ElementCorotational:
     """Return the corotational energy with one rotation per cell and its initial stiffness.
 
     The stiffness is that of full or selective integration.

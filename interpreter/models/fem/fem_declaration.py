@@ -410,7 +410,7 @@ class Fem(HasMaterial, Model):
             ", selectively integrated" if self.integration == "selective" else "",
             f", {FORMULATIONS[self.formulation]}" if self.formulation != "displacement" else "",
             ", one rotation for each cell" if self.rotation == "element" else "",
-            _capped(self.max_iterations, case) if self.max_iterations is not None else "",
+            _describe_iteration_cap(self.max_iterations, case) if self.max_iterations is not None else "",
             f", nu = {material.poisson:g}" if material is not None and material.uniform else "",
             *self._levers(),
         )
@@ -428,6 +428,6 @@ class Fem(HasMaterial, Model):
         )
 
 
-def _capped(cap: int, case: Case) -> str:
+def _describe_iteration_cap(cap: int, case: Case) -> str:
     each = "a step" if isinstance(case.analysis, Dynamic) else "in all"
     return f", capped at {cap} iterations {each}"

@@ -41,7 +41,7 @@ def mesh_of(model: Fem, declared: Declared, case: Case, workshop: BuildContext) 
                 error.code,
                 at,
                 f"the mesh of `{case.body.name}` cannot be used: {error}",
-                help=error.remedy or _takes(),
+                help=error.remedy or _describe_accepted_cells(),
             ) from error
         workshop.seconds[key] = time.perf_counter() - wall, time.process_time() - cpu
     mesh: Mesh = workshop.meshes[key]
@@ -60,7 +60,7 @@ def _make_mesh(model: Fem, case: Case, shape: Shape, cuts: Cuts) -> Mesh:
     return mesh
 
 
-def _takes() -> str:
+def _describe_accepted_cells() -> str:
     """Return a description of the file cells that each element can be made from."""
     hexahedra, tetrahedra = ([n for n, e in ELEMENTS.items() if e.family == f] for f in ("hexahedra", "tetrahedra"))
     takes = "takes" if len(hexahedra) == 1 else "take"

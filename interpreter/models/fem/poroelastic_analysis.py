@@ -223,7 +223,7 @@ def _check_step_size(made: PreparedPoroelastic, drained: Ints) -> PreparedPoroel
 
     The limit applies to the cells at drained facets `drained` (f,).
     """
-    smallest = _smallest(made, drained)
+    smallest = _smallest_stable_step(made, drained)
     times = [t for t, _ in made.timed.grid()]
     steps = [b - a for a, b in pairwise(times) if b - a > SAME * made.analysis.step]
     if not steps or min(steps) >= smallest * (1.0 - SAME):
@@ -242,7 +242,7 @@ def _check_step_size(made: PreparedPoroelastic, drained: Ints) -> PreparedPoroel
     return replace(made, smallest=smallest, static=replace(static, notes=(*static.notes, note)))
 
 
-def _smallest(made: PreparedPoroelastic, drained: Ints) -> float:
+def _smallest_stable_step(made: PreparedPoroelastic, drained: Ints) -> float:
     """Return the smallest step without oscillations, s: h^2 / (6 c) over the implicit part of a stage.
 
     h is the height of cells at drained facets and c = k (lam + 2 mu) the consolidation coefficient.
@@ -253,11 +253,11 @@ def _smallest(made: PreparedPoroelastic, drained: Ints) -> float:
     """
     material = made.case.material
     c: float = material.permeability * (material.lame_lambda + 2.0 * material.shear_modulus)
-    h = float(_heights(made.static.mesh, drained).max(initial=0.0))
+    h = float(_cell_heights_at_facets(made.static.mesh, drained).max(initial=0.0))
     return h**2 / (6.0 * c * INNER)
 
 
-def _heights(mesh: Mesh, which: Ints) -> Floats:
+def _cell_heights_at_facets(mesh: Mesh, which: Ints) -> Floats:
     """Return the heights, m, of the cells behind boundary facets `which` (f,), normal to these facets."""
     part = {4: 3.0, 6: 2.0, 8: 1.0}[mesh.element.corners]  # pyramids, wedges on a side, bricks
     own = facet_areas(mesh, *mesh.element.facet.quadrature())

@@ -99,11 +99,13 @@ class PreparedResults(Meshless):
         if far > 0.0 and not self.found.spans:
             away = f"a probe is {units.format_value(far, units.LENGTH)} away from them"
             if self.found.wired:
-                raise _unusable(
+                raise _unmatched_fault(
                     self.declared, Unmatched(f"rods are not interpolated between points of the file, and {away}", ROW)
                 )
-            raise _unusable(self.declared, Unmatched(f"its points span no volume, and {away}", f"{ROW}, or a mesh"))
-        return far if far > _within(self.declared.thing, self.body) else 0.0
+            raise _unmatched_fault(
+                self.declared, Unmatched(f"its points span no volume, and {away}", f"{ROW}, or a mesh")
+            )
+        return far if far > _matching_tolerance(self.declared.thing, self.body) else 0.0
 
     def solve(self, watch: Watch) -> Solution:
         """Return the displacements of the file as a solution."""
@@ -130,9 +132,9 @@ def prepare(model: Results, declared: Declared, case: Case, workshop: BuildConte
     """Read the file and match it to the body. Raises Fault."""
     key = ("results", model.path, model.at, model.rest, model.unit, model.time, model.by, case.body.name)
     if key not in workshop.meshes:
-        workshop.meshes[key] = _matched(model, declared, case)
+        workshop.meshes[key] = _match_file_to_body(model, declared, case)
     found, told = workshop.meshes[key]
-    times, u, said = _state(declared, case, found)
+    times, u, said = _times_and_displacements(declared, case, found)
     if ("drawn", case.body.name) not in workshop.meshes:
         workshop.meshes["drawn", case.body.name] = drawn_surface(case)
     place = workshop.meshes["drawn", case.body.name]
@@ -142,7 +144,7 @@ def prepare(model: Results, declared: Declared, case: Case, workshop: BuildConte
     each, most = check_supports(case, place, found, u[-1]), float(np.linalg.norm(u[-1], axis=1).max())
     notes = (
         *notes,
-        *_gaps(declared, times),
+        *_time_gap_warnings(declared, times),
         *_start_warning(declared, times, u),
         *compliance_warnings(declared, case, each, most),
     )
@@ -161,7 +163,7 @@ def _read(declared: Declared, field: str) -> ResultFile:
         raise fault("E700", at, f"{error.name}: {error.reason}", "cannot be used", error.remedy) from None
 
 
-def _matched(model: Results, declared: Declared, case: Case) -> tuple[Matched, ResultFile]:
+def _match_file_to_body(model: Results, declared: Declared, case: Case) -> tuple[Matched, ResultFile]:
     """Return the result file matched to the body, and the content of the file. Raises Fault."""
     told, rest = _read(declared, "path"), _read(declared, "rest") if model.rest else None
     nodes: Mesh | None = download_shape(case.shape, declared.at("by")).named() if model.by == "nodes" else None
@@ -169,10 +171,10 @@ def _matched(model: Results, declared: Declared, case: Case) -> tuple[Matched, R
         depth = case.body.thing.thickness if case.planar else None
         return match_points(told, model.at, rest, model.unit, model.time, nodes, depth, case.shape.wired), told
     except Unmatched as error:
-        raise _unusable(declared, error) from None
+        raise _unmatched_fault(declared, error) from None
 
 
-def _unusable(declared: Declared, error: Unmatched) -> Fault:
+def _unmatched_fault(declared: Declared, error: Unmatched) -> Fault:
     """Return the Fault for a file that cannot be matched."""
     at = declared.at("at") if "at" in declared.fields else declared.at("path")
     return fault("E701", at, f"{Path(declared.thing.path).name}: {error.reason}", "cannot be used", error.remedy)
@@ -187,13 +189,15 @@ def _unused_content(told: ResultFile, case: Case) -> list[str]:
 # ------------------------------------------------------------------ which of its times
 
 
-def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats | None, Floats, dict[str, Any]]:
+def _times_and_displacements(
+    declared: Declared, case: Case, found: Matched
+) -> tuple[Floats | None, Floats, dict[str, Any]]:
     """Return the times of a motion (t,), s, the requested displacements (t, n, 3), m, and a report. Raises Fault.
 
     Times are None for a static analysis.
     """
     count, times, analysis = len(found.u), found.times, case.analysis
-    said = {"times": count, "first": _end(times, 0), "last": _end(times, -1)}
+    said = {"times": count, "first": _time_at_index(times, 0), "last": _time_at_index(times, -1)}
     if isinstance(analysis, Dynamic):
         return *_interpolate_to_duration(declared, found, analysis.duration), said
     at = analysis.at if isinstance(analysis, InState) else analysis.now if isinstance(analysis, Quasistatic) else None
@@ -244,7 +248,7 @@ def _interpolate_to_duration(declared: Declared, found: Matched, duration: float
     return np.append(times[:last], duration), np.concatenate([found.u[:last], end[None]])
 
 
-def _gaps(declared: Declared, times: Floats | None) -> Iterator[Diagnostic]:
+def _time_gap_warnings(declared: Declared, times: Floats | None) -> Iterator[Diagnostic]:
     """Yield a warning if a gap between the times (t,), s, of a motion is much longer than its usual step."""
     if times is None or len(times) < FEW:
         return
@@ -270,7 +274,7 @@ def _start_warning(declared: Declared, times: Floats | None, u: Floats) -> Itera
         yield diagnostic("W701", declared.at("path"), problem, "missing times?", remedy)
 
 
-def _end(times: Floats | None, which: int) -> float | None:
+def _time_at_index(times: Floats | None, which: int) -> float | None:
     return None if times is None else float(times[which])
 
 
@@ -282,7 +286,7 @@ def _diagonal(X: Floats) -> float:
     return float(np.linalg.norm(np.ptp(X, axis=0)))
 
 
-def _within(model: Any, body: Floats) -> float:
+def _matching_tolerance(model: Any, body: Floats) -> float:
     within: float | None = model.within
     return WITHIN * _diagonal(body) if within is None else within
 
@@ -296,15 +300,15 @@ def _compare_with_body(
     """
     X = place.X
     try:
-        far, beyond = _misfit(found, X)
+        far, beyond = _one_sided_distances(found, X)
         most = max(far, beyond)
         if most > ROUGH * _diagonal(X) and found.name != POSITION:
             rest = replace(found, X=found.X - found.u[-1], mesh=None)
-            if max(_misfit(rest, X)) < CLOSER * most:
-                raise _unusable(declared, Unmatched(*MOVED))
+            if max(_one_sided_distances(rest, X)) < CLOSER * most:
+                raise _unmatched_fault(declared, Unmatched(*MOVED))
     except Unmatched as error:
-        raise _unusable(declared, error) from None
-    if most > _within(model, X):
+        raise _unmatched_fault(declared, error) from None
+    if most > _matching_tolerance(model, X):
         raise Fault(_outside_error(model, declared, case, found, X, most))
     told = {"outside": far, "beyond": beyond, "volume": None}
     whole = case.shape.volume
@@ -327,7 +331,7 @@ def _compare_with_body(
     return told, (note,)
 
 
-def _misfit(found: Matched, body: Floats) -> tuple[float, float]:
+def _one_sided_distances(found: Matched, body: Floats) -> tuple[float, float]:
     """Return the largest distances, m, of the body's surface outside the file's points, and vice versa.
 
     `body` (n, 3), m, are points of the surface; file points are compared with its bounding box. Both are zero for a

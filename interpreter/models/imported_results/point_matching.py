@@ -201,7 +201,7 @@ def _displacements(told: ResultFile, at: str, rest: ResultFile | None) -> tuple[
             reason = f"it has {x.shape[1]} points, but the undeformed file has {len(X)}"
             raise Unmatched(reason, "write files of the same mesh")
         return POSITION, X, x - X
-    name = _name(told, at)
+    name = _displacement_field_name(told, at)
     u = told.fields[name]
     if told.moved is None:
         return name, told.points, u
@@ -212,7 +212,7 @@ def _displacements(told: ResultFile, at: str, rest: ResultFile | None) -> tuple[
     return name, X[0], u
 
 
-def _name(told: ResultFile, at: str) -> str:
+def _displacement_field_name(told: ResultFile, at: str) -> str:
     """Return the name of the vectors that are displacements. Raises Unmatched."""
     other = 'for moved points write `at = "position"`'
     if not told.fields:

@@ -51,10 +51,10 @@ class SupportCompliance:
 
 def check_supports(case: Case, place: ProbePoints, found: Matched, u: Floats) -> list[SupportCompliance]:
     """Return the compliance with each support that can be checked, from displacements u (n, 3), m, at the end."""
-    return list(_each(case, place, found, u)) if found.spans else []
+    return list(_support_compliances(case, place, found, u)) if found.spans else []
 
 
-def _each(case: Case, place: ProbePoints, found: Matched, u: Floats) -> Iterator[SupportCompliance]:
+def _support_compliances(case: Case, place: ProbePoints, found: Matched, u: Floats) -> Iterator[SupportCompliance]:
     """Yield the compliance with each support that can be checked."""
     for support in case.named_supports:
         thing = support.thing
@@ -64,19 +64,22 @@ def _each(case: Case, place: ProbePoints, found: Matched, u: Floats) -> Iterator
         X = surface_points(case, place, thing.where)
         X = X[_fully_interpolated(found, thing.where, X)]
         if len(X):
-            told, seen = thing.moved(X, _share(case, thing))[:, along], found.at(X, u[None])[0][:, along]
+            told, seen = thing.moved(X, _final_amplitude(case, thing))[:, along], found.at(X, u[None])[0][:, along]
             square = float(np.sum(told**2))
             yield SupportCompliance(
-                support, _most(seen - told), _most(told), float(np.sum(seen * told)) / square if square else 1.0
+                support,
+                _largest_magnitude(seen - told),
+                _largest_magnitude(told),
+                float(np.sum(seen * told)) / square if square else 1.0,
             )
 
 
-def _most(u: Floats) -> float:
+def _largest_magnitude(u: Floats) -> float:
     """Return the largest magnitude of displacements u (n, 3), m."""
     return float(np.linalg.norm(u, axis=1).max(initial=0.0))
 
 
-def _share(case: Case, thing: Any) -> float:
+def _final_amplitude(case: Case, thing: Any) -> float:
     """Return the fraction of a support's full motion at the end; 1 in states, whose supports are scaled already."""
     if not isinstance(case.analysis, Dynamic) or thing.amplitude is None:
         return 1.0
@@ -116,7 +119,7 @@ def compliance_warnings(
         if own.told:
             problem = f"{file} deviates by up to {far} where `{name}` moves `{body}` by {told}"
             remedy = f"check the supports of the solved problem: the file moves it {own.times:.3g} times as far there"
-            if _decimal(own.times):
+            if _is_near_power_of_ten(own.times):
                 label = "wrong unit?"
                 remedy = f"the file moves it {own.times:.3g} times as far there: {ANOTHER}"
         yield diagnostic("W703", declared.at("path"), problem, label, remedy)
@@ -133,7 +136,7 @@ def displacement_warnings(declared: Declared, case: Case, place: ProbePoints, mo
         yield diagnostic("W704", declared.at("unit"), problem, "wrong unit?", ANOTHER)
 
 
-def _decimal(times: float) -> bool:
+def _is_near_power_of_ten(times: float) -> bool:
     """Return whether a ratio is near a power of ten, which suggests a wrong unit of length."""
     if times <= 0.0 or not (power := round(math.log10(times))):
         return False

@@ -121,25 +121,25 @@ def _add_face_stress(found: ImposedOnFaces, load: Declared, model: str) -> None:
     for axis, side in _whole_faces(found.case, load, action.where, model):
         slack = SAME * max(abs(t) for t in action.traction)
         if isinstance(found.case.shape, RoundPrism) and abs(found.case.prism.axis[axis]) < 0.5:
-            raise _partly(load, model, "it pulls on a round side")
+            raise _partial_face_fault(load, model, "it pulls on a round side")
         if any(abs(t) > slack for c, t in enumerate(action.traction) if c != axis):
-            raise _partly(load, model, "it does not pull along the normal of the face")
+            raise _partial_face_fault(load, model, "it does not pull along the normal of the face")
         if ((axis, 1 - side), axis) not in found.held:
-            raise _partly(load, model, "the opposite face is not held along its normal")
+            raise _partial_face_fault(load, model, "the opposite face is not held along its normal")
         pull = action.traction[axis] * (1.0 if side else -1.0)
         found.pulled[axis] = found.pulled.get(axis, 0.0) + pull
 
 
 def _whole_faces(case: Case, declared: Declared, where: Condition, model: str) -> list[Face]:
     """Return the whole faces that a condition selects. Raises Fault if it selects anything else."""
-    found = _faces(case.shape, where)
+    found = _selected_faces_or_none(case.shape, where)
     if not found:
-        raise _partly(declared, model, "it does not select a whole face")
+        raise _partial_face_fault(declared, model, "it does not select a whole face")
     return found
 
 
 @lru_cache(maxsize=256)  # each state and check needs the same result
-def _faces(shape: Shape, where: Condition) -> list[Face]:
+def _selected_faces_or_none(shape: Shape, where: Condition) -> list[Face]:
     """Return the faces that a condition selects; none if it selects something else, or nothing."""
     extent, about = shape.diagonal, where.axes
     faces: dict[Face, bool] = {}
@@ -157,7 +157,7 @@ def _faces(shape: Shape, where: Condition) -> list[Face]:
     return found if all(set(own) & set(found) for own in inner) else []
 
 
-def _partly(declared: Declared, model: str, why: str) -> Fault:
+def _partial_face_fault(declared: Declared, model: str, why: str) -> Fault:
     """Return the Fault for a support or load that does not select whole faces, for the reason `why`."""
     kind = "load" if declared.kind == "load" else "support"
     return fault("E356", declared.at("where"), f"`{model}` cannot represent the {kind} `{declared.name}`", why,
@@ -167,10 +167,10 @@ def _partly(declared: Declared, model: str, why: str) -> Fault:
 @lru_cache(maxsize=16)
 def _points(shape: Shape) -> tuple[tuple[Vector3, tuple[Face, ...]], ...]:
     """Return sample points of the body, with the faces that each lies on."""
-    return tuple(_placed(shape))
+    return tuple(_face_sample_points(shape))
 
 
-def _placed(shape: Shape) -> Iterator[tuple[Vector3, tuple[Face, ...]]]:
+def _face_sample_points(shape: Shape) -> Iterator[tuple[Vector3, tuple[Face, ...]]]:
     assert shape.bounds is not None
     low, high = shape.bounds
     if isinstance(shape, Box):
@@ -205,9 +205,9 @@ def imposed_state(case: Case, word: str, model: Declared) -> ImposedState:
     stretches = [faces.stretch(axis) for axis in range(3)]
     if word == "simple_shear":
         if (sheared := _imposed_shear(faces, stretches)) is not None:
-            return _made(faces, [1.0, 1.0, 1.0], sheared, (sheared[0],))
+            return _make_imposed_state(faces, [1.0, 1.0, 1.0], sheared, (sheared[0],))
     elif (moved := _imposed_axes(faces, stretches, word)) is not None:
-        return _made(faces, stretches, None, tuple(moved))
+        return _make_imposed_state(faces, stretches, None, tuple(moved))
     raise fault("E356", model.at("state"), f"the supports and loads of `{case.body.name}` do not impose the "
                                            f"{word.replace('_', ' ')} state of `{model.name}`",
                 _describe_imposed(faces, stretches),
@@ -223,7 +223,7 @@ def _imposed_axes(faces: ImposedOnFaces, stretches: list[float | None], word: st
     if word == "uniaxial":
         return known if len(known) == 1 else None
     if word == "equibiaxial":
-        return known if len(known) == 2 and _are_equal_axes(faces, stretches, known) else None
+        return known if len(known) == 2 and _have_equal_state(faces, stretches, known) else None
     if word == "planar" and len(known) == 1:
         wide = _gripped_direction(faces, known[0])
         if wide is None:
@@ -232,11 +232,11 @@ def _imposed_axes(faces: ImposedOnFaces, stretches: list[float | None], word: st
         return known
     if len(known) != (2 if word == "planar" else 3):
         return None
-    moved = [axis for axis in known if not _is_still(stretches[axis])] or known[:1]
+    moved = [axis for axis in known if not _is_unit_stretch(stretches[axis])] or known[:1]
     return moved if len(moved) == 1 else None
 
 
-def _is_still(stretch: float | None) -> bool:
+def _is_unit_stretch(stretch: float | None) -> bool:
     """Return whether the stretch is imposed and equal to 1."""
     return stretch is not None and abs(stretch - 1.0) <= SAME
 
@@ -251,7 +251,7 @@ def _describe_imposed(faces: ImposedOnFaces, stretches: list[float | None]) -> s
     return ", ".join(words)
 
 
-def _are_equal_axes(faces: ImposedOnFaces, stretches: list[float | None], axes: list[int]) -> bool:
+def _have_equal_state(faces: ImposedOnFaces, stretches: list[float | None], axes: list[int]) -> bool:
     """Return whether two axes have equal stretches, or equal stresses."""
     one, other = (stretches[a] if stretches[a] is not None else faces.pulled[a] for a in axes)
     kinds = {stretches[a] is None for a in axes}
@@ -269,17 +269,17 @@ def _imposed_shear(faces: ImposedOnFaces, stretches: list[float | None]) -> tupl
     found = []
     for b in range(3):
         apart = [faces.apart(b, c) for c in range(3)]
-        if None in apart or not _is_still(stretches[b]):
+        if None in apart or not _is_unit_stretch(stretches[b]):
             continue
         slides = [c for c in range(3) if c != b and abs(apart[c] or 0.0) > SAME * faces.extent(b)]
         if len(slides) <= 1:
             a = slides[0] if slides else (b + 1) % 3
             found.append((a, b, (apart[a] or 0.0) / faces.extent(b)))
-    others = [s for s in stretches if s is not None and not _is_still(s)]
+    others = [s for s in stretches if s is not None and not _is_unit_stretch(s)]
     return max(found, key=lambda entry: abs(entry[2]), default=None) if not others and not faces.pulled else None
 
 
-def _made(
+def _make_imposed_state(
     faces: ImposedOnFaces,
     stretches: list[float | None],
     shear: tuple[int, int, float] | None,
@@ -297,11 +297,11 @@ def _made(
         shifts[shear[0]] = faces.held[(shear[1], 0), shear[0]][0]
         anchors[shear[1]] = low[shear[1]]
     pulled = tuple(faces.pulled.get(axis, 0.0) if stretches[axis] is None else 0.0 for axis in range(3))
-    let_go = _let_go(faces, stretches) if shear is None else ()
+    let_go = _violated_constraints(faces, stretches) if shear is None else ()
     return ImposedState(tuple(stretches), pulled, shear, moved, tuple(anchors), tuple(shifts), let_go)  # type: ignore[arg-type]
 
 
-def _let_go(faces: ImposedOnFaces, stretches: list[float | None]) -> tuple[tuple[str, int], ...]:
+def _violated_constraints(faces: ImposedOnFaces, stretches: list[float | None]) -> tuple[tuple[str, int], ...]:
     """Return the constraints that the state violates: names of supports that hold a face laterally, and the axis."""
     found = (
         (name, c) for ((axis, _), c), (_, name) in faces.held.items()

@@ -26,7 +26,7 @@ def add_stress(scene: Scene, declared: Declared, case: Case, solution: Solution)
     """Return the solution with a stress function added; a reduced model uses the law of its full model."""
     if solution.displacement is None or solution.mesh is None:
         return replace(
-            solution, stress=None if isinstance(declared.thing.stress_law, str) else _at_rest_alone(solution)
+            solution, stress=None if isinstance(declared.thing.stress_law, str) else _stress_without_mesh(solution)
         )
     of = declared.thing.reduces
     solid = declared if of is None else scene.declared[of]
@@ -37,7 +37,7 @@ def add_stress(scene: Scene, declared: Declared, case: Case, solution: Solution)
     return replace(solution, stress=stress_of(solid.thing, case, solution.mesh))
 
 
-def _at_rest_alone(solution: Solution) -> Callable[[], Stresses] | None:
+def _stress_without_mesh(solution: Solution) -> Callable[[], Stresses] | None:
     """Return the stress function of a model without a mesh; None in dynamic analyses, which do not provide one."""
     moved = StoredStress(None, "section stress needs a static analysis of the beam")
     return solution.stress or (None if solution.displacement is None else moved)

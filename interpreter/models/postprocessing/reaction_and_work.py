@@ -18,7 +18,7 @@ def forces_and_energies(declared: Declared, case: Case, prepared: Prepared, solu
     """Return the forces and energies of a solution."""
     if (seen := solution.followed) is not None:
         return replace(seen.last, followed=seen)
-    if (why := _unknown(declared, case, solution)) is not None or solution.carried is None:
+    if (why := _missing_forces_reason(declared, case, solution)) is not None or solution.carried is None:
         return EquilibriumForces(reason=why)
     carried = solution.carried()
     held = reactions(carried, carried.holders or supported_nodes(case, prepared.mesh, declared.thing))
@@ -29,7 +29,7 @@ def forces_and_energies(declared: Declared, case: Case, prepared: Prepared, solu
                   touches=carried.touches)  # fmt: skip
 
 
-def _unknown(declared: Declared, case: Case, solution: Solution) -> str | None:
+def _missing_forces_reason(declared: Declared, case: Case, solution: Solution) -> str | None:
     """Return the reason why a solution has no forces; None if it has forces."""
     if solution.displacement is None:
         return "there is no solution"

@@ -154,11 +154,11 @@ def _reduced_equations(model: Modal | Pod, rest: FullModelAtRest, basis: Basis) 
     whole = Equations(rest.static, basis)
     if model.cells == "all":
         return whole
-    states = _own_states(whole) if basis.states is None else basis.states
+    states = _solutions_with_all_cells(whole) if basis.states is None else basis.states
     return replace(whole, sample=sample_cells(rest.assembly.internal, basis.V, states, rest.size, model.sampling))
 
 
-def _own_states(whole: Equations) -> Floats:
+def _solutions_with_all_cells(whole: Equations) -> Floats:
     """Return solutions (s, dofs) of the reduced model with all cells, at fractions of the load. Raises NotConverged."""
     problem, found = whole.statics(), []
     for share in PARTS:
@@ -364,17 +364,17 @@ def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: BuildC
     static, parts = fem_builder.build_static(full.thing, full, own, workshop)
     mass = fem_builder.mass_of(full.thing, own, static.mesh, parts)
     rest = FullModelAtRest(static, sparse.diags(mass).tocsr() if mass.ndim == 1 else mass.tocsr())
-    notes, facts = static.notes, _said(model)
+    notes, facts = static.notes, _model_report(model)
     if isinstance(model, Modal):
         space = partial(modal_space, model, declared, rest)
     else:
         training = train(model, declared, own, static.mesh, workshop)
         outside_of = values_outside_training(training, scene)
         notes = (*notes, *extrapolates(declared, outside_of))
-        facts |= _said_of(training, outside_of) | {"repeats": repeats(training, scene)}
+        facts |= _training_report(training, outside_of) | {"repeats": repeats(training, scene)}
         space = partial(pod_space, model, declared, rest, training)
     try:
-        still = _built(model, declared, rest, space, facts, notes)
+        still = _build_reduced_model(model, declared, rest, space, facts, notes)
     except Singular as loose:
         raise fault(
             "E532",
@@ -386,11 +386,11 @@ def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: BuildC
     return _build_dynamics(still, full, own, workshop) if isinstance(own.analysis, Dynamic) else still
 
 
-def _said(model: Modal | Pod) -> dict[str, Any]:
+def _model_report(model: Modal | Pod) -> dict[str, Any]:
     return {"of": model.of, "space": "pod" if isinstance(model, Pod) else "modal"}
 
 
-def _said_of(training: Training, outside_of: list[str]) -> dict[str, Any]:
+def _training_report(training: Training, outside_of: list[str]) -> dict[str, Any]:
     return {
         "training": list(training.settings),
         "ranges": training.ranges,
@@ -401,7 +401,7 @@ def _said_of(training: Training, outside_of: list[str]) -> dict[str, Any]:
     }
 
 
-def _built(
+def _build_reduced_model(
     model: Modal | Pod,
     declared: Declared,
     rest: FullModelAtRest,
@@ -411,14 +411,14 @@ def _built(
 ) -> PreparedReduced:
     """Return the reduced model, or one with the reason why there are no equations. Raises Fault."""
     try:
-        equations = _reduced_equations(model, rest, _make_basis(rest, space()))
+        equations = _reduced_equations(model, rest, _check_basis(rest, space()))
     except NotConverged as failed:
         return PreparedReduced(declared, rest, None, None, facts, notes, failed.reason)
-    facts = facts | _said_of_equations(equations)
+    facts = facts | _equations_report(equations)
     return PreparedReduced(declared, rest, equations, equations.statics(), facts, notes)
 
 
-def _make_basis(rest: FullModelAtRest, basis: Basis) -> Basis:
+def _check_basis(rest: FullModelAtRest, basis: Basis) -> Basis:
     """Return the basis. Raises NotConverged if the effect of the loads in the basis is only rounding."""
     forces = [gradient_of(load, np.zeros(rest.assembly.dofs)) for load in rest.assembly.loads]
     whole = np.linalg.norm(forces)
@@ -428,7 +428,7 @@ def _make_basis(rest: FullModelAtRest, basis: Basis) -> Basis:
     return basis
 
 
-def _said_of_equations(equations: Equations) -> dict[str, Any]:
+def _equations_report(equations: Equations) -> dict[str, Any]:
     """Return the report of the basis and of the sampled cells."""
     found = {"dimension": int(equations.basis.V.shape[1]), **equations.basis.facts}
     found |= {"cells": len(equations.cells), "of_cells": len(equations.static.mesh.cells)}
@@ -452,7 +452,7 @@ def _build_dynamics(still: PreparedReduced, full: Declared, case: Case, workshop
         assembly=equations.assembly(problem.assembly.internal, problem.assembly.loads),
         mass=np.diag(mass).copy() if problem.integrator.explicit else sparse.csr_matrix(mass),
         rest=np.zeros(equations.r),
-        velocity=_start(equations, M, problem.velocity),
+        velocity=_reduced_initial_velocity(equations, M, problem.velocity),
         fixed=equations.fixed,
         target=np.ones(len(equations.fixed)),
         sound=equations.sound(),
@@ -463,7 +463,7 @@ def _build_dynamics(still: PreparedReduced, full: Declared, case: Case, workshop
     return MovingReduced(still, still.declared, whole.analysis, moving, whole.mesh, V, problem)
 
 
-def _start(equations: Equations, M: sparse.csr_matrix, velocity: Floats) -> Floats:
+def _reduced_initial_velocity(equations: Equations, M: sparse.csr_matrix, velocity: Floats) -> Floats:
     """Return the reduced velocities that are nearest to a velocity field of the body, in the mass norm."""
     V = equations.basis.V
     own = V.T @ (M @ velocity)

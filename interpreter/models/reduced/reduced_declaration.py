@@ -36,8 +36,8 @@ class Reduced(Model):
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors if the named finite element model cannot be reduced."""
         found = (
-            _not_reducible(scene, declared, case),
-            _linear(scene, declared),
+            _check_reducible(scene, declared, case),
+            _check_sampled_small_strain(scene, declared),
             _check_imposed_displacements(declared, case),
             _check_foundations(declared, case),
             _check_contacts(declared, case),
@@ -81,7 +81,10 @@ class Modal(Reduced):
     def outline(self, case: Case) -> str:
         """Return a one-line description for the plan and the report."""
         derived = " with their derivatives" if self.derivatives else ""
-        return f"`{self.of}` reduced to {self.modes} vibration modes{derived} and its linear responses{_cells(self)}"
+        return (
+            f"`{self.of}` reduced to {self.modes} vibration modes{derived} and its linear "
+            f"responses{_describe_cell_sampling(self)}"
+        )
 
 
 @dataclass(frozen=True)
@@ -193,14 +196,14 @@ class Pod(Reduced):
         size = f"{self.modes} modes" if self.modes else f"modes to {self.tolerance:g} of its solutions"
         parts = ", ".join(f"{100 * part:g}" for part in self.parts)
         swept = f" over {self.over}" if self.over else ""
-        return f"`{self.of}` reduced to {size}, trained at {parts} % of the load{swept}{_cells(self)}"
+        return f"`{self.of}` reduced to {size}, trained at {parts} % of the load{swept}{_describe_cell_sampling(self)}"
 
 
-def _cells(model: Modal | Pod) -> str:
+def _describe_cell_sampling(model: Modal | Pod) -> str:
     return ", cells sampled" if model.cells == "sampled" else ""
 
 
-def _not_reducible(scene: Scene, declared: Declared, case: Case) -> Diagnostic | None:
+def _check_reducible(scene: Scene, declared: Declared, case: Case) -> Diagnostic | None:
     """Return an error unless the model to be reduced is a finite element model of the same body."""
     full = scene.declared[declared.thing.of]
     if not isinstance(full.thing, Fem):
@@ -217,7 +220,7 @@ def _not_reducible(scene: Scene, declared: Declared, case: Case) -> Diagnostic |
     return diagnostic("E532", declared.at("of"), problem, "different bodies", f"write `body = {body}`")
 
 
-def _linear(scene: Scene, declared: Declared) -> Diagnostic | None:
+def _check_sampled_small_strain(scene: Scene, declared: Declared) -> Diagnostic | None:
     """Return an error for sampled cells with small strain, whose reduced equations need no cells at all."""
     full = scene.declared[declared.thing.of].thing
     if declared.thing.cells == "all" or not full.constant:

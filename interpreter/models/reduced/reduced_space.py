@@ -131,7 +131,7 @@ class Basis:
 
 def modal_space(model: Modal, declared: Declared, rest: FullModelAtRest) -> Basis:
     """Return the space of vibration modes, linear responses and modal derivatives. Raises Fault."""
-    _few_enough(model.modes, declared, rest)
+    _check_mode_count(model.modes, declared, rest)
     omega, modes = vibration_modes(rest.K, rest.M, model.modes)
     lift = _lift(rest)
     loaded = [rest.responses, *(() if lift is None else (lift[rest.free][:, None],))]
@@ -159,7 +159,7 @@ def pod_space(model: Pod, declared: Declared, rest: FullModelAtRest, training: T
 
     Raises Fault, and NotConverged if training has failed.
     """
-    _few_enough(model.modes or 1, declared, rest)
+    _check_mode_count(model.modes or 1, declared, rest)
     if not len(training.states):
         reasons = "; ".join(training.failed[:3])
         raise NotConverged(f"`{model.of}` found no equilibrium in training: {reasons}")
@@ -182,7 +182,7 @@ def _lift(rest: FullModelAtRest) -> Floats | None:
     return rest.lift(target) if np.any(target) else None
 
 
-def _few_enough(modes: int, declared: Declared, rest: FullModelAtRest) -> None:
+def _check_mode_count(modes: int, declared: Declared, rest: FullModelAtRest) -> None:
     if modes <= len(rest.free):
         return
     raise fault(

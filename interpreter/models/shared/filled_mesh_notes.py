@@ -36,11 +36,11 @@ def filled_mesh_report(shape: Shape, mesh: Mesh | None) -> dict[str, Any]:
     if not isinstance(mesh, FilledMesh) or mesh.filling is None:
         return {}
     if "filled" not in mesh.selections:
-        mesh.selections["filled"] = _facts(shape, mesh)
+        mesh.selections["filled"] = _filled_mesh_facts(shape, mesh)
     return {"filled": mesh.selections["filled"]}
 
 
-def _facts(shape: Shape, mesh: FilledMesh) -> dict[str, Any]:
+def _filled_mesh_facts(shape: Shape, mesh: FilledMesh) -> dict[str, Any]:
     how, quality = mesh.filling, cell_qualities(mesh)
     assert how is not None
     beyond, short, place = _surface_distances(mesh, how.surface.points, how.surface.triangles)

@@ -29,11 +29,11 @@ def force_driven_problem(case: Case, contacts: Mapping[str, Any]) -> ForceContro
     assert along is not None
     first = [*contacts].index
     numbers = tuple(first(touch.name) - len(contacts) for touch in touches)  # they are the last of the loads
-    begun = _shift(contacts[touches[0].name].earlier)[along]
-    return ForceControl(along, force_on(touches[0]), float(begun), numbers, _at_travel)
+    begun = _rigid_body_translation(contacts[touches[0].name].earlier)[along]
+    return ForceControl(along, force_on(touches[0]), float(begun), numbers, _contact_at_travel)
 
 
-def _at_travel(contact: Any, d: float) -> Any:
+def _contact_at_travel(contact: Any, d: float) -> Any:
     """Return a contact whose rigid body has moved by the distance d, m, along its free direction."""
     moving: PrescribedPosition = contact.posed
     posed = replace(moving, touch=replace(moving.touch, gone=d))
@@ -43,7 +43,7 @@ def _at_travel(contact: Any, d: float) -> Any:
     return replace(contact, **known)
 
 
-def _shift(body: Any) -> tuple[float, float, float]:
+def _rigid_body_translation(body: Any) -> tuple[float, float, float]:
     """Return the translation (x, y, z), m, of a rigid body from its declared position."""
     return body.pose.shift if isinstance(body, MovedGap) else RigidMotion().shift
 
@@ -58,7 +58,7 @@ def move_rigid_bodies(case: Case, beside: Mapping[str, Any]) -> Case:
         """Return a contact with its rigid body moved; the contact itself if its rigid body is not driven by a load."""
         if touch.along is None or touch.name not in beside:
             return touch
-        return replace(touch, gone=float(_shift(beside[touch.name])[touch.along]))
+        return replace(touch, gone=float(_rigid_body_translation(beside[touch.name])[touch.along]))
 
     return replace(case, contacts=tuple(map(each, case.contacts)))
 

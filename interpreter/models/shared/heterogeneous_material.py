@@ -176,7 +176,7 @@ def must_be_in_range(case: Case, mesh: Mesh) -> None:
             mesh.points[mesh.cells],
             rule_positions(mesh, _finer_rule(mesh.kind)),
         ):
-            _must_be_allowed(case, profile, evaluate_profile(profile, X), X)
+            _check_values_in_range(case, profile, evaluate_profile(profile, X), X)
 
 
 def _sample_constants(case: Case, X: Floats) -> Any:
@@ -185,7 +185,7 @@ def _sample_constants(case: Case, X: Floats) -> Any:
     for name, profile in profiles(case.material).items():
         if name in OF_LAWS:
             new[name] = evaluate_profile(profile, X)
-            _must_be_allowed(case, profile, new[name], X)
+            _check_values_in_range(case, profile, new[name], X)
     return with_constants(case.material, new)
 
 
@@ -233,7 +233,7 @@ def rule_positions(mesh: Mesh, rule: Rule) -> Floats:
     return found
 
 
-def _must_be_allowed(case: Case, profile: Profile, found: Floats, X: Floats) -> None:
+def _check_values_in_range(case: Case, profile: Profile, found: Floats, X: Floats) -> None:
     """Raise Fault if the values `found` of a constant at points X are out of its range; name the worst point."""
     odd = np.flatnonzero(~np.isfinite(found))
     for i in odd[:1] if len(odd) else (found.argmin(), found.argmax()):
@@ -277,7 +277,7 @@ class Density:
     def at(self, X: Floats) -> Floats:
         """Return the density (m, q), kg/m^3, at points X (m, q, 3), m. Raises Fault where the value is out of range."""
         found = evaluate_profile(self.profile, X)
-        _must_be_allowed(self.case, self.profile, found, X)
+        _check_values_in_range(self.case, self.profile, found, X)
         return found
 
 

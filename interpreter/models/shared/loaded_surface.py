@@ -32,11 +32,11 @@ def surface_of(case: Case, acting: Declared, where: Condition, mesh: Mesh) -> Lo
             "write a condition that holds on a part of the surface with an area",
         )
     if case.planar:
-        _must_be_edge(case, acting, mesh.points[found.touched])
+        _check_selects_edges(case, acting, mesh.points[found.touched])
     return found
 
 
-def _must_be_edge(case: Case, load: Declared, X: Floats) -> None:
+def _check_selects_edges(case: Case, load: Declared, X: Floats) -> None:
     """Raise Fault if a load on a plane body selects its faces rather than its edges.
 
     X (f, k, 3), m, are the nodes of the selected facets.

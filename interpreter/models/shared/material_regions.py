@@ -75,7 +75,7 @@ def own_points(case: Case, mesh: Mesh, which: Any, pressures: bool) -> LocalPoin
     from softmark.interpreter.models.shared import heterogeneous_material
 
     own = some_cells(mesh, which)
-    return _local(heterogeneous_material.stiffness_of(case, own, pressures), own)
+    return _local_points(heterogeneous_material.stiffness_of(case, own, pressures), own)
 
 
 def mass_points(case: Case, mesh: Mesh, which: Any) -> LocalPoints | None:
@@ -88,7 +88,7 @@ def mass_points(case: Case, mesh: Mesh, which: Any) -> LocalPoints | None:
     from softmark.interpreter.models.shared import heterogeneous_material
 
     own = some_cells(mesh, which)
-    return _local(heterogeneous_material.density_resolved(case, own), own)
+    return _local_points(heterogeneous_material.density_resolved(case, own), own)
 
 
 def some_cells(mesh: Mesh, which: Any) -> Mesh:
@@ -98,7 +98,7 @@ def some_cells(mesh: Mesh, which: Any) -> Mesh:
     return mesh if isinstance(which, slice) else submesh(mesh, which)
 
 
-def _local(seen: Any, own: Mesh) -> LocalPoints | None:
+def _local_points(seen: Any, own: Mesh) -> LocalPoints | None:
     """Return the special points of a cell quadrature in local coordinates; None if it has none."""
     return None if seen is None or seen.rule is None else seen.rule.local(own)
 

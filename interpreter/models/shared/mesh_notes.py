@@ -86,7 +86,7 @@ def _corner_notes(declared: Declared, mesh: Mesh) -> tuple[Diagnostic, ...]:
 
 def _sliver_notes(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnostic, ...]:
     """Return warnings about nearly flat cells."""
-    found = cell_qualities(_as_wide(mesh) if shape.flat else mesh)
+    found = cell_qualities(_thicken_slice_cells(mesh) if shape.flat else mesh)
     found[has_folded_corner(mesh)] = 1.0  # its negative quality at that corner is already reported
     count = int((found < SLIVER).sum())
     if not count:
@@ -106,7 +106,7 @@ def _sliver_notes(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnos
     )
 
 
-def _as_wide(mesh: Mesh) -> Mesh:
+def _thicken_slice_cells(mesh: Mesh) -> Mesh:
     """Return a plane slice with each cell as thick as it is wide, because thickness does not affect cell quality."""
     corners = mesh.points[mesh.cells]
     depth = np.ptp(mesh.points[:, 2])

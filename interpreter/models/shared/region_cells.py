@@ -122,12 +122,12 @@ def materials_of_cells(case: Case, mesh: Mesh) -> CellMaterials:
     """Return the material of every cell, cached in the mesh. Raises Fault if regions overlap or are empty."""
     key = CellMaterials, tuple((part.thing.where, part.thing.over) for part in case.parts), case.leaning
     if key not in mesh.selections:
-        mesh.selections[key] = _found(case, mesh)
+        mesh.selections[key] = _assign_materials(case, mesh)
     found: CellMaterials = mesh.selections[key]
     return found
 
 
-def _found(case: Case, mesh: Mesh) -> CellMaterials:
+def _assign_materials(case: Case, mesh: Mesh) -> CellMaterials:
     """Return the material of every cell. Raises Fault if regions overlap or are empty."""
     kind = cells_of(mesh, case.depth)
     _must_be_disjoint(case, mesh)

@@ -51,7 +51,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
     else:
         yield from _incompatible_options(model, declared, case)
         yield from (_check_solid if model.mesh_key() is not None else _check_beam)(model, declared, case)
-        yield from _steps(case)
+        yield from _time_step_warnings(case)
 
 
 def _invalid_series(material: Viscoelastic) -> tuple[str, str, str] | None:
@@ -153,7 +153,7 @@ def _check_law(model: Any, declared: Declared, case: Case, material: Viscoelasti
         )
 
 
-def _steps(case: Case) -> Iterator[Diagnostic]:
+def _time_step_warnings(case: Case) -> Iterator[Diagnostic]:
     """Yield a warning if a time step is longer than the shortest relaxation time that it should resolve."""
     analysis: Any = case.analysis
     times = [tau for material in case.materials for _, tau in material.branches]

@@ -39,11 +39,11 @@ def contacts_on(case: Case, mesh: Mesh) -> dict[str, RigidContact]:
 
     Raises Fault if a contact has no surface, shares facets with another contact, or overlaps at the start.
     """
-    _must_be_once(case, mesh)
+    _check_distinct_surfaces(case, mesh)
     return {touch.name: _contact_energy(case, touch, mesh) for touch in case.contacts}
 
 
-def _must_be_once(case: Case, mesh: Mesh) -> None:
+def _check_distinct_surfaces(case: Case, mesh: Mesh) -> None:
     """Raise Fault if two contacts with one rigid body select the same whole facets."""
     for i, later in enumerate(case.contacts):
         for first in (c for c in case.contacts[:i] if c.rigid.name == later.rigid.name):
@@ -101,10 +101,10 @@ def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
 
     Both follow from the size of the body, its stiffness and the prescribed motion.
     """
-    return Barrier(touch.thing.distance or _thin(case, touch, mesh), BEARS * case.largest_young)
+    return Barrier(touch.thing.distance or _barrier_distance(case, touch, mesh), BEARS * case.largest_young)
 
 
-def _thin(case: Case, touch: Touch, mesh: Mesh) -> float:
+def _barrier_distance(case: Case, touch: Touch, mesh: Mesh) -> float:
     """Return the distance at which the barrier becomes active, m, so small that the remaining gap is negligible.
 
     In static analyses it is a small fraction of the prescribed support motion or, without such a motion, of the
@@ -115,11 +115,11 @@ def _thin(case: Case, touch: Touch, mesh: Mesh) -> float:
         return THIN * extent
     travel = max((math.hypot(*s.thing.imposed) for s in (*case.supports, *touch.moved)), default=0.0)
     if not travel and touch.along is None:  # how far a rigid body goes that a force presses is not known before
-        travel = _compression(case, mesh)
+        travel = _estimate_shortening(case, mesh)
     return min(THIN * extent, max(SLIGHT * travel, LEAST * extent)) if travel else THIN * extent
 
 
-def _compression(case: Case, mesh: Mesh) -> float:
+def _estimate_shortening(case: Case, mesh: Mesh) -> float:
     """Return an estimate of the shortening of the body under its loads, m; 0 if no load has a force.
 
     It is F L^2 / (E V), the shortening of a bar of the same length L, volume V and largest Young's modulus E.
@@ -168,7 +168,7 @@ def _contact_energy(case: Case, touch: Touch, mesh: Mesh) -> RigidContact:
         from softmark.solvers.contact.facet_contact_points import add_points_inside_facets
 
         made = add_points_inside_facets(made, mesh.points, facets, steps, case.depth, still)
-    if _sharper(gap, mesh.points * ((1.0, 1.0, 0.0) if case.planar else 1.0), facets, steps):
+    if _is_sharper_than_facets(gap, mesh.points * ((1.0, 1.0, 0.0) if case.planar else 1.0), facets, steps):
         from softmark.solvers.contact.facet_contact_points import select_penetrating_facets
 
         made = replace(
@@ -198,7 +198,7 @@ def inner_steps(case: Case, touch: Touch, points: Floats, facets: Ints) -> int:
     facet = FACETS[facets.shape[1]]
     steps = 1 + (facet.nodes > facet.corners)
     if not case.planar:
-        steps *= _finer(gap_of(touch.rigid.thing.shape), longest(points, facets))
+        steps *= _edge_subdivisions(gap_of(touch.rigid.thing.shape), longest(points, facets))
     return steps if len(facet.lattice(steps)) > facet.nodes else 0
 
 
@@ -208,7 +208,7 @@ def longest(points: Floats, facets: Ints) -> float:
     return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
 
 
-def _sharper(gap: Gap, points: Floats, facets: Ints, steps: int) -> bool:
+def _is_sharper_than_facets(gap: Gap, points: Floats, facets: Ints, steps: int) -> bool:
     """Return whether a rigid body has edges or tips that are sharper than facets subdivided into `steps` parts.
 
     A blunter body penetrates between contact points by at most an eighth of their distance, which facets can
@@ -219,7 +219,7 @@ def _sharper(gap: Gap, points: Floats, facets: Ints, steps: int) -> bool:
     return gap.sharpest * parts < longest(points, facets)
 
 
-def _finer(gap: Gap | None, longest: float) -> int:
+def _edge_subdivisions(gap: Gap | None, longest: float) -> int:
     """Return into how many parts a sharp rigid body requires that edges of length `longest`, m, are divided."""
     from softmark.solvers.contact.facet_contact_points import MOST
 

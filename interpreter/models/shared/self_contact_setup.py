@@ -60,7 +60,7 @@ def _barrier_energy(case: Case, pair: Declared, mesh: Mesh) -> IpcContact:
     skin = build_contact_surface(
         mesh, mesh.points.size, parts, _facets(case, pair, mesh), bool(case.planar), case.depth
     )
-    thickness = _thickness(case, mesh, skin)
+    thickness = _represented_depth(case, mesh, skin)
     usual = THIN * size_of(case, mesh)
     asked = said.distance or usual
     stiffness = said.stiffness or SOFT * case.largest_young
@@ -81,7 +81,7 @@ def _barrier_energy(case: Case, pair: Declared, mesh: Mesh) -> IpcContact:
     )
 
 
-def _thickness(case: Case, mesh: Mesh, skin: ContactSurface) -> float:
+def _represented_depth(case: Case, mesh: Mesh, skin: ContactSurface) -> float:
     """Return the depth of the body that one length of its contact surface represents, m.
 
     It is the thickness of a plane slice, the circumference of the middle ring of a body of revolution, or 1 in 3D.

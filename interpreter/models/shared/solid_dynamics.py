@@ -188,7 +188,7 @@ class PreparedMotion:
             | self._crossings(shown.get("mesh"))
         )
         notes = (
-            *_events(self.declared, track),
+            *_halved_step_warning(self.declared, track),
             *self_intersections.intersection_warnings(self.declared, facts),
             *_energy_warning(self.declared, self.analysis, track),
             *_dissipation_warning(self.declared, track, self.problem),
@@ -394,7 +394,7 @@ def _suggested_step(found: Resolution, analysis: Dynamic) -> str:
     return units.format_value(float(f"{step:.1g}"), units.TIME)
 
 
-def _events(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
+def _halved_step_warning(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
     """Return a warning if time steps were halved."""
     if not track.events:
         return ()

@@ -45,7 +45,7 @@ def stiffer_by(u: Floats, parts: Iterable[Part], p: Floats | None) -> float:
     for own in parts:
         varies = moduli_vary(own.case)
         seen = stiffness_of(own.case, own.mesh, True) if varies else None
-        means = _means(own, seen)
+        means = _cell_mean_moduli(own, seen)
         if means is None:
             return 0.0  # energies of its parts are not known on one scale
         more, whole = pressure_energies(own.mesh, u, None if p is None else p[own.which], means)
@@ -53,7 +53,7 @@ def stiffer_by(u: Floats, parts: Iterable[Part], p: Floats | None) -> float:
     return lost / total if total > 0.0 else 0.0
 
 
-def _means(own: Part, seen: CellQuadrature | None) -> Moduli | None:
+def _cell_mean_moduli(own: Part, seen: CellQuadrature | None) -> Moduli | None:
     """Return the mean moduli of the cells of one material; None if the material has no Young's modulus."""
     young, nu = (getattr(own.case.material, name, None) for name in ("young", "poisson"))
     ones = np.ones(len(own.mesh.cells))

@@ -128,11 +128,11 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
 
     `measured` has the tracked points that supports may follow, by name of the reference.
     """
-    held = _solid_held(case, mesh, measured, 1.0)
+    held = _constraints_at_fraction(case, mesh, measured, 1.0)
     fixed, target = held.finished()
     way = held.turns(fixed, target, mesh.points, 3)
     if way is not None:
-        _solid_held(case, mesh, measured, way.early)  # on the way there supports must agree too
+        _constraints_at_fraction(case, mesh, measured, way.early)  # on the way there supports must agree too
         way = replace(way, chains=_chains(case, mesh))
     return fixed, target, way
 
@@ -152,7 +152,7 @@ def _chains(case: Case, mesh: Mesh) -> tuple[CellChain, ...]:
 
 def build_constraints(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> Constraints:
     """Return the constraints of a body on a mesh. Raises Fault."""
-    return _solid_held(case, mesh, measured, 1.0)
+    return _constraints_at_fraction(case, mesh, measured, 1.0)
 
 
 def left_free(held: Constraints, piece: NDArray[np.bool_], more: list[Floats]) -> list[str]:
@@ -168,10 +168,10 @@ def left_free(held: Constraints, piece: NDArray[np.bool_], more: list[Floats]) -
 
 def held_values(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> dict[int, tuple[float, Declared]]:
     """Return, by held degree of freedom, the imposed value, m, and the support that imposes it. Raises Fault."""
-    return _solid_held(case, mesh, measured, 1.0).values
+    return _constraints_at_fraction(case, mesh, measured, 1.0).values
 
 
-def _solid_held(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: float) -> Constraints:
+def _constraints_at_fraction(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: float) -> Constraints:
     """Return the constraints of a body on a mesh at a fraction `share` of the support motions. Raises Fault."""
     held = Constraints(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)
     if case.depth:  # of a body of revolution only the way along its axis is free: all else stretches rings
@@ -269,7 +269,7 @@ def conflict(first: tuple[Declared, float], second: tuple[Declared, float], plac
         other.at("where"),
         f"`{one.name}` and `{other.name}` prescribe different values at the same points",
         "contradicts the other",
-        f"select other points, or remove {along} from one of them: `components = ({_others(along)})`",
+        f"select other points, or remove {along} from one of them: `components = ({_other_components(along)})`",
     )
     span = one.at("where").span
     line = f" (line {span.line})" if span is not None else ""
@@ -277,7 +277,7 @@ def conflict(first: tuple[Declared, float], second: tuple[Declared, float], plac
     return Fault(replace(found.diagnostic, notes=(note,)))
 
 
-def _others(along: str) -> str:
+def _other_components(along: str) -> str:
     """Return the names of the other two components of a vector."""
     return ", ".join(axis for axis in AXES if axis != along)
 

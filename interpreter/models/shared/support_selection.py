@@ -73,7 +73,7 @@ def select_support(condition: Condition, mesh: Mesh) -> SupportSelection:
     """Return the nodes of a mesh that a support with this condition holds. The result is cached in the mesh."""
     key = SupportSelection, condition
     if key not in mesh.selections:
-        mesh.selections[key] = _found(condition, mesh)
+        mesh.selections[key] = _select_support_nodes(condition, mesh)
     found: SupportSelection = mesh.selections[key]
     return found
 
@@ -85,10 +85,14 @@ def select_supports(case: Case, mesh: Mesh) -> dict[str, SupportSelection]:
 
 def held_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
     """Return warnings if the nodes that a support holds do not represent the region that it selects."""
-    return tuple(_note(declared, name, own) for name, own in select_supports(case, mesh).items() if own.missed)
+    return tuple(
+        _support_selection_warning(declared, name, own)
+        for name, own in select_supports(case, mesh).items()
+        if own.missed
+    )
 
 
-def _note(declared: Declared, name: str, own: SupportSelection) -> Diagnostic:
+def _support_selection_warning(declared: Declared, name: str, own: SupportSelection) -> Diagnostic:
     """Return the warning about one support whose held nodes differ from its selection."""
     at = declared.at("size" if declared.thing.own_mesh is None else "mesh")
     if own.layer is not None and own.beyond > MISSED:
@@ -144,7 +148,7 @@ class _Kind:
         return sizes
 
 
-def _found(condition: Condition, mesh: Mesh) -> SupportSelection:
+def _select_support_nodes(condition: Condition, mesh: Mesh) -> SupportSelection:
     """Return the nodes that a support with this condition holds, and how well they represent the selection."""
     nodes = np.zeros(len(mesh.points), dtype=np.bool_)
     for own, which in split_by_groups(condition, node_membership(mesh)):
@@ -153,7 +157,7 @@ def _found(condition: Condition, mesh: Mesh) -> SupportSelection:
     volumes, areas = cells_of(mesh), _facets(mesh)
     looked = [(kind, fractions(condition, kind, mesh)) for kind in (volumes, areas)]
     for kind, f in looked:  # a selection without its border: what is held inside is held up to there
-        nodes[_up_to_border(condition, kind.nodes[f >= 1.0 - WHOLE], nodes, mesh)] = True
+        nodes[_free_nodes_of_selected_cells(condition, kind.nodes[f >= 1.0 - WHOLE], nodes, mesh)] = True
     if not any(float(f @ kind.sizes) > SMALL * kind.sizes.sum() for kind, f in looked):
         edges = _edges(mesh)
         looked = [(edges, fractions(condition, edges, mesh))]
@@ -164,11 +168,15 @@ def _found(condition: Condition, mesh: Mesh) -> SupportSelection:
     ]
     held = min((held for held, _ in shares), default=1.0)
     return SupportSelection(
-        nodes, wide | nodes, held, max((beyond for _, beyond in shares), default=0.0), _layer(*looked[0], nodes)
+        nodes,
+        wide | nodes,
+        held,
+        max((beyond for _, beyond in shares), default=0.0),
+        _layer_fractions(*looked[0], nodes),
     )
 
 
-def _up_to_border(condition: Condition, whole: Ints, held: Bools, mesh: Mesh) -> Ints:
+def _free_nodes_of_selected_cells(condition: Condition, whole: Ints, held: Bools, mesh: Mesh) -> Ints:
     """Return free nodes that should be held too: those of wholly selected cells `whole` (c, k).
 
     A node counts only if its edges to held nodes are selected along their whole length. Volume fractions alone do
@@ -184,7 +192,7 @@ def _up_to_border(condition: Condition, whole: Ints, held: Bools, mesh: Mesh) ->
     return np.setdiff1d(own, ends[f < 1.0 - ALONG, 0])
 
 
-def _layer(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float] | None:
+def _layer_fractions(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float] | None:
     """Return the fractions of the mesh that are selected and held, for a selection that contains no whole cell.
 
     The result is None for other selections. f (m,) are the selected fractions of cells and `nodes` (n,) the held

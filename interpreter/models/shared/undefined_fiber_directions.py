@@ -84,7 +84,7 @@ def _undefined_volume_by_intervals(rule: DirectionProfile, mesh: Mesh, axial: bo
         sound = np.any([one.sound for one in each], axis=0) & ~np.any([one.may for one in each], axis=0)
         none = np.all([one.zero for one in each], axis=0) | np.any([one.none for one in each], axis=0)
         if none.any():
-            size = _parts(mesh, which[none], corners[none]) * (X[none][:, :, 0].mean(axis=1) if axial else 1.0)
+            size = _part_volumes(mesh, which[none], corners[none]) * (X[none][:, :, 0].mean(axis=1) if axial else 1.0)
             without += float(size.sum()) / len(share) ** depth
             places = X[none].mean(axis=1)
         left = ~sound & ~none
@@ -126,7 +126,7 @@ def _positions(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
     return found
 
 
-def _parts(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
+def _part_volumes(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
     """Return the volumes (n,), m^3, that cells would have with the Jacobian at the centre of a part.
 
     A part has its local fraction of that volume.
@@ -162,7 +162,7 @@ def _are_nearly_parallel(rule: DirectionProfile, X: Floats) -> Any:
 
 def must_have_directions(case: Case, mesh: Mesh) -> None:
     """Raise Fault if fibre directions are undefined in a part of the volume."""
-    for rule, found in _hollows(case, mesh):
+    for rule, found in _undefined_directions_of_material(case, mesh):
         if found.without > 0.0:
             raise fault(
                 "E383",
@@ -170,27 +170,27 @@ def must_have_directions(case: Case, mesh: Mesh) -> None:
                 f"the fibre direction of `{case.body.name}` is undefined in at least "
                 f"{units.format_volume_fraction(found.without)} of its volume: `{rule}` is zero or has "
                 "no value there",
-                f"for example around {_shown(found)}",
+                f"for example around {_format_singular_point(found)}",
                 "write a direction that is nowhere zero, or add a region without fibres there",
             )
 
 
 def notes(case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
     """Yield a warning if fibre directions are discontinuous within cells."""
-    for rule, found in _hollows(case, mesh):
+    for rule, found in _undefined_directions_of_material(case, mesh):
         if found.touched > 0.0:
             yield diagnostic(
                 "W389",
                 case.body.at("material"),
                 f"the fibre direction `{rule}` is zero or undefined inside cells that fill "
                 f"{units.format_volume_fraction(found.touched)} of the volume of `{case.body.name}`",
-                f"for example near {_shown(found)}",
+                f"for example near {_format_singular_point(found)}",
                 "add a region without fibres there, or cut that place out of the body: the direction "
                 "changes abruptly inside a cell, so results depend on the mesh",
             )
 
 
-def _hollows(case: Case, mesh: Mesh) -> Iterator[tuple[DirectionProfile, UndefinedDirections]]:
+def _undefined_directions_of_material(case: Case, mesh: Mesh) -> Iterator[tuple[DirectionProfile, UndefinedDirections]]:
     """Yield each direction of the material that is undefined somewhere, with the part of the mesh concerned."""
     for rule in rules(case.material):
         found = undefined_directions(rule, mesh, case.depth > 0.0)
@@ -198,6 +198,6 @@ def _hollows(case: Case, mesh: Mesh) -> Iterator[tuple[DirectionProfile, Undefin
             yield rule, found
 
 
-def _shown(found: UndefinedDirections) -> str:
+def _format_singular_point(found: UndefinedDirections) -> str:
     """Return the place of a singularity as text with its unit."""
     return units.format_vector(tuple(float(f"{c:.3g}") for c in found.place), units.LENGTH)

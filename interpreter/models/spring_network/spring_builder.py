@@ -259,7 +259,7 @@ def _fit_stiffness(built: PreparedSprings, case: Case, workshop: BuildContext) -
         raise fault("E521", built.declared.at("stiffness"), f"`{built.declared.name}` has no scene for its calibration")
     target = target_of(workshop.scene, built.declared, case, workshop.measured)
     trial = statics_of(target.case, built.mesh, built.parts, built.springs, workshop.measured)
-    fit = minimize_error(lambda factor: _error(factor, built, trial, target))
+    fit = minimize_error(lambda factor: _metric_at_factor(factor, built, trial, target))
     if isinstance(fit, NoFit):
         return replace(built, target=target, fit=fit)
     springs = replace(built.springs, k=fit.factor * built.springs.k)
@@ -267,7 +267,7 @@ def _fit_stiffness(built: PreparedSprings, case: Case, workshop: BuildContext) -
     return replace(built, springs=springs, problem=problem, target=target, fit=fit)
 
 
-def _error(factor: float, built: PreparedSprings, trial: Statics, target: FitTarget) -> float | None:
+def _metric_at_factor(factor: float, built: PreparedSprings, trial: Statics, target: FitTarget) -> float | None:
     """Return the metric of the network with its stiffness multiplied by a factor.
 
     The result is None if no equilibrium is found within PATIENCE iterations.

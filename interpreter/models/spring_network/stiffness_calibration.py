@@ -83,13 +83,13 @@ class FitTarget:
 def check_calibration(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
     """Return errors of a calibrated model: a metric with no reference, of another body, or known only at full load."""
     try:
-        _calibration_target(scene, model, case)
+        _metric_probe_and_reference(scene, model, case)
     except Fault as found:
         return [found.diagnostic]
     return []
 
 
-def _calibration_target(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Declared, Declared]:
+def _metric_probe_and_reference(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Declared, Declared]:
     """Return the metric, the probe and the reference of a calibrated model. Raises Fault."""
     calibrated, at = model.thing.stiffness, model.at("stiffness")
     metric = scene.declared[calibrated.metric]
@@ -104,11 +104,11 @@ def _calibration_target(scene: Scene, model: Declared, case: Case) -> tuple[Decl
                                 "not about that body",
                     "different bodies",
                     f"use a metric whose probe and reference belong to `{case.body.name}`")  # fmt: skip
-    _scalable(model, reference, case)
+    _check_known_at_fraction(model, reference, case)
     return metric, probe, reference
 
 
-def _scalable(model: Declared, reference: Declared, case: Case) -> None:
+def _check_known_at_fraction(model: Declared, reference: Declared, case: Case) -> None:
     """Raise Fault if the reference, or an imposed motion, is unknown at the fraction of the load."""
     load, at = model.thing.stiffness.load, model.at("stiffness")
     how = "computed" if reference.kind == "model" else reference.thing.how
@@ -162,10 +162,12 @@ def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, 
     from softmark.interpreter.metrics.metric_evaluation import measure_metric
     from softmark.interpreter.problem.probe_points import find_probe_points
 
-    metric, probe, reference = _calibration_target(scene, model, case)
+    metric, probe, reference = _metric_probe_and_reference(scene, model, case)
     part = scale_case(case, model.thing.stiffness.load)
-    data = _data(reference, measured, model)
-    place = find_probe_points(probe, case, lambda name: _data(scene.declared[name], measured, model).X)
+    data = _measured_reference_data(reference, measured, model)
+    place = find_probe_points(
+        probe, case, lambda name: _measured_reference_data(scene.declared[name], measured, model).X
+    )
     known = _reference_at_points(reference, data, part, place.X)
 
     def measure(displacement: Field) -> float:
@@ -179,7 +181,7 @@ def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, 
     return FitTarget(part, metric, measure)
 
 
-def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> Any:
+def _measured_reference_data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> Any:
     """Return the data of a measured reference, read by the run; None for a computed reference. Raises Fault."""
     if reference.thing.how != "measured":
         return None
@@ -240,7 +242,7 @@ def minimize_error(error: Callable[[float], float | None]) -> Fit | NoFit:
         start += STRIDE
     if at(start) >= UNUSABLE:
         return NoFit("no equilibrium was found with any tested stiffness factor", at.listed)
-    middle = _lowest(at, start)
+    middle = _bracket_minimum(at, start)
     minimize_scalar(at, bounds=(middle - STRIDE, middle + STRIDE), method="bounded", options={"xatol": CLOSE})
     best = min(at.found, key=at.found.__getitem__)
     order = sorted(at.found)
@@ -254,7 +256,7 @@ def minimize_error(error: Callable[[float], float | None]) -> Fit | NoFit:
     return Fit(math.exp(best), at.found[best], at.listed)
 
 
-def _lowest(at: _Trials, start: float) -> float:
+def _bracket_minimum(at: _Trials, start: float) -> float:
     """Return a logarithm of the factor whose two neighbours have larger errors, or the end of the range."""
     for step in (STRIDE, -STRIDE):
         s = start

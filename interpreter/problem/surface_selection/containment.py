@@ -32,30 +32,32 @@ def inside_condition(shape: Shape, at: Point, closed: bool) -> Condition | None:
     """
     below = "<=" if closed else "<"
     if isinstance(shape, Combined):
-        return _combined(shape, at, closed)
+        return _inside_combined_shape(shape, at, closed)
     if isinstance(shape, Box):
-        return _all(_between(at[i], *span, below) for i, span in enumerate(shape.spans.values()))
+        return _all_conditions(
+            _value_in_interval_condition(at[i], *span, below) for i, span in enumerate(shape.spans.values())
+        )
     if isinstance(shape, RoundBody):
-        return _round(shape, at, below)
+        return _inside_round_body(shape, at, below)
     if isinstance(shape, Cylinder | Tube):
         s, square = _axial_coordinates(at, shape.origin, shape.axis)
         hollow = shape.section.hollow
         along = [
-            _between(s, 0.0, shape.length, below),
-            _is_below_zero(_distance_from_circle(square, shape.radius), below),
+            _value_in_interval_condition(s, 0.0, shape.length, below),
+            _below_zero_condition(_distance_from_circle(square, shape.radius), below),
         ]
-        return _all(
-            [*along, _is_below_zero(_distance_from_circle(square, hollow).negated(), below)] if hollow else along
+        return _all_conditions(
+            [*along, _below_zero_condition(_distance_from_circle(square, hollow).negated(), below)] if hollow else along
         )
     if isinstance(shape, Revolution):
         s, square = _axial_coordinates(at, shape.origin, shape.axis)
-        return _polygon(shape.outline, _left_of_revolved_side(s, square, ON_AXIS * shape.widest, below))
+        return _inside_polygon(shape.outline, _left_of_revolved_side(s, square, ON_AXIS * shape.widest, below))
     if isinstance(shape, Extruded):
-        return _extruded(shape, at, below)
+        return _inside_extrusion(shape, at, below)
     return None
 
 
-def _combined(shape: Combined, at: Point, closed: bool) -> Condition | None:
+def _inside_combined_shape(shape: Combined, at: Point, closed: bool) -> Condition | None:
     taken = shape.operation == "difference"
     one, other = inside_condition(shape.one, at, closed), inside_condition(shape.other, at, closed != taken)
     if one is None or other is None:
@@ -65,26 +67,41 @@ def _combined(shape: Combined, at: Point, closed: bool) -> Condition | None:
     return Condition.junction("or" if shape.operation == "union" else "and", one, other)
 
 
-def _round(shape: RoundBody, at: Point, below: str) -> Condition:
-    off = [_less(c, o) for c, o in zip(at, shape.origin, strict=True)]
-    square = _sum(_times(_scaled(c, 1.0 / a), _scaled(c, 1.0 / a)) for c, a in zip(off, shape.outer, strict=True))
+def _inside_round_body(shape: RoundBody, at: Point, below: str) -> Condition:
+    off = [_term_minus_value(c, o) for c, o in zip(at, shape.origin, strict=True)]
+    square = _sum(
+        _product_of_terms(_scaled_term(c, 1.0 / a), _scaled_term(c, 1.0 / a))
+        for c, a in zip(off, shape.outer, strict=True)
+    )
     half = 0.5 * min(shape.outer)
-    found = [_is_below_zero(_scaled(_less(square, 1.0), half), below)]
+    found = [_below_zero_condition(_scaled_term(_term_minus_value(square, 1.0), half), below)]
     if shape.hollow:
-        found.append(_is_below_zero(_scaled(_less(square, shape.hollow**2), half / shape.hollow).negated(), below))
-    return _all([*found, *(_is_below_zero(c.negated(), below) for c in off[: shape.kept])])
+        found.append(
+            _below_zero_condition(
+                _scaled_term(_term_minus_value(square, shape.hollow**2), half / shape.hollow).negated(), below
+            )
+        )
+    return _all_conditions([*found, *(_below_zero_condition(c.negated(), below) for c in off[: shape.kept])])
 
 
-def _extruded(shape: Extruded, at: Point, below: str) -> Condition:
+def _inside_extrusion(shape: Extruded, at: Point, below: str) -> Condition:
     last = "xyz".index(shape.along)
     first, second, up = (at[(last + i) % 3] for i in (1, 2, 3))
 
     def beside(a: Place, b: Place) -> Condition:
         length = math.dist(a, b)
         u, v = (b[0] - a[0]) / length, (b[1] - a[1]) / length
-        return _is_below_zero(_sum([_scaled(_less(first, a[0]), v), _scaled(_less(second, a[1]), -u)]), below)
+        return _below_zero_condition(
+            _sum([_scaled_term(_term_minus_value(first, a[0]), v), _scaled_term(_term_minus_value(second, a[1]), -u)]),
+            below,
+        )
 
-    return _all([_polygon(shape.section, beside), _between(up, shape.base, shape.base + shape.height, below)])
+    return _all_conditions(
+        [
+            _inside_polygon(shape.section, beside),
+            _value_in_interval_condition(up, shape.base, shape.base + shape.height, below),
+        ]
+    )
 
 
 def _left_of_revolved_side(s: Term, square: Term, least: float, below: str) -> Callable[[Place, Place], Condition]:
@@ -99,17 +116,19 @@ def _left_of_revolved_side(s: Term, square: Term, least: float, below: str) -> C
         length = math.dist(a, b)
         u, v = (b[0] - a[0]) / length, (b[1] - a[1]) / length
         if not v:
-            return _is_below_zero(_scaled(_less(s, a[1]), -u), below)
+            return _below_zero_condition(_scaled_term(_term_minus_value(s, a[1]), -u), below)
         if not u:
-            return _is_below_zero(_scaled(_distance_from_circle(square, a[0]), v), below)
-        due = _sum([_scaled(_less(s, a[1]), u / v), Term.constant(a[0])])  # of the distance; below zero past a tip
-        beyond = square.combine("-", _times(due, due.function("abs")))
-        return _is_below_zero(_scaled(beyond, 0.5 * v / max(a[0], b[0])), below)
+            return _below_zero_condition(_scaled_term(_distance_from_circle(square, a[0]), v), below)
+        due = _sum(
+            [_scaled_term(_term_minus_value(s, a[1]), u / v), Term.constant(a[0])]
+        )  # of the distance; below zero past a tip
+        beyond = square.combine("-", _product_of_terms(due, due.function("abs")))
+        return _below_zero_condition(_scaled_term(beyond, 0.5 * v / max(a[0], b[0])), below)
 
     return beside
 
 
-def _polygon(corners: Corners, beside: Callable[[Place, Place], Condition]) -> Condition:
+def _inside_polygon(corners: Corners, beside: Callable[[Place, Place], Condition]) -> Condition:
     """Return the condition inside a counter-clockwise polygon, from the half-plane `beside` each side, each used once.
 
     A chain of sides between two corners is cut at its farthest corner. The result is the intersection of both parts if
@@ -120,12 +139,13 @@ def _polygon(corners: Corners, beside: Callable[[Place, Place], Condition]) -> C
     left = min(range(len(corners)), key=lambda i: corners[i])
     ring = [*corners[left:], *corners[:left]]
     right = max(range(len(ring)), key=lambda i: ring[i])
-    return _all(
-        _chain(own, beside, FAR * polygons.extent(corners)) for own in (ring[: right + 1], [*ring[right:], ring[0]])
+    return _all_conditions(
+        _left_of_chain(own, beside, FAR * polygons.extent(corners))
+        for own in (ring[: right + 1], [*ring[right:], ring[0]])
     )
 
 
-def _chain(sides: Sequence[Place], beside: Callable[[Place, Place], Condition], far: float) -> Condition:
+def _left_of_chain(sides: Sequence[Place], beside: Callable[[Place, Place], Condition], far: float) -> Condition:
     """Return the condition to the left of a chain of sides, the first and the last of which are infinite."""
     if len(sides) == 2:
         return beside(sides[0], sides[1])
@@ -135,7 +155,7 @@ def _chain(sides: Sequence[Place], beside: Callable[[Place, Place], Condition], 
     at = 1 + max(range(len(levels)), key=lambda i: abs(levels[i]))
     (a, b), (x, y), (c, d) = sides[at - 1 : at + 2]
     turns_left = (x - a) * (d - y) - (y - b) * (c - x) >= 0.0
-    one, other = (_chain(own, beside, far) for own in (sides[: at + 1], sides[at:]))
+    one, other = (_left_of_chain(own, beside, far) for own in (sides[: at + 1], sides[at:]))
     return Condition.junction("and" if turns_left else "or", one, other)
 
 
@@ -147,26 +167,33 @@ def _far_point(a: Place, b: Place, far: float) -> Place:
 
 def _axial_coordinates(at: Point, origin: Vector3, axis: Vector3) -> tuple[Term, Term]:
     """Return the coordinate of a point along an axis, m, and the square of its distance from the axis, m^2."""
-    off = [_less(c, o) for c, o in zip(at, origin, strict=True)]
-    s, u, v = (_sum(_scaled(c, e) for c, e in zip(off, way, strict=True) if e) for way in (axis, *transverse(axis)))
-    return s, _sum([_times(u, u), _times(v, v)])
+    off = [_term_minus_value(c, o) for c, o in zip(at, origin, strict=True)]
+    s, u, v = (
+        _sum(_scaled_term(c, e) for c, e in zip(off, way, strict=True) if e) for way in (axis, *transverse(axis))
+    )
+    return s, _sum([_product_of_terms(u, u), _product_of_terms(v, v)])
 
 
 def _distance_from_circle(square: Term, radius: float) -> Term:
     """Return the distance from a circle, m, positive outside, of a point at a squared distance from the axis."""
-    return _scaled(_less(square, radius**2), 0.5 / radius)
+    return _scaled_term(_term_minus_value(square, radius**2), 0.5 / radius)
 
 
-def _between(value: Term, low: float, high: float, below: str) -> Condition:
-    return _all([_is_below_zero(_less(value, low).negated(), below), _is_below_zero(_less(value, high), below)])
+def _value_in_interval_condition(value: Term, low: float, high: float, below: str) -> Condition:
+    return _all_conditions(
+        [
+            _below_zero_condition(_term_minus_value(value, low).negated(), below),
+            _below_zero_condition(_term_minus_value(value, high), below),
+        ]
+    )
 
 
-def _is_below_zero(level: Term, below: str) -> Condition:
+def _below_zero_condition(level: Term, below: str) -> Condition:
     """Return the condition that a level, m, is at most zero, or less than zero, by the relation `below`."""
     return Condition.comparison(below, level, Term.constant(0.0), 1)
 
 
-def _all(conditions: Iterable[Condition]) -> Condition:
+def _all_conditions(conditions: Iterable[Condition]) -> Condition:
     return reduce(lambda a, b: Condition.junction("and", a, b), conditions)
 
 
@@ -174,13 +201,13 @@ def _sum(terms: Iterable[Term]) -> Term:
     return reduce(lambda a, b: a.combine("+", b), terms)
 
 
-def _times(a: Term, b: Term) -> Term:
+def _product_of_terms(a: Term, b: Term) -> Term:
     return a.combine("*", b)
 
 
-def _scaled(term: Term, factor: float) -> Term:
+def _scaled_term(term: Term, factor: float) -> Term:
     return term.combine("*", Term.constant(factor))
 
 
-def _less(term: Term, value: float) -> Term:
+def _term_minus_value(term: Term, value: float) -> Term:
     return term.combine("-", Term.constant(value))

@@ -50,7 +50,7 @@ class Points:
     def triangles(self, f: Ints, tri: Floats, depth: int) -> None:
         """Add quadrature points of whole triangles (n, 3, 2) of facets f (n,), after `depth` halvings."""
         n = INSIDE[min(depth, len(INSIDE) - 1)]
-        s, t, w = _fan(n, n)
+        s, t, w = _ray_quadrature(n, n)
         ends = tri[:, 1, None] + t[:, None] * (tri[:, 2] - tri[:, 1])[:, None]
         self.add(f, tri[:, :1] + s[:, None] * (ends - tri[:, :1]), 2.0 * np.abs(areas(tri))[:, None] * s * w)
 
@@ -62,7 +62,7 @@ def _gauss(n: int) -> tuple[Floats, Floats]:
 
 
 @cache
-def _fan(along: int, across: int) -> tuple[Floats, Floats, Floats]:
+def _ray_quadrature(along: int, across: int) -> tuple[Floats, Floats, Floats]:
     (s, u), (t, v) = _gauss(along), _gauss(across)
     return np.tile(s, across), np.repeat(t, along), np.outer(v, u).ravel()
 
@@ -72,14 +72,14 @@ def follow(asked: ConditionOnPatches, f: Ints, tri: Floats, points: Points) -> N
     for depth in range(DEPTH + 1):
         looked = asked.look(f, tri)
         plain = ~looked.crossed.any(axis=0)
-        _add_decided(asked, f[plain], tri[plain], points, depth)
+        _add_selected_triangles(asked, f[plain], tri[plain], points, depth)
         simple = np.zeros(len(f), dtype=np.bool_)
         once = looked.crossed.sum(axis=0) == 1
         for b in range(len(looked.values)):
             some = np.flatnonzero(once & looked.crossed[b])
             if len(some):
                 touched = some[_meets_side_only(asked, looked, b, some, f, tri)]
-                _add_decided(asked, f[touched], tri[touched], points, depth)
+                _add_selected_triangles(asked, f[touched], tri[touched], points, depth)
                 simple[touched] = True
                 some = np.setdiff1d(some, touched)
                 corner, fit = _cut_off_corner(looked, b, some, asked.slack[b])
@@ -91,19 +91,19 @@ def follow(asked: ConditionOnPatches, f: Ints, tri: Floats, points: Points) -> N
         f, tri = f[rest], tri[rest]
         if not len(f) or depth == DEPTH or 4 * len(f) > MOST:
             break
-        f, tri = np.repeat(f, 4), _quarter(tri)
-    _add_decided(asked, f, tri, points, depth)
+        f, tri = np.repeat(f, 4), _divide_into_four(tri)
+    _add_selected_triangles(asked, f, tri, points, depth)
     if len(f):
         points.left.append((f, tri.mean(axis=1), np.abs(areas(tri))))
 
 
-def _add_decided(asked: ConditionOnPatches, f: Ints, tri: Floats, points: Points, depth: int) -> None:
+def _add_selected_triangles(asked: ConditionOnPatches, f: Ints, tri: Floats, points: Points, depth: int) -> None:
     if len(f):
         inside = asked.holds(f, asked.patches.at(f, tri.mean(axis=1, keepdims=True))[:, 0])
         points.triangles(f[inside], tri[inside], depth)
 
 
-def _quarter(tri: Floats) -> Floats:
+def _divide_into_four(tri: Floats) -> Floats:
     a, b, c = (tri[:, i] for i in range(3))
     ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
     four = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]

@@ -100,19 +100,19 @@ def pieces(shape: Shape) -> list[Piece] | None:
     if isinstance(shape, Combined):
         return _combined_pieces(shape)
     if isinstance(shape, Box):
-        return [_plate(corners[None]) for corners in _faces(shape)]
+        return [_flat_piece(corners[None]) for corners in _faces(shape)]
     if isinstance(shape, RoundBody):
         flat, inner = symmetry_cuts(shape)
-        balls = [_ball(shape, side) for side in shape.sides]
-        return [*_reverse_inner(balls), *(_plate(corners[None], inner) for corners in flat)]
+        balls = [_ellipsoid_piece(shape, side) for side in shape.sides]
+        return [*_reverse_inner(balls), *(_flat_piece(corners[None], inner) for corners in flat)]
     if isinstance(shape, Cylinder | Tube):
         inner = _radius_condition(shape.origin, shape.axis, shape.radius, shape.section.hollow)
         sides = [_side_piece([side]) for side in shape.sides]
-        return [*_reverse_inner(sides), *(_plate(corners[None], inner) for corners in _end_squares(shape))]
+        return [*_reverse_inner(sides), *(_flat_piece(corners[None], inner) for corners in _end_squares(shape))]
     if isinstance(shape, Revolution):
         return _revolved_pieces(shape)
     if isinstance(shape, Extruded):
-        return [_plate(corners) for corners in _polygonal(shape)]
+        return [_flat_piece(corners) for corners in _extrusion_faces(shape)]
     return None
 
 
@@ -173,7 +173,7 @@ def _add_up(found: list[Measured]) -> Measured:
     return sum(areas), np.sum(vectors, axis=0), sum(through)
 
 
-def _plate(corners: Floats, *held: Condition) -> Piece:
+def _flat_piece(corners: Floats, *held: Condition) -> Piece:
     """Return a piece of coplanar flat facets (f, k, 3), m, restricted to conditions that hold."""
     normal = np.cross(corners[0, 1] - corners[0, 0], corners[0, 2] - corners[0, 0])
     normal /= np.linalg.norm(normal)
@@ -188,7 +188,7 @@ def _plate(corners: Floats, *held: Condition) -> Piece:
     return Piece(measure, moved).within(*held)
 
 
-def _ball(shape: RoundBody, side: EllipsoidSide) -> Piece:
+def _ellipsoid_piece(shape: RoundBody, side: EllipsoidSide) -> Piece:
     centre = np.array(side.centre)
 
     def moved(out: float) -> Point:
@@ -278,7 +278,7 @@ def _revolved_pieces(shape: Revolution) -> list[Piece]:
         turning = [ring.outer * c for c in (-u - v, u - v, u + v, v - u)]
         middle = np.array(shape.origin) + ring.at * axis
         corners = np.array([[middle + c for c in (turning if ring.up else reversed(turning))]])
-        found.append(_plate(corners, _radius_condition(shape.origin, shape.axis, ring.outer, ring.inner)))
+        found.append(_flat_piece(corners, _radius_condition(shape.origin, shape.axis, ring.outer, ring.inner)))
     return found
 
 
@@ -295,7 +295,7 @@ def _bands(side: ConeSide) -> list[ConeSide]:
     ]  # fmt: skip
 
 
-def _polygonal(shape: Extruded) -> list[Floats]:
+def _extrusion_faces(shape: Extruded) -> list[Floats]:
     """Return the sides of an extruded polygon, (1, 4, 3) each, and the triangles of its ends (t, 3, 3), m.
 
     Corners are counter-clockwise seen from outside.

@@ -113,11 +113,11 @@ def _bezier(n: int) -> tuple[Floats, Floats, Ints]:
     control = np.linalg.inv(many * np.prod(places[:, None, :] ** powers, axis=2))
     number = {tuple(p): i for i, p in enumerate(powers.tolist())}
     below = [p for p in product(range(n), repeat=3) if sum(p) == n - 1]
-    steps = [[[number[_raised(p, i)] for i in (side, (side + 1) % 3)] for p in below] for side in range(3)]
+    steps = [[[number[_increment_exponent(p, i)] for i in (side, (side + 1) % 3)] for p in below] for side in range(3)]
     return places, np.asarray(control, dtype=np.float64), np.array(steps)
 
 
-def _raised(powers: tuple[int, ...], i: int) -> tuple[int, ...]:
+def _increment_exponent(powers: tuple[int, ...], i: int) -> tuple[int, ...]:
     return tuple(p + (j == i) for j, p in enumerate(powers))
 
 

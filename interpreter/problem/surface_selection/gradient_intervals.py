@@ -64,8 +64,8 @@ class Bounds(Enclosure):
             return Bounds(value, steep)
         o = Bounds.of(other, self)
         a, b = (self.low, self.high), (o.low, o.high)
-        left, right = _times(self.steep, b), _times(a, o.steep)
-        return Bounds(_times(a, b), (left[0] + right[0], left[1] + right[1]))
+        left, right = _interval_product(self.steep, b), _interval_product(a, o.steep)
+        return Bounds(_interval_product(a, b), (left[0] + right[0], left[1] + right[1]))
 
     __rmul__ = __mul__
 
@@ -81,7 +81,7 @@ class Bounds(Enclosure):
         with np.errstate(all="ignore"):
             through = (self.low <= 0.0) & (self.high >= 0.0)
             low, high = (np.where(through, e, 1.0 / v) for e, v in ((-np.inf, self.high), (np.inf, self.low)))
-            slope = _times((-np.ones_like(low), -np.ones_like(low)), _even((low, high), 2))
+            slope = _interval_product((-np.ones_like(low), -np.ones_like(low)), _even_interval_power((low, high), 2))
         return self._through((low, high), slope)
 
     def __pow__(self, n: float) -> Bounds:
@@ -107,7 +107,7 @@ class Bounds(Enclosure):
 
     def _through(self, value: Pair, slope: Pair) -> Bounds:
         """Return bounds of a function of this interval, from bounds of its values and of its derivative."""
-        return Bounds(value, _times(slope, self.steep))
+        return Bounds(value, _interval_product(slope, self.steep))
 
 
 def _widen_nan(pair: Pair) -> Pair:
@@ -122,7 +122,7 @@ def _swap_if(pair: Pair, turned: bool) -> Pair:
     return pair[::-1] if turned else pair
 
 
-def _times(a: Pair, b: Pair) -> Pair:
+def _interval_product(a: Pair, b: Pair) -> Pair:
     with np.errstate(invalid="ignore", over="ignore"):
         products = [p * q for p in a for q in b]
     products = [np.where(np.isnan(p), 0.0, p) for p in products]  # zero times infinity is zero
@@ -133,16 +133,16 @@ def _times(a: Pair, b: Pair) -> Pair:
 
 
 def _power(a: Pair, n: float) -> Pair:
-    return _even(a, n) if n % 2 == 0 else (_raised(a[0], n), _raised(a[1], n))
+    return _even_interval_power(a, n) if n % 2 == 0 else (_integer_power(a[0], n), _integer_power(a[1], n))
 
 
-def _even(a: Pair, n: float) -> Pair:
-    ends = _raised(a[0], n), _raised(a[1], n)
+def _even_interval_power(a: Pair, n: float) -> Pair:
+    ends = _integer_power(a[0], n), _integer_power(a[1], n)
     low = np.where((a[0] < 0.0) & (a[1] > 0.0), 0.0, np.minimum(*ends))
     return (np.ones_like(low), np.ones_like(low)) if n == 0 else (low, np.maximum(*ends))
 
 
-def _raised(a: Floats, n: float) -> Floats:
+def _integer_power(a: Floats, n: float) -> Floats:
     with np.errstate(over="ignore"):
         found: Floats = a ** int(n)
     return found

@@ -58,7 +58,7 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats)
     if case.depth:
         return _revolved_resultant(case, load, mesh, f)
     forces, turns = f[:, :3], f[:, 3:]  # a beam's nodes take moments too
-    force, moment = to_vector(forces.sum(axis=0)), to_vector(np.cross(points, forces).sum(axis=0) + _total(turns))
+    force, moment = to_vector(forces.sum(axis=0)), to_vector(np.cross(points, forces).sum(axis=0) + _sum_moments(turns))
     action = load.thing.action
     if action.points:
         return _resultant_at_points(action, force, moment)
@@ -72,13 +72,13 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats)
         taken = float(np.linalg.norm(force)) / (float(np.linalg.norm(action.traction)) or 1.0)
         return Resultant(force, moment, taken, exact, taken / area if taken else 1.0)
     if known is None:
-        return Resultant(force, moment, None, exact, 1.0 if exact is None else _ratio(force, exact))
-    area = area or _limit_area(case, action.surface, mesh)
+        return Resultant(force, moment, None, exact, 1.0 if exact is None else _relative_force_error(force, exact))
+    area = area or _converged_facet_area(case, action.surface, mesh)
     share = known.area / area if area else 1.0
     return Resultant(force, moment, known.area, exact, share, known.remainder, known.leaning)
 
 
-def _limit_area(case: Case, where: Condition, mesh: Any) -> float | None:
+def _converged_facet_area(case: Case, where: Condition, mesh: Any) -> float | None:
     """Return the limit of the facet area under refinement, m^2, for a combined body with parts known only by facets."""
     made = getattr(mesh, "filling", None)
     return (
@@ -107,7 +107,7 @@ def _resultant_at_points(action: Action, force: Vector, moment: Vector) -> Resul
     points = np.array([point for _, point in action.points])
     length = float(np.linalg.norm(points[-1] - points[0])) if len(points) > 1 else None
     at, exact = points.mean(axis=0), (1.0 if length is None else length) * np.array(action.vector)
-    share, turn = _ratio(force, to_vector(exact)), to_vector(np.cross(at, exact))
+    share, turn = _relative_force_error(force, to_vector(exact)), to_vector(np.cross(at, exact))
     return Resultant(force, moment, None, to_vector(exact), share, exact_moment=turn, length=length)
 
 
@@ -117,13 +117,13 @@ def _moment_resultant(
     """Return the resultant of a moment load, for a solid with the area on which it acts, m^2."""
     nothing = (0.0, 0.0, 0.0)
     if known is None:
-        return Resultant(force, moment, area, nothing, _ratio(moment, given), exact_moment=given)
+        return Resultant(force, moment, area, nothing, _relative_force_error(moment, given), exact_moment=given)
     share = known.area / area if area else 1.0
     return Resultant(force, moment, known.area, nothing if area else None, share, known.remainder, known.leaning,
                      exact_moment=given)  # fmt: skip
 
 
-def _total(turns: Floats) -> Floats:
+def _sum_moments(turns: Floats) -> Floats:
     """Return the sum (3,), N m, of moments at nodes (n, 3); zero if there are none (n, 0)."""
     found: Floats = turns.sum(axis=0) if turns.shape[1] else np.zeros(3)
     return found
@@ -149,7 +149,7 @@ class ExactCaseBody:
         return None if found is None else (found[0], to_vector(found[1]))
 
 
-def _ratio(force: Vector, exact: Vector) -> float:
+def _relative_force_error(force: Vector, exact: Vector) -> float:
     size = float(np.dot(exact, exact))
     return float(np.dot(force, exact)) / size if size else 1.0
 

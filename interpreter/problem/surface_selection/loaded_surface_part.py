@@ -77,7 +77,9 @@ class LoadedSurface:
         t = np.einsum("pkj,pki->jpi", facet.gradient(self.xi), self.points[self.nodes])
         forces = self.w[:, None] * push(np.cross(t[0], t[1]))
         if depth:
-            forces *= _around((facet.shape(self.xi) * self.points[self.nodes, 0]).sum(axis=1), depth)[:, None]
+            forces *= _ring_circumferences((facet.shape(self.xi) * self.points[self.nodes, 0]).sum(axis=1), depth)[
+                :, None
+            ]
         np.add.at(dead, self.nodes, facet.shape(self.xi)[:, :, None] * forces[:, None])
 
     def _whole(self, dead: Floats, push: Any, facets: Ints, rule: tuple[Floats, Floats], depth: float) -> None:
@@ -85,7 +87,7 @@ class LoadedSurface:
         t = np.einsum("qkj,fki->jfqi", facet.gradient(xi), self.points[facets])
         forces = push(np.cross(t[0], t[1]))
         if depth:
-            forces = forces * _around(self.points[facets, 0] @ facet.shape(xi).T, depth)[:, :, None]
+            forces = forces * _ring_circumferences(self.points[facets, 0] @ facet.shape(xi).T, depth)[:, :, None]
         np.add.at(dead, facets, np.einsum("q,qa,fqi->fai", weights, facet.shape(xi), forces, optimize=True))
 
     def products(self) -> tuple[Ints, Floats]:
@@ -98,10 +100,12 @@ class LoadedSurface:
             some = self.whole[at : at + SOME]
             t = np.einsum("qkj,fki->jfqi", facet.gradient(xi), self.points[some])
             dA, N = w * np.linalg.norm(np.cross(t[0], t[1]), axis=-1), facet.shape(xi)
-            _add_pairs(found, np.searchsorted(nodes, some), np.einsum("fq,qa,qb->fab", dA, N, N, optimize=True))
+            _add_facet_matrices(
+                found, np.searchsorted(nodes, some), np.einsum("fq,qa,qb->fab", dA, N, N, optimize=True)
+            )
         t = np.einsum("pkj,pki->jpi", facet.gradient(self.xi), self.points[self.nodes])
         dA, N = self.w * np.linalg.norm(np.cross(t[0], t[1]), axis=-1), facet.shape(self.xi)
-        _add_pairs(found, np.searchsorted(nodes, self.nodes), np.einsum("p,pa,pb->pab", dA, N, N))
+        _add_facet_matrices(found, np.searchsorted(nodes, self.nodes), np.einsum("p,pa,pb->pab", dA, N, N))
         return nodes, found
 
     def of_facets(self, facets: Ints) -> LoadedSurface:
@@ -138,13 +142,13 @@ class LoadedSurface:
         return np.concatenate([self.whole, faces]), np.concatenate([whole, weights])
 
 
-def _around(r: Floats, depth: float) -> Floats:
+def _ring_circumferences(r: Floats, depth: float) -> Floats:
     from softmark.solvers.energies.axisymmetric import circumference_in_slices  # only imported for such bodies
 
     return circumference_in_slices(r, depth)
 
 
-def _add_pairs(found: Floats, rows: Ints, blocks: Floats) -> None:
+def _add_facet_matrices(found: Floats, rows: Ints, blocks: Floats) -> None:
     """Add matrices `blocks` (f, k, k) of facets to the matrix `found`, at rows and columns `rows` (f, k)."""
     np.add.at(found, (rows[:, :, None], rows[:, None, :]), blocks)
 
@@ -188,11 +192,11 @@ def settled_borders(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mas
         if len(crossed):
             asked = settle_within_deviation(asked, crossed, deviations(mesh))
         return asked.settled, asked.settling
-    _settle_beside_sides(shape, condition, asked)
+    _decide_borders_on_sides(shape, condition, asked)
     return asked.settled, asked.settling
 
 
-def _settle_beside_sides(shape: Shape, condition: Condition, asked: ConditionOnPatches) -> None:
+def _decide_borders_on_sides(shape: Shape, condition: Condition, asked: ConditionOnPatches) -> None:
     """Settle borders that coincide with a curved side on the flat facets next to that side.
 
     The part of such a facet beyond the side is a sliver between an arc and its chord, and not part of the body.
@@ -222,7 +226,7 @@ def split_by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | 
     yield flat, None
 
 
-def _without_slivers(found: LoadedSurface) -> LoadedSurface:
+def _remove_slivers(found: LoadedSurface) -> LoadedSurface:
     """Return the selected surface without slivers on the faces of a slice.
 
     Slivers are triangles with a side on the border of a condition.
@@ -252,5 +256,5 @@ def _select_facets(shape: Shape, mesh: Mesh, condition: Condition) -> LoadedSurf
         np.concatenate([p.w for _, p in found]),
         sum(p.remainder for _, p in found),
     )
-    whole = _without_slivers(whole) if shape.flat else whole
+    whole = _remove_slivers(whole) if shape.flat else whole
     return replace(whole, leaning=whole.over(facets[leaning])) if len(leaning) else whole

@@ -11,11 +11,11 @@ def cut_along_planes(asked: ConditionOnPatches, f: Ints, tri: Floats) -> tuple[I
     """Cut triangles (n, 3, 2) of affine facets f until no plane among the borders crosses any."""
     for b, border in enumerate(asked.condition.borders):
         if border.plane is not None:
-            f, tri = _along(asked, b, f, tri)
+            f, tri = _cut_along_plane(asked, b, f, tri)
     return f, tri
 
 
-def _along(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats) -> tuple[Ints, Floats]:
+def _cut_along_plane(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats) -> tuple[Ints, Floats]:
     d = asked.level(b, asked.patches.at(f, tri))
     d = np.where(np.abs(d) <= asked.slack[b], 0.0, d)
     crossed = (d.min(axis=1) < 0.0) & (d.max(axis=1) > 0.0) & ~asked.settled[f, b]

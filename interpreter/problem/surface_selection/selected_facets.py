@@ -63,10 +63,10 @@ def select_patches(asked: ConditionOnPatches) -> Part:
     said = inside.reshape(-1, each)
     whole = plain & said.all(axis=1)
     open_ = np.repeat(~whole & ~(plain & ~said.any(axis=1)), each)
-    return _of_facets(asked, np.flatnonzero(whole), f[open_], tri[open_])
+    return _select_from_triangles(asked, np.flatnonzero(whole), f[open_], tri[open_])
 
 
-def _of_facets(asked: ConditionOnPatches, whole: Ints, f: Ints, tri: Floats) -> Part:
+def _select_from_triangles(asked: ConditionOnPatches, whole: Ints, f: Ints, tri: Floats) -> Part:
     points, patches = Points(), asked.patches
     flat: Mask = patches.affine[f] if patches.out is None else np.zeros(len(f), dtype=np.bool_)
     own, pieces = cut_along_planes(asked, f[flat], tri[flat])

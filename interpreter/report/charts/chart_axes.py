@@ -68,27 +68,27 @@ def logarithmic(low: float, high: float, name: str, unit: str, about: int = 7) -
     ten. The
     axis spans at least a factor of ten, so that there are two ticks.
     """
-    bottom, top = _round_down(low), _round_up(high)
+    bottom, top = _round_number_below(low), _round_number_above(high)
     if top < 10 * bottom:
         bottom = 10.0 ** math.floor(math.log10(bottom) + 1e-9)
         top = max(top, 10 * bottom)
     first, last = math.ceil(math.log10(bottom) - 1e-9), math.floor(math.log10(top) + 1e-9)
     every = max(1, math.ceil((last - first) / about))
-    ticks = tuple((10.0**k, _decade(k, unit)) for k in range(first, last + 1, every))
+    ticks = tuple((10.0**k, _power_of_ten_label(k, unit)) for k in range(first, last + 1, every))
     return Axis(bottom, top, name, ticks, log=True)
 
 
-def _round_down(value: float) -> float:
+def _round_number_below(value: float) -> float:
     decade = 10.0 ** math.floor(math.log10(value) + 1e-9)
     return max(m * decade for m in (1.0, 2.0, 5.0) if m == 1.0 or m * decade <= value)
 
 
-def _round_up(value: float) -> float:
+def _round_number_above(value: float) -> float:
     decade = 10.0 ** math.floor(math.log10(value) - 1e-9)
     return next(m * decade for m in (1.0, 2.0, 5.0, 10.0) if m * decade >= value * (1 - 1e-9))
 
 
-def _decade(exponent: int, unit: str) -> str:
+def _power_of_ten_label(exponent: int, unit: str) -> str:
     if is_ratio(unit):
         return "1" if exponent == 0 else power_of_ten(exponent)
     return format_quantity(10.0**exponent, unit) if exponent >= -9 else f"{power_of_ten(exponent)}\u00a0{unit}"

@@ -81,8 +81,8 @@ class _Room:
         """
         fitting = [place for place in candidates if self.fits(place.box(name))]
         chosen, least = None, math.inf
-        for place in sorted(fitting, key=_length):
-            if _length(place) >= least:
+        for place in sorted(fitting, key=_leader_line_length):
+            if _leader_line_length(place) >= least:
                 break
             cost = self.cost(index, place)
             if cost < least:
@@ -100,7 +100,7 @@ class _Room:
             return False
         if any(box[0] < o[2] and o[0] < box[2] and box[1] < o[3] and o[1] < box[3] for o in self.taken):
             return False
-        return not (_inside(self.points, box).any() or _inside(self.lines, box).any())
+        return not (_points_inside_box(self.points, box).any() or _points_inside_box(self.lines, box).any())
 
     def cost(self, index: int, place: LabelPlace) -> float:
         """Return the length of a leader line, pixels, plus a penalty for everything that it crosses."""
@@ -110,16 +110,16 @@ class _Room:
         others = self.owners != index
         crossed = len(np.unique(self.owners[others][_points_near(self.points[others], steps, 4.0)]))
         wrong = int(_points_near(self.ends[self.named != index], steps, 9.0).sum())
-        covered = sum(bool(_inside(steps, box).any()) for box in self.taken)
+        covered = sum(bool(_points_inside_box(steps, box).any()) for box in self.taken)
         tangled = bool(_points_near(self.lines, steps, 5.0).any())
-        return _length(place) + 12 * crossed + 40 * wrong + 200 * covered + 60 * tangled
+        return _leader_line_length(place) + 12 * crossed + 40 * wrong + 200 * covered + 60 * tangled
 
 
-def _length(place: LabelPlace) -> float:
+def _leader_line_length(place: LabelPlace) -> float:
     return math.dist(*place.line) if place.line else 0.0
 
 
-def _inside(points: Any, box: Box) -> Any:
+def _points_inside_box(points: Any, box: Box) -> Any:
     """Return which of the points (n, 2), pixels, are inside a box, as booleans (n,)."""
     x, y = points[:, 0], points[:, 1]
     return (box[0] < x) & (x < box[2]) & (box[1] < y) & (y < box[3])
@@ -155,10 +155,10 @@ def _candidates(end: Point, crowd: bool, led: bool) -> Iterator[LabelPlace]:
         yield LabelPlace(x + 22, y + dy + 4, "start", ((x + 6, y + dy / 4), (x + 19, y + dy)))
     for radius in (28.0, 46.0, 68.0, 96.0):
         for angle in ANGLES:
-            yield _led_position(end, radius, math.radians(angle))
+            yield _position_with_leader_line(end, radius, math.radians(angle))
 
 
-def _led_position(end: Point, radius: float, angle: float) -> LabelPlace:
+def _position_with_leader_line(end: Point, radius: float, angle: float) -> LabelPlace:
     """Return the position of a name at a distance and angle from the end of its curve, with a leader line."""
     c, s = math.cos(angle), math.sin(angle)
     stop = end[0] + radius * c, end[1] + radius * s

@@ -51,7 +51,7 @@ def _diamond(x: float, y: float) -> str:
     return f"M{x:.1f} {y - 4.2:.1f}l4.2 4.2-4.2 4.2-4.2-4.2z"
 
 
-def _wedge(x: float, y: float) -> str:
+def _inverted_triangle(x: float, y: float) -> str:
     return f"M{x:.1f} {y + 3.9:.1f}l-3.6-6.2h7.2z"
 
 
@@ -68,7 +68,7 @@ MARKERS: Mapping[str, Callable[[float, float], str]] = {
     "square": _square,
     "triangle": _triangle,
     "diamond": _diamond,
-    "wedge": _wedge,
+    "wedge": _inverted_triangle,
     "plus": _plus,
     "cross": _cross,
 }

@@ -68,7 +68,7 @@ class Chart:
         desc = tag("desc", text(strip_backticks(self.desc)), id=f"{self.identity}-d")
         drawn = [_curve(c, path, i) for i, (c, path) in enumerate(zip(self.curves, self.paths, strict=True))]
         curves = tag("g", *drawn, clip_path=f"url(#{self.identity}-c)")
-        named = [_name(self.curves[i], i, self.paths[i], place) for i, place in self.names.items()]
+        named = [_label_svg(self.curves[i], i, self.paths[i], place) for i, place in self.names.items()]
         return tag(
             "svg", title, desc, clip, _axes(self), self.under, curves, *named, role="img",
             aria_labelledby=f"{self.identity}-t {self.identity}-d", viewBox=f"0 0 {w:.0f} {h:.0f}",
@@ -100,7 +100,7 @@ def _markers(curve: Curve, path: Path, index: int) -> str:
     return tag("path", class_="mark", d="".join(MARKERS[curve.look.marker](*p) for p in chosen))
 
 
-def _name(curve: Curve, index: int, path: Path, place: LabelPlace) -> str:
+def _label_svg(curve: Curve, index: int, path: Path, place: LabelPlace) -> str:
     name = tag("text", text(curve.name), x=f"{place.x:.1f}", y=f"{place.y:.1f}", text_anchor=place.anchor)
     line = ""
     if place.line:

@@ -27,22 +27,22 @@ def changes_table(changes: Changes, colour: bool) -> str:
     found = make_all_visible(changes)
     paint = colour and not os.environ.get("NO_COLOR")
     blocks = [
-        _block("environment", _facts(found.environment), paint),
-        _block("scene", _facts(found.scenes), paint),
+        _block("environment", _fact_rows(found.environment), paint),
+        _block("scene", _fact_rows(found.scenes), paint),
         _block("added", [(n,) for n in found.added], paint),
         _block("removed", [(n,) for n in found.removed], paint),
-        _block("status", [_status(c, paint) for c in found.status], paint),
-        _block("values", [_metric(c) for c in found.metrics], paint),
-        _block("times", [_time(c, paint) for c in found.times], paint),
-        _block("expectations", _facts(found.expectations), paint),
+        _block("status", [_status_row(c, paint) for c in found.status], paint),
+        _block("values", [_metric_row(c) for c in found.metrics], paint),
+        _block("times", [_time_row(c, paint) for c in found.times], paint),
+        _block("expectations", _fact_rows(found.expectations), paint),
     ]
-    head = _style(" -> ".join(found.files), "bold", paint)
+    head = _apply_ansi_style(" -> ".join(found.files), "bold", paint)
     told = [block for block in blocks if block]
     results = any(blocks[2:])
     return "\n\n".join([head, *told, *([] if results else [NOTHING])])
 
 
-def _style(words: str, name: str, paint: bool) -> str:
+def _apply_ansi_style(words: str, name: str, paint: bool) -> str:
     return f"\x1b[{STYLES[name]}m{words}\x1b[0m" if paint else words
 
 
@@ -56,10 +56,10 @@ def _block(heading: str, rows: Sequence[Sequence[str]], paint: bool) -> str:
         "  " + "  ".join([*(f"{c:<{w}}" for c, w in zip(row[:-1], widths, strict=False)), row[-1]]).rstrip()
         for row in rows
     ]
-    return "\n".join([_style(heading, "bold", paint), *lines])
+    return "\n".join([_apply_ansi_style(heading, "bold", paint), *lines])
 
 
-def _facts(facts: Sequence[FactChange]) -> list[tuple[str, str]]:
+def _fact_rows(facts: Sequence[FactChange]) -> list[tuple[str, str]]:
     return [(f.what, f"{plain_fact(f.old)} -> {plain_fact(f.new)}") for f in facts]
 
 
@@ -69,14 +69,14 @@ def plain_fact(known: Any) -> str:
     return said[:12] if len(said) == 64 and set(said) <= set("0123456789abcdef") else said  # a digest
 
 
-def _status(change: StatusChange, paint: bool) -> tuple[str, str]:
+def _status_row(change: StatusChange, paint: bool) -> tuple[str, str]:
     said = f"{change.old} -> {change.new}".replace("_", " ")
     worse = change.new in WORSE
     reason = f": {change.message}" if worse and change.message else ""
-    return change.name, _style(said + reason, "bad" if worse else "good", paint)
+    return change.name, _apply_ansi_style(said + reason, "bad" if worse else "good", paint)
 
 
-def _metric(change: MetricChange) -> tuple[str, str, str, str]:
+def _metric_row(change: MetricChange) -> tuple[str, str, str, str]:
     unit, verdict = change.unit or "1", change.verdict
     if change.relative is not None:
         verdict = f"{verdict} ({100 * change.relative:+.3g} %)"
@@ -95,7 +95,7 @@ def format_value_with_unit(number: float | None, unit: str) -> str:
     return "none" if number is None else format_quantity(number, unit, 6, percent=True).replace("\u00a0", " ")
 
 
-def _time(change: TimeChange, paint: bool) -> tuple[str, str, str, str]:
+def _time_row(change: TimeChange, paint: bool) -> tuple[str, str, str, str]:
     course, clock = (
         f"{format_time_spread(change.old)} -> {format_time_spread(change.new)}",
         change.clock.removesuffix("_s"),
@@ -103,7 +103,7 @@ def _time(change: TimeChange, paint: bool) -> tuple[str, str, str, str]:
     factor, words = (change.ratio, "longer") if change.ratio >= 1 else (1 / change.ratio, "shorter")
     style = {"undecided": "quiet", "slower": "bad"}.get(change.verdict, "good")
     said = f"{change.verdict}, {factor:.3g} times" + (f" {words}: {change.reason}" if change.reason else "")
-    return change.name, clock.replace("_", " "), course, _style(said, style, paint)
+    return change.name, clock.replace("_", " "), course, _apply_ansi_style(said, style, paint)
 
 
 def format_time_spread(spread: Spread) -> str:

@@ -23,13 +23,13 @@ SORT = {"lost": 0, "found": 1, "changed": 2, "added": 3, "removed": 4}  # verdic
 
 def comment(changes: Changes, limit: int = LIMIT) -> str:
     """Return the comment as Markdown of at most `limit` characters."""
-    verdicts = _verdicts(changes)
-    numbers = sorted((m for m in changes.metrics if m.verdict in SORT), key=_weight)
+    verdicts = _verdict_rows(changes)
+    numbers = sorted((m for m in changes.metrics if m.verdict in SORT), key=_sort_key)
     times = sorted((t for t in changes.times if t.verdict != "undecided"), key=lambda t: -t.ratio)
     tables = [
         MarkdownTable("verdicts", ("verdict of", "before", "after"), verdicts),
-        MarkdownTable("numbers", ("number", "of", "before", "after", "change"), [_number(m) for m in numbers]),
-        MarkdownTable("times", ("time", "of", "before", "after", "change"), [_time(t) for t in times]),
+        MarkdownTable("numbers", ("number", "of", "before", "after", "change"), [_metric_row(m) for m in numbers]),
+        MarkdownTable("times", ("time", "of", "before", "after", "change"), [_time_row(t) for t in times]),
     ]
     counts = [f"{len(t.rows)} {t.noun[:-1] if len(t.rows) == 1 else t.noun}" for t in tables if t.rows]
     said = f"Changed: {', '.join(counts)}." if counts else NOTHING
@@ -37,36 +37,36 @@ def comment(changes: Changes, limit: int = LIMIT) -> str:
     return document(head, tables, "\n\n".join(filter(None, (_noise(changes), _possible_causes(changes)))), limit)
 
 
-def _verdicts(changes: Changes) -> list[Row]:
+def _verdict_rows(changes: Changes) -> list[Row]:
     """Return rows for changed outcomes of expectations and changed statuses of results, worse ones first."""
-    rows = [(_worse(f), _fact(f)) for f in changes.expectations]
-    rows += [(s.new in WORSE, _status(s)) for s in changes.status]
+    rows = [(_is_worse(f), _fact_row(f)) for f in changes.expectations]
+    rows += [(s.new in WORSE, _status_row(s)) for s in changes.status]
     rows += [(False, (code(name), "", "added")) for name in changes.added]
     rows += [(False, (code(name), "", "removed")) for name in changes.removed]
     return [row for worse in (True, False) for bad, row in rows if bad is worse]
 
 
-def _worse(fact: FactChange) -> bool:
+def _is_worse(fact: FactChange) -> bool:
     return fact.new in ("not met", "not judged") or (fact.new is None and fact.old == "met")
 
 
-def _fact(fact: FactChange) -> Row:
+def _fact_row(fact: FactChange) -> Row:
     new = strip_markup(plain_fact(fact.new))
-    return code(fact.what), strip_markup(plain_fact(fact.old)), f"**{new}**" if _worse(fact) else new
+    return code(fact.what), strip_markup(plain_fact(fact.old)), f"**{new}**" if _is_worse(fact) else new
 
 
-def _status(change: StatusChange) -> Row:
+def _status_row(change: StatusChange) -> Row:
     old, new = (strip_markup((s or "nothing").replace("_", " ")) for s in (change.old, change.new))
     if change.new in WORSE:
         new = f"**{new}**" + (f": {code(change.message)}" if change.message else "")
     return code(change.name), old, new
 
 
-def _weight(change: MetricChange) -> tuple[int, float]:
+def _sort_key(change: MetricChange) -> tuple[int, float]:
     return SORT[change.verdict], -abs(change.relative or 0.0)
 
 
-def _number(change: MetricChange) -> Row:
+def _metric_row(change: MetricChange) -> Row:
     unit, verdict = change.unit or "1", change.verdict
     if change.relative is not None:
         verdict = f"{100 * change.relative:+.3g} %"
@@ -79,7 +79,7 @@ def _number(change: MetricChange) -> Row:
     )
 
 
-def _time(change: TimeChange) -> Row:
+def _time_row(change: TimeChange) -> Row:
     clock = change.clock.removesuffix("_s").replace("_", " ")
     said = f"{change.verdict}, × {change.ratio:.3g}"
     return clock, code(change.name), format_time_spread(change.old), format_time_spread(change.new), said

@@ -73,7 +73,7 @@ def advice(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
     blocks = []
     allowed = comparison.analysis.options.allow_contaminated
     for view in own:
-        items = [tag("li", _sentence(a), class_=None if a.winner else "none") for a in view.analysis.advice]
+        items = [tag("li", _recommendation_html(a), class_=None if a.winner else "none") for a in view.analysis.advice]
         said = tag("ul", *items, class_="advice") if items else tag("p", prose(view.without_advice), class_="quiet")
         rest = [tag("p", prose(d.text), class_="callout warn") for d in view.analysis.disagreements]
         blocks.append(_with_scene_title(view, own, said + "".join(rest) + cost_figure.quality(view, allowed)))
@@ -82,7 +82,7 @@ def advice(own: Sequence[SceneView], comparison: ComparisonRecord) -> str:
     return "".join(blocks) or tag("p", "No recommendation is possible.", class_="quiet")
 
 
-def _sentence(advice: Advice) -> str:
+def _recommendation_html(advice: Advice) -> str:
     """Return one recommendation as HTML, with its caveats below."""
     return prose(advice.sentence) + "".join(tag("small", prose(caveat)) for caveat in advice.caveats)
 
@@ -130,7 +130,7 @@ def _failures(view: SceneView) -> str:
     return tag("div", title, tag("ul", *items, class_="failures"), class_="callout bad")
 
 
-def _tables(
+def _make_section_builder(
     make: Callable[[SceneView], str], name: str, title: str
 ) -> Callable[[Sequence[SceneView], ComparisonRecord], str]:
     """Return a function that makes a section with the table `make(view)` of every scene."""
@@ -147,7 +147,7 @@ def _points(view: SceneView) -> str:
     return own if len(view.points) <= OPEN else details(f"{len(view.points)} configurations", own)
 
 
-def _levers(view: SceneView) -> str:
+def _change_effect_table(view: SceneView) -> str:
     own = comparison_tables.change_effects(view)
     return own if len(view.analysis.levers) <= OPEN else details(f"{len(view.analysis.levers)} changes", own)
 
@@ -186,13 +186,13 @@ def _warnings(own: Sequence[SceneView]) -> str:
 SECTIONS: tuple[tuple[str, Callable[[Sequence[SceneView], ComparisonRecord], str]], ...] = (
     ("advice", _advice),
     ("work", _diagrams),
-    ("levels", _tables(comparison_tables.effort_to_error, "levels", "Cost for a given error")),
-    ("rates", _tables(comparison_tables.best_at_rates, "rates", "Most accurate within a frame")),
-    ("points", _tables(_points, "points", "Configurations")),
-    ("studies", _tables(study_answers.studies, "studies", "Results of studies")),
-    ("orders", _tables(comparison_tables.orders, "orders", "Convergence orders")),
-    ("distances", _tables(comparison_tables.distances, "distances", "Differences between models")),
-    ("levers", _tables(_levers, "levers", "Effect of single changes")),
-    ("costs", _tables(cost_figure.costs, "costs", "Breakdown of CPU time")),
+    ("levels", _make_section_builder(comparison_tables.effort_to_error, "levels", "Cost for a given error")),
+    ("rates", _make_section_builder(comparison_tables.best_at_rates, "rates", "Most accurate within a frame")),
+    ("points", _make_section_builder(_points, "points", "Configurations")),
+    ("studies", _make_section_builder(study_answers.studies, "studies", "Results of studies")),
+    ("orders", _make_section_builder(comparison_tables.orders, "orders", "Convergence orders")),
+    ("distances", _make_section_builder(comparison_tables.distances, "distances", "Differences between models")),
+    ("levers", _make_section_builder(_change_effect_table, "levers", "Effect of single changes")),
+    ("costs", _make_section_builder(cost_figure.costs, "costs", "Breakdown of CPU time")),
     ("provenance", _provenance),
 )

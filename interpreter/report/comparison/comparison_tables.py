@@ -62,7 +62,7 @@ def configurations(view: SceneView, most: int | None = None) -> str:
     """Return the table of configurations, with at most `most` rows."""
     head = [heading(w) for w in ("Configuration", "Status")]
     named = (f"`{m}`" for m in (*view.metrics, *view.measurements))
-    head += [heading(w, True) for w in (*named, "Unknowns", *_clocks(view))]
+    head += [heading(w, True) for w in (*named, "Unknowns", *_effort_headings(view))]
     head += [heading("Solver"), heading("Timing")]
     known = view.metrics.values()
     star = " ★: on the Pareto front for this error." if any(own.front for own in known) else ""
@@ -72,7 +72,7 @@ def configurations(view: SceneView, most: int | None = None) -> str:
     return table(f"{which} configurations.{star}{dagger}", head, rows, "points-table")
 
 
-def _clocks(view: SceneView) -> tuple[str, ...]:
+def _effort_headings(view: SceneView) -> tuple[str, ...]:
     return (view.effort_name, "Set-up", "Memory") if view.timed else ()
 
 
@@ -86,7 +86,7 @@ def _point(view: SceneView, point: ComparedPoint) -> str:
     cells += [_error(view, point, metric) for metric in view.metrics]
     cells += [cell(view.measured(point, metric)) for metric in view.measurements]
     cells += [cell(group_digits(point.dofs) if point.dofs else DASH), *(_times(view, point) if view.timed else ())]
-    return row(*cells, _solver(point), tag("td", _quality(point), class_="quality"))
+    return row(*cells, _solver_with_iterations(point), tag("td", _timing_remarks(point), class_="quality"))
 
 
 def _full_residual(point: ComparedPoint) -> str:
@@ -95,7 +95,7 @@ def _full_residual(point: ComparedPoint) -> str:
     return "" if left is None else tag("small", text(f"full model: residual {left:.2g} of the load"))
 
 
-def _solver(point: ComparedPoint) -> str:
+def _solver_with_iterations(point: ComparedPoint) -> str:
     """Return the linear solver and its number of iterations as text."""
     below = "" if point.iterations is None else tag("small", text(count(point.iterations, "iteration")))
     return tag("td", text(point.linear_solver or DASH), below, class_="solver")
@@ -131,7 +131,7 @@ def format_bytes(number: float | None) -> str:
     return f"{number / 10**power:.3g}\u00a0{ {9: 'GB', 6: 'MB', 3: 'kB', 0: 'B'}[power] }"
 
 
-def _quality(point: ComparedPoint) -> str:
+def _timing_remarks(point: ComparedPoint) -> str:
     """Return the number of timing runs and of excluded runs as text, followed by remarks on the timing."""
     cost = point.cost
     said = [count(cost.runs, "run")] if cost.runs else []
@@ -153,13 +153,13 @@ def _points_csv(view: SceneView) -> str:
         own: list[Cell] = [p.label, p.model, p.study, p.status, p.message, p.nodes, p.elements, p.dofs]
         own += [value for m in view.metrics for value in (p.error(m), p.uncertainty(m))]
         own += [p.metric(m).value for m in view.measurements]
-        own += [value for clock in clocks for value in _quartiles(p.cost.spread(clock))]
+        own += [value for clock in clocks for value in _spread_cells(p.cost.spread(clock))]
         own += [p.cost.memory_bytes, p.iterations, p.linear_solver]
         rows.append([*own, "yes" if p.cost.contaminated else "no", "; ".join(p.cost.flags)])
     return csv_link(f"{view.scene}-points", header, rows, "Save all configurations as CSV")
 
 
-def _quartiles(spread: Spread | None) -> tuple[Cell, ...]:
+def _spread_cells(spread: Spread | None) -> tuple[Cell, ...]:
     """Return median, quartiles and number of runs as CSV cells; time steps have no quartiles."""
     if spread is None:
         return (None,) * 4
@@ -172,14 +172,14 @@ def _quartiles(spread: Spread | None) -> tuple[Cell, ...]:
 
 def effort_to_error(view: SceneView) -> str:
     """Return tables of the effort that each refinement line needs to reach each error level, one per error metric."""
-    return "".join(_levels(view, metric) for metric, own in view.metrics.items() if own.levels)
+    return "".join(_effort_table(view, metric) for metric, own in view.metrics.items() if own.levels)
 
 
-def _levels(view: SceneView, metric: str) -> str:
+def _effort_table(view: SceneView, metric: str) -> str:
     known = view.metrics[metric]
     head = [heading("Line"), *(heading(f"{view.amount(v.level, metric)} or less", True) for v in known.levels)]
     rows = [
-        row(row_head(line.name), *(_level(view, v.lines[i], v.best == line.name, metric) for v in known.levels))
+        row(row_head(line.name), *(_effort_cell(view, v.lines[i], v.best == line.name, metric) for v in known.levels))
         for i, line in enumerate(view.lines)
     ]
     words = (
@@ -190,7 +190,7 @@ def _levels(view: SceneView, metric: str) -> str:
     return table(words, head, rows)
 
 
-def _level(view: SceneView, entry: EffortAtLevel, best: bool, metric: str) -> str:
+def _effort_cell(view: SceneView, entry: EffortAtLevel, best: bool, metric: str) -> str:
     found, least = entry.reached, entry.least_error
     if found is None:
         above = entry.reason == "not reached" and least
@@ -265,7 +265,7 @@ def orders(view: SceneView) -> str:
         *(heading(w, True) for w in ("Finest", "Order", "Limit", "± (GCI)")),
     ]
     head += [heading("Asymptotic"), *(heading(f"order of `{m}`", True) for m in view.metrics)]
-    rows = [r for entry in entries for r in _order(view, entry)]
+    rows = [r for entry in entries for r in _order_rows(view, entry)]
     caption = (
         "Mesh refinement. Finest: largest displacement of the probe on the finest mesh, or the value of a metric if "
         "no probe is shared; limit: by Richardson extrapolation; ±: grid convergence index, the half-width of a band "
@@ -275,7 +275,7 @@ def orders(view: SceneView) -> str:
     return table(caption, head, rows)
 
 
-def _order(view: SceneView, entry: LineOrders) -> list[str]:
+def _order_rows(view: SceneView, entry: LineOrders) -> list[str]:
     """Return the table rows of a refinement line, one for each probe or metric; the first row also has the errors."""
     errors = [_error_order(entry, m) for m in view.metrics]
     limits = entry.limits or [Limit(DASH, "metric", "", None, None, ConvergenceEstimate("unusable", entry.doubt))]
@@ -362,11 +362,11 @@ def change_effects(view: SceneView) -> str:
         return ""
     head = [heading(w) for w in ("Model", "Change", "With")]
     head += [heading(view.effort_name, True), *(heading(f"`{m}`", True) for m in view.metrics)]
-    rows = [_lever(lever, [lever.errors[m] for m in view.metrics]) for lever in entries]
+    rows = [_change_effect_row(lever, [lever.errors[m] for m in view.metrics]) for lever in entries]
     return table("Effect of a single change: ratio of the new value to the old one.", head, rows)
 
 
-def _lever(lever: ChangeEffect, errors: Sequence[ErrorChange]) -> str:
+def _change_effect_row(lever: ChangeEffect, errors: Sequence[ErrorChange]) -> str:
     change = tag("td", tag("code", wrappable_name(lever.what)), " ", text(f"{lever.from_} → {lever.to}"))
     others = ", ".join(f"{k} = {v}" for k, v in lever.others.items())
     cells = [_ratio(e.ratio, "within the uncertainty" if e.within_uncertainty else "") for e in errors]

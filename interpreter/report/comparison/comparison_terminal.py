@@ -30,7 +30,7 @@ CODES = {"bold": "1", "good": "32", "bad": "31", "quiet": "2"}
 def table(comparison: ComparisonRecord, colour: bool, path: str | None = None, width: int | None = None) -> str:
     """Return the terminal text: configurations of every scene, failures, recommendation, and the path of the page."""
     paint, room = _terminal_settings(colour, width)
-    blocks = [block for own in _scenes(comparison) for block in _scene(own, paint, room)]
+    blocks = [block for own in _views_by_scene(comparison) for block in _scene(own, paint, room)]
     blocks = blocks or ["No configurations."]
     return "\n\n".join([*blocks, *([f"comparison: {path}"] if path else [])])
 
@@ -38,7 +38,9 @@ def table(comparison: ComparisonRecord, colour: bool, path: str | None = None, w
 def errors(comparison: ComparisonRecord, colour: bool) -> str:
     """Return the tables of errors for the terminal before anything is timed, without a recommendation."""
     paint, room = _terminal_settings(colour, None)
-    each = (_errors(own, ": errors; times are still being measured", paint, room) for own in _scenes(comparison))
+    each = (
+        _errors(own, ": errors; times are still being measured", paint, room) for own in _views_by_scene(comparison)
+    )
     return "\n\n".join(block for blocks in each for block in blocks)
 
 
@@ -48,7 +50,7 @@ def _terminal_settings(colour: bool, width: int | None) -> tuple[bool, int]:
     return colour and not os.environ.get("NO_COLOR"), room
 
 
-def _scenes(comparison: ComparisonRecord) -> list[list[SceneView]]:
+def _views_by_scene(comparison: ComparisonRecord) -> list[list[SceneView]]:
     """Return the views of the problems of each scene."""
     scenes: dict[str, list[SceneView]] = {}
     for view in views(comparison):
@@ -56,7 +58,7 @@ def _scenes(comparison: ComparisonRecord) -> list[list[SceneView]]:
     return list(scenes.values())
 
 
-def _style(words: str, name: str, paint: bool) -> str:
+def _apply_ansi_style(words: str, name: str, paint: bool) -> str:
     return f"\x1b[{CODES[name]}m{words}\x1b[0m" if paint else words
 
 
@@ -65,12 +67,12 @@ def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
     blocks = _errors(own, "", paint, room)
     told = own[:TOLD]
     answers = [
-        _at(view, _plain_text(s)) if isinstance(a, ParetoAnswer) else _plain_text(s)
+        _with_varied_value(view, _plain_text(s)) if isinstance(a, ParetoAnswer) else _plain_text(s)
         for view in told for a in view.analysis.answers for s in _truncate(study_lines(a))
     ]  # fmt: skip
     blocks += ["\n".join(answers)] if answers else []
     said = [
-        _at(view, words) for view in told
+        _with_varied_value(view, words) for view in told
         for words in (*(a.text for a in view.analysis.advice), *(d.text for d in view.analysis.disagreements))
     ]  # fmt: skip
     advice = [textwrap.fill(_plain_text(words), room, initial_indent="-> ", subsequent_indent="   ") for words in said]
@@ -81,12 +83,15 @@ def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
 
 def _errors(own: Sequence[SceneView], beside: str, paint: bool, room: int) -> list[str]:
     """Return the title followed by the text `beside`, the table of errors, and its notes, as lines of text."""
-    blocks = [_style(make_all_visible(own[0].title) + beside, "bold", paint), _rows(own, paint)]
-    notes = [_plain_text(note) for note in (separate_problems_note(own), *_notes(own)) if note]
+    blocks = [
+        _apply_ansi_style(make_all_visible(own[0].title) + beside, "bold", paint),
+        _configuration_table(own, paint),
+    ]
+    notes = [_plain_text(note) for note in (separate_problems_note(own), *_footnotes(own)) if note]
     return [*blocks, *(["\n".join(textwrap.fill(n, room, subsequent_indent="  ") for n in notes)] if notes else [])]
 
 
-def _at(view: SceneView, words: str) -> str:
+def _with_varied_value(view: SceneView, words: str) -> str:
     return f"{make_all_visible(view.at)}: {words}" if view.at else words
 
 
@@ -101,7 +106,7 @@ def _plain_text(words: str) -> str:
     return strip_backticks(make_all_visible(words)).replace("\u00a0", " ").replace("\u202f", " ")
 
 
-def _rows(own: Sequence[SceneView], paint: bool) -> str:
+def _configuration_table(own: Sequence[SceneView], paint: bool) -> str:
     metrics = list(dict.fromkeys(m for view in own for m in view.metrics))
     points = [(view, p) for view in own for p in view.once]
     clocks = dict.fromkeys(CLOCKS.get(view.clock, view.clock) for view in own if view.timed)
@@ -109,15 +114,15 @@ def _rows(own: Sequence[SceneView], paint: bool) -> str:
     head = ["", *metrics, *own_metrics, "unknowns", "iterations", *([" or ".join(clocks)] if clocks else []), ""]
     rows = [_row(view, p, metrics, own_metrics, bool(clocks)) for view, p in points]
     widths = [max(len(r[i]) for r in (head, *rows)) for i in range(len(head))]
-    lines = [_line(head, widths), "  ".join("-" * w for w in widths).rstrip()]
+    lines = [_aligned_line(head, widths), "  ".join("-" * w for w in widths).rstrip()]
     for (view, point), cells in zip(points, rows, strict=True):
         style = "good" if view.on_fronts(point) else None if point.solved else "bad"
-        line = _line(cells, widths)
-        lines.append(_style(line, style, paint) if style else line)
+        line = _aligned_line(cells, widths)
+        lines.append(_apply_ansi_style(line, style, paint) if style else line)
     return "\n".join(lines)
 
 
-def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
+def _aligned_line(cells: Sequence[str], widths: Sequence[int]) -> str:
     shown = [f"{c:>{w}}" for c, w in zip(cells, widths, strict=True)]
     shown[0], shown[-1] = f"{cells[0]:<{widths[0]}}", cells[-1]
     return "  ".join(shown).rstrip()
@@ -156,15 +161,15 @@ def _time(view: SceneView, point: ComparedPoint) -> str:
     return most + _plain_text(format_quantity(spread.median, "s", 3)) + (f" ±{half:.0f} %" if half >= 0.5 else "")
 
 
-def _notes(own: Sequence[SceneView]) -> list[str]:
+def _footnotes(own: Sequence[SceneView]) -> list[str]:
     """Return notes with the meaning of the marks, and each reason of failure once."""
     marks = []
     if any(known.front for view in own for known in view.metrics.values()):
         what = "less time" if any(view.timed for view in own) else "fewer unknowns"
         marks.append(f"* on the Pareto front: no configuration has {what} and a smaller error")
-    if any(_within(view, p) for view in own for p in view.points):
+    if any(_is_within_uncertainty(view, p) for view in own for p in view.points):
         marks.append("† within the uncertainty of the reference")
-    marks += [f"uncertainty of {name}: ±{known}" for name, known in _uncertainties(own).items()]
+    marks += [f"uncertainty of {name}: ±{known}" for name, known in _reference_uncertainties(own).items()]
     if any(view.timed and view.effort(p) is not None for view in own for p in view.points):
         marks.append("±: half the interquartile range")
     lines = ["; ".join(marks)] if marks else []
@@ -177,7 +182,7 @@ def _notes(own: Sequence[SceneView]) -> list[str]:
     return lines
 
 
-def _uncertainties(own: Sequence[SceneView]) -> dict[str, str]:
+def _reference_uncertainties(own: Sequence[SceneView]) -> dict[str, str]:
     """Return the largest uncertainty of the reference of each error metric as text."""
     found: dict[str, tuple[float, SceneView]] = {}
     for view in own:
@@ -187,5 +192,5 @@ def _uncertainties(own: Sequence[SceneView]) -> dict[str, str]:
     return {name: _plain_text(view.amount(most, name)) for name, (most, view) in found.items()}
 
 
-def _within(view: SceneView, point: ComparedPoint) -> bool:
+def _is_within_uncertainty(view: SceneView, point: ComparedPoint) -> bool:
     return any(point.within(m, own.uncertainty) for m, own in view.metrics.items())

@@ -22,8 +22,8 @@ def costs(view: SceneView) -> str:
     split = [p for p in view.once if p.cost.phases]
     if not split:
         return ""
-    chosen = _chosen(view, split)
-    named = [name for name in _names(split) if any(p.cost.phases.get(name) for p in split)]
+    chosen = _shown_configurations(view, split)
+    named = [name for name in _phase_names(split) if any(p.cost.phases.get(name) for p in split)]
     rows = [_bar(p, named) for p in chosen]
     words = ("Configuration", "Total", "Share of each phase", "Memory")
     head = [heading(w, w in ("Total", "Memory")) for w in words]
@@ -31,15 +31,15 @@ def costs(view: SceneView) -> str:
     some = "" if len(chosen) == len(split) else fewer
     caption = f"CPU time of each phase: building the model, one solution, and writing results.{some}"
     key = tag("ul", *(tag("li", _swatch(i), tag("span", text(n))) for i, n in enumerate(named)), class_="key")
-    return key + table(caption, head, rows, "costs") + _numbers(split, named) + _save(view, split, named)
+    return key + table(caption, head, rows, "costs") + _phase_time_table(split, named) + _csv_link(view, split, named)
 
 
-def _names(points: Sequence[ComparedPoint]) -> list[str]:
+def _phase_names(points: Sequence[ComparedPoint]) -> list[str]:
     """Return the phases of all points in their usual order, other phases last."""
     return list(dict.fromkeys([*PHASES, *(n for p in points for n in p.cost.phases)]))
 
 
-def _chosen(view: SceneView, split: Sequence[ComparedPoint]) -> list[ComparedPoint]:
+def _shown_configurations(view: SceneView, split: Sequence[ComparedPoint]) -> list[ComparedPoint]:
     """Return the configurations to show.
 
     These are all if they are few, otherwise those on a Pareto front and the finest of each refinement line.
@@ -76,7 +76,7 @@ def _swatch(index: int) -> str:
     return tag("span", class_=f"part swatch p{index % 7}", aria_hidden="true")
 
 
-def _numbers(split: Sequence[ComparedPoint], named: Sequence[str]) -> str:
+def _phase_time_table(split: Sequence[ComparedPoint], named: Sequence[str]) -> str:
     """Return the table of the CPU times of each phase, s."""
     head = [heading("Configuration"), *(heading(n, True) for n in named)]
     rows = []
@@ -90,7 +90,7 @@ def _seconds(value: float | None) -> str:
     return "–" if value is None else format_quantity(value, "s", 3)
 
 
-def _save(view: SceneView, split: Sequence[ComparedPoint], named: Sequence[str]) -> str:
+def _csv_link(view: SceneView, split: Sequence[ComparedPoint], named: Sequence[str]) -> str:
     rows: list[list[Cell]] = [[p.label, *(p.cost.phases.get(n) for n in named), p.cost.memory_bytes] for p in split]
     header = ["configuration", *(f"{n} [s]" for n in named), "memory [B]"]
     return csv_link(f"{view.scene}-costs", header, rows)
@@ -108,13 +108,13 @@ def quality(view: SceneView, allowed: bool = False) -> str:
     said += left_out if known.excluded_runs else " No run was excluded."
     if disturbed:
         counted = ", but counted" if allowed else ", not counted"
-        said += f" Disturbed{counted}: {_who(disturbed, known.timed)}."
-    flags = "".join(tag("li", prose(_flagged(flag, n))) for flag, n in known.flags.items())
+        said += f" Disturbed{counted}: {_list_labels(disturbed, known.timed)}."
+    flags = "".join(tag("li", prose(_remark_with_count(flag, n))) for flag, n in known.flags.items())
     mood = "warn" if disturbed or known.flags else "good"
     return _callout(mood, said, tag("ul", flags, class_="flags") if flags else "")
 
 
-def _who(labels: Sequence[str], of: int) -> str:
+def _list_labels(labels: Sequence[str], of: int) -> str:
     """Return `all`, or the first eight labels and the number of others."""
     if len(labels) == of > 1:
         return "all"
@@ -122,7 +122,7 @@ def _who(labels: Sequence[str], of: int) -> str:
     return ", ".join(f"`{label}`" for label in labels[:8]) + more
 
 
-def _flagged(flag: str, n: int) -> str:
+def _remark_with_count(flag: str, n: int) -> str:
     """Return a remark with the number `n` of configurations, such as `few repeats: ... (2 configurations)`."""
     meaning = REMARKS.get(flag) or DISTURBANCES.get(flag)
     return (f"{flag}: {meaning}" if meaning else flag) + f" ({count(n, 'configuration')})"

@@ -26,25 +26,27 @@ from softmark.interpreter.study.analysis.study_results import (
 
 def studies(view: SceneView) -> str:
     """Return an HTML table for each study of the scene; empty if it has none."""
-    return "".join(_front(a) if isinstance(a, ParetoAnswer) else _settling(a) for a in view.analysis.answers)
+    return "".join(
+        _pareto_table(a) if isinstance(a, ParetoAnswer) else _convergence_table(a) for a in view.analysis.answers
+    )
 
 
-def _settling(answer: ConvergenceAnswer) -> str:
+def _convergence_table(answer: ConvergenceAnswer) -> str:
     words = ("Line", "Members", "Finest", "Order", "Limit", "± (GCI)", "Asymptotic")
     head = [heading(w, w not in ("Line", "Asymptotic")) for w in words]
     caption = (
         f"`{answer.study}`: convergence of `{answer.metric}` over `{answer.over}`. ‡: outside the asymptotic range, "
         f"unreliable."
     )
-    return table(caption, head, [_line(entry) for entry in answer.lines])
+    return table(caption, head, [_convergence_row(entry) for entry in answer.lines])
 
 
-def _line(entry: LineConvergence) -> str:
+def _convergence_row(entry: LineConvergence) -> str:
     members = cell(DASH if entry.members is None else str(entry.members))
     return row(row_head(entry.line), members, *limit_cells(entry.finest, entry.limit, entry.unit or "1"))
 
 
-def _front(answer: ParetoAnswer) -> str:
+def _pareto_table(answer: ParetoAnswer) -> str:
     cost = f"`{answer.cost}`" if answer.cost else answer.cost_name.capitalize()
     head = [heading("On the Pareto front"), heading(cost, True), heading(f"`{answer.error}`", True)]
     rows = [
@@ -72,10 +74,12 @@ def study_lines(answer: Answer) -> list[str]:
     if isinstance(answer, ParetoAnswer):
         names = ", ".join(f"{c.label} ({_cost(answer, c)})" for c in answer.front) or "nobody"
         return [f"{answer.study}: on the Pareto front of {answer.error} and {answer.cost_name}: {names}"]
-    return [f"{answer.study}: {answer.metric} of {entry.line}: {_line_in_words(entry)}" for entry in answer.lines]
+    return [
+        f"{answer.study}: {answer.metric} of {entry.line}: {_convergence_sentence(entry)}" for entry in answer.lines
+    ]
 
 
-def _line_in_words(entry: LineConvergence) -> str:
+def _convergence_sentence(entry: LineConvergence) -> str:
     found, unit = entry.limit, entry.unit or "1"
     if found.order is None:
         return f"no order: {found.reason}"

@@ -95,7 +95,7 @@ class Diagram:
     def figure(self) -> str:
         """Return the figure with its data as HTML; if nothing can be drawn, a sentence about the missing data."""
         if not self.drawn:
-            why = _grouped(self.known.judged.left_out.values())
+            why = _group_names_by_reason(self.known.judged.left_out.values())
             said = f"No diagram of `{self.metric}`: {why or 'there is nothing to draw'}."
             return tag("p", prose(said), class_="quiet")
         frame = "-frame" if self.frames else ""
@@ -127,8 +127,12 @@ class Diagram:
         efforts = [row.effort for row in self.drawn if row.effort is not None]
         low, high = min(s.q1 or s.median for s in efforts), max(s.q3 for s in efforts)
         if self.clock == UNKNOWNS:
-            return _inside(_decades(low / 1.15, high * 1.15, self.effort_name, lambda v: group_digits(round(v))))
-        return _inside(_decades(low / 1.15, high * 1.15, self.effort_name, lambda v: format_quantity(v, "s", 3)))
+            return _without_overhanging_label(
+                _error_decade_axis(low / 1.15, high * 1.15, self.effort_name, lambda v: group_digits(round(v)))
+            )
+        return _without_overhanging_label(
+            _error_decade_axis(low / 1.15, high * 1.15, self.effort_name, lambda v: format_quantity(v, "s", 3))
+        )
 
     @cached_property
     def up(self) -> Axis:
@@ -139,7 +143,7 @@ class Diagram:
         low = min([*positive, self.uncertainty or high] if near else positive, default=high)
         low = max(low, self.uncertainty / BELOW, high * 1e-12)
         name = f"{self.metric}, from {self.known.against}"
-        return _decades(low / 1.3, high * 1.3, name, lambda v: self.view.amount(v, self.metric))
+        return _error_decade_axis(low / 1.3, high * 1.3, name, lambda v: self.view.amount(v, self.metric))
 
     def place(self, row: _Row) -> Place | None:
         """Return the position of a point in the plot; a point below the axis is drawn at its lower edge."""
@@ -179,7 +183,7 @@ class Diagram:
             else ""
         )
         lost = self.known.judged.left_out.values()
-        return said + (f" Not shown: {_grouped(lost)}." if lost else "")
+        return said + (f" Not shown: {_group_names_by_reason(lost)}." if lost else "")
 
     # -------------------------------------------------------------- numbers
 
@@ -229,7 +233,7 @@ class Diagram:
         return csv_link(f"{self.metric}-against-{'step' if self.frames else self.view.clock}", header, rows)
 
 
-def _grouped(pairs: Iterable[tuple[str, str]]) -> str:
+def _group_names_by_reason(pairs: Iterable[tuple[str, str]]) -> str:
     """Return names grouped by reason, such as `a, b (it diverged); c (it was not timed)`.
 
     If there are many names for a reason, only their number is given.
@@ -244,7 +248,7 @@ def _grouped(pairs: Iterable[tuple[str, str]]) -> str:
     return "; ".join(parts)
 
 
-def _decades(low: float, high: float, name: str, said: Callable[[float], str]) -> Axis:
+def _error_decade_axis(low: float, high: float, name: str, said: Callable[[float], str]) -> Axis:
     """Return a logarithmic axis with ticks at powers of ten; with few powers also at 2 and 5 in between."""
     axis = logarithmic(low, high, name, "1")
     decades = math.log10(axis.high / axis.low)
@@ -256,7 +260,7 @@ def _decades(low: float, high: float, name: str, said: Callable[[float], str]) -
     return replace(axis, ticks=tuple((v, said(v)) for v in within))
 
 
-def _inside(axis: Axis) -> Axis:
+def _without_overhanging_label(axis: Axis) -> Axis:
     """Return the axis without a tick label that would extend beyond its end."""
     return replace(axis, ticks=tuple((v, said) for v, said in axis.ticks if axis.at(v) < END or len(said) <= 4))
 
@@ -373,12 +377,12 @@ def key(view: SceneView) -> str:
         "disturbed": any(view.disturbed(p) for p in view.points),
         "spread": any((s := view.effort(p)) is not None and s.q1 != s.q3 for p in view.points),
     }
-    items = [_sample(d, name) + tag("span", text(words)) for d, name, words, when in KEY if there[when]]
+    items = [_legend_sample(d, name) + tag("span", text(words)) for d, name, words, when in KEY if there[when]]
     if not view.timed:
         items = [item.replace("none is faster", "none is smaller") for item in items]
     if any(_is_uncertainty_visible(view, metric) for metric in view.metrics):
         band = tag("rect", x=1, y=2, width=36, height=12, class_="uncertain")
-        items.append(_drawing(band) + tag("span", "within the uncertainty of the reference"))
+        items.append(_legend_svg(band) + tag("span", "within the uncertainty of the reference"))
     return tag("ul", *(tag("li", item) for item in items), class_="key") if items else ""
 
 
@@ -389,12 +393,12 @@ def _is_uncertainty_visible(view: SceneView, metric: str) -> bool:
     return uncertainty > 0 and uncertainty >= TOLD * min(errors, default=0.0)
 
 
-def _sample(d: str, name: str) -> str:
+def _legend_sample(d: str, name: str) -> str:
     ring = tag("circle", cx=19, cy=8, r=6.5, class_=name)
-    return _drawing(tag("path", d=d, class_=name) if d else ring)
+    return _legend_svg(tag("path", d=d, class_=name) if d else ring)
 
 
-def _drawing(content: str) -> str:
+def _legend_svg(content: str) -> str:
     return tag("svg", content, viewBox="0 0 38 16", width=38, height=16, aria_hidden="true")
 
 

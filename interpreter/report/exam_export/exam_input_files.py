@@ -68,7 +68,7 @@ def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: Ru
     ready, refused = _exportable_models(scene, to, list(only) or list(scene.of_kind("model")), options)
     if (refused and only) or not ready:
         each = [_error(scene.declared[name], to, why) for name, why in refused.items()]
-        raise SceneError(each or [_nothing(scene, to)])
+        raise SceneError(each or [_no_model_error(scene, to)])
     found = exam_sheet.make_sheet(scene, options)
     folder.mkdir(parents=True, exist_ok=True)
     written: list[str] = []
@@ -76,7 +76,7 @@ def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: Ru
     followed = {name: list(_unexported_loads(scene, name)) for name in ready} if FORMATS[to].mesh else {}
     left = [(f"model `{name}`, {what}", why) for name, own in (refused | followed).items()
             for what, why in dict.fromkeys(own)]  # fmt: skip
-    left += [(f"region `{name}`", NAMELESS) for name in _plain_regions(scene, ready)]
+    left += [(f"region `{name}`", NAMELESS) for name in _unexported_regions(scene, ready)]
     found["left"] += [{"what": what, "why": why} for what, why in left]
     exam_sheet.write(found, folder)
     atomic_files.replace(folder / exam_readme.FILE, exam_readme.readme_text(found, to))
@@ -107,7 +107,7 @@ def _problems_of_model(scene: Scene, name: str, to: str, workshop: BuildContext)
     """Return the problems of a model: one, or one for each state. Raises NotTransferable, Fault."""
     each, alone = [], FORMATS[to].mesh
     for own in [in_state(scene, i) for i in range(len(states_of(scene)))] or [scene]:
-        declared = _as_own_model(own.declared[name])
+        declared = _as_softmark_model(own.declared[name])
         case = case_for(own, declared)
         if FORMATS[to].moves:
             each.append(_dynamic_problem(own.declared[name], case, workshop))
@@ -131,7 +131,7 @@ def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> 
     """Return a dynamic problem with the time steps of the model. Raises NotTransferable, Fault."""
     from softmark.interpreter.models.external import external_builder
 
-    model = _as_own_model(declared).thing
+    model = _as_softmark_model(declared).thing
     if found := reasons(model, case, moves=True):
         raise NotTransferable(found)
     if model.mass != "lumped" and not isinstance(
@@ -149,11 +149,11 @@ def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> 
 
 def _unexported_loads(scene: Scene, name: str) -> Iterator[Reason]:
     """Yield the loads that are exported only as forces in the undeformed state."""
-    declared = _as_own_model(scene.declared[name])
+    declared = _as_softmark_model(scene.declared[name])
     yield from reasons_of_loads(declared.thing, case_for(scene, declared))
 
 
-def _plain_regions(scene: Scene, ready: Iterable[str]) -> Iterator[str]:
+def _unexported_regions(scene: Scene, ready: Iterable[str]) -> Iterator[str]:
     """Yield the names of regions that are not part of an exported mesh."""
     cases = [case_for(scene, scene.declared[name]) for name in ready]
     gone = {part.name for case in cases for part in case.parts}
@@ -163,7 +163,7 @@ def _plain_regions(scene: Scene, ready: Iterable[str]) -> Iterator[str]:
             yield name
 
 
-def _as_own_model(declared: Declared) -> Declared:
+def _as_softmark_model(declared: Declared) -> Declared:
     """Return the declaration of a model of an external program as a model of softmark with the same arguments."""
     return replace(declared, thing=declared.thing.solid) if isinstance(declared.thing, ExternalSolver) else declared
 
@@ -202,11 +202,11 @@ def _write_model(name: str, each: Told, to: str, folder: Path, written: list[str
         "nodes": len(problem.points),
         "cells": len(problem.cells),
         "shares": list(problem.shares),
-        "materials": {part: _made_of(stuff) for part, stuff in zip(named.parts, problem.stuff, strict=True)},
+        "materials": {part: _material_entry(stuff) for part, stuff in zip(named.parts, problem.stuff, strict=True)},
     }
 
 
-def _made_of(stuff: ExternalMaterial) -> Mapping[str, Any]:
+def _material_entry(stuff: ExternalMaterial) -> Mapping[str, Any]:
     return {"law": stuff.law, **stuff.constants, **stuff.choices, "density": stuff.density}
 
 
@@ -222,6 +222,6 @@ def _error(declared: Declared, to: str, why: Sequence[Reason]) -> Diagnostic:
     )
 
 
-def _nothing(scene: Scene, to: str) -> Diagnostic:
+def _no_model_error(scene: Scene, to: str) -> Diagnostic:
     help = "declare one: `model bricks = fem(hex8, strain = small, size = 5 mm)`"
     return Diagnostic("E720", f"`{scene.title}` has no model to export to {to}", scene.source, None, help=help)

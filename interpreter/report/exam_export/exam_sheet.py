@@ -56,8 +56,8 @@ def make_sheet(scene: Scene, options: RunOptions) -> dict[str, Any]:
         "units": UNITS,
         "scene": describe_scene(scene),
         "states": list(states_of(scene)),
-        "probes": {name: _place(works[-1], own, left) for name, own in scene.of_kind("probe").items()},
-        "metrics": {name: _requested_metric(own) for name, own in scene.of_kind("metric").items()},
+        "probes": {name: _probe_entry(works[-1], own, left) for name, own in scene.of_kind("probe").items()},
+        "metrics": {name: _metric_entry(own) for name, own in scene.of_kind("metric").items()},
         "references": report["references"],
         "expectations": [{"text": e.text, "line": e.location.span.line} for e in scene.expectations],
         "left": left,
@@ -65,9 +65,9 @@ def make_sheet(scene: Scene, options: RunOptions) -> dict[str, Any]:
     return dict(to_plain_json(found))
 
 
-def _place(work: Any, probe: Declared, left: list[dict[str, str]]) -> dict[str, Any]:
+def _probe_entry(work: Any, probe: Declared, left: list[dict[str, str]]) -> dict[str, Any]:
     """Return the points of a probe, shape (n, 3), m, in the last state, as an entry of the sheet."""
-    own: dict[str, Any] = {"body": probe.thing.body, "text": _text(probe), "points": None}
+    own: dict[str, Any] = {"body": probe.thing.body, "text": _declaration_text(probe), "points": None}
     if probe.name not in {known.name for known in work.probes(probe.thing.body)}:
         return own | {"reason": "its points are those of a measurement that could not be read"}
     try:
@@ -79,11 +79,11 @@ def _place(work: Any, probe: Declared, left: list[dict[str, str]]) -> dict[str, 
     return own if place.triangles is None else own | {"triangles": place.triangles.tolist()}
 
 
-def _requested_metric(metric: Declared) -> dict[str, Any]:
-    return {"text": _text(metric), "unit": metric.thing.unit}
+def _metric_entry(metric: Declared) -> dict[str, Any]:
+    return {"text": _declaration_text(metric), "unit": metric.thing.unit}
 
 
-def _text(declared: Declared) -> str:
+def _declaration_text(declared: Declared) -> str:
     """Return the text of a declaration after `=`, on one line."""
     return " ".join(declared.location.text.partition("=")[2].split())
 

@@ -31,12 +31,12 @@ def render(report: Report) -> str:
     _properties(suite, _suite_properties(report))
     failures = report.failures
     for outcome in report.outcomes:
-        case = _case(suite, f"{outcome.name} converges", "softmark.models")
+        case = _add_test_case(suite, f"{outcome.name} converges", "softmark.models")
         _properties(case, _result_properties(report, outcome))
         if outcome in failures:
             ElementTree.SubElement(case, "error", message=outcome.message or outcome.status)
     for e in report.expectations:
-        case = _case(suite, e.text, "softmark.expectations")
+        case = _add_test_case(suite, e.text, "softmark.expectations")
         _properties(case, _expectation_properties(report, e))
         if e.left_out:
             ElementTree.SubElement(case, "skipped", message=e.reason or "")
@@ -53,7 +53,7 @@ def render(report: Report) -> str:
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(suite, encoding="unicode") + "\n"
 
 
-def _case(suite: ElementTree.Element, name: str, group: str) -> ElementTree.Element:
+def _add_test_case(suite: ElementTree.Element, name: str, group: str) -> ElementTree.Element:
     return ElementTree.SubElement(suite, "testcase", name=name, classname=group)
 
 

@@ -24,12 +24,12 @@ def _card(board: Board, name: str, views: Mapping[str, SceneView]) -> str:
     title = tag("h3", tag("code", text(name)), " ", text(card.question), id=f"case-{name}-heading")
     lost = tag("p", prose(f"No model gave a result: {card.reason}"), class_="callout bad") if card.reason else ""
     table = _answers(cells) if cells else ""
-    figure = _front(card, cells, views.get(card.subject))
-    return tag("article", title, _about(card, cells), lost, table, figure, id=f"case-{name}", class_="case",
+    figure = _error_time_diagram(card, cells, views.get(card.subject))
+    return tag("article", title, _case_facts(card, cells), lost, table, figure, id=f"case-{name}", class_="case",
                aria_labelledby=f"case-{name}-heading")  # fmt: skip
 
 
-def _about(card: CaseCard, cells: list[Cell]) -> str:
+def _case_facts(card: CaseCard, cells: list[Cell]) -> str:
     known = [c.uncertainty for c in cells if c.uncertainty]
     low, high = (format_quantity(f(known), card.unit, 2, percent=True) if known else "" for f in (min, max))
     uncertainty = (f"± {low}" if low == high else f"± {low} to {high}") if known else "not stated"
@@ -67,7 +67,7 @@ def _answer(cell: Cell) -> str:
     )  # fmt: skip
 
 
-def _front(card: CaseCard, cells: list[Cell], view: SceneView | None) -> str:
+def _error_time_diagram(card: CaseCard, cells: list[Cell], view: SceneView | None) -> str:
     """Return the diagram of error against time of a case; empty if there is only one result."""
     drawn = [c for c in cells if c.error is not None]
     if view is None or card.metric is None or card.metric not in view.metrics or len(drawn) < 2:

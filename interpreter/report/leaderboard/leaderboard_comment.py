@@ -33,12 +33,12 @@ def _row(key: Key, old: Cell | None, new: Cell | None, timed: bool) -> Row | Non
     case, model, name = key
     who = f"{strip_markup(model)} ({code(name)})" if name else strip_markup(model)
     if old is None or new is None:
-        return strip_markup(case), who, _cell_in_words(old), _cell_in_words(new), "new" if old is None else "gone"
+        return strip_markup(case), who, _describe_cell(old), _describe_cell(new), "new" if old is None else "gone"
     change = describe_change(old, new, timed)
-    return (strip_markup(case), who, _cell_in_words(old), _cell_in_words(new), change) if change else None
+    return (strip_markup(case), who, _describe_cell(old), _describe_cell(new), change) if change else None
 
 
-def _cell_in_words(cell: Cell | None) -> str:
+def _describe_cell(cell: Cell | None) -> str:
     if cell is None:
         return "–"
     if cell.error is None:

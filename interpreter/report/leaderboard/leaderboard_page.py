@@ -30,22 +30,28 @@ def page(board: Board, compared: ComparisonRecord) -> str:
     sections = [
         ("matrix", matrix(board, [m.model for m in ranked])),
         ("profiles", profiles(board)),
-        ("merits", _merits(ranked)),
+        ("merits", _strength_section(ranked)),
         ("cases", cards(board, own)),
         ("provenance", _provenance(board)),
     ]
     return document(
-        f"{board.title} – softmark leaderboard", strip_backticks(_conclusion(board)), _header(board), sections,
-        "board.json", _curves(board, own), ["report.css", "compare.css", "board.css"], ["report.js"],
-    )  # fmt: skip
+        f"{board.title} – softmark leaderboard",
+        strip_backticks(_answer_count_sentence(board)),
+        _header(board),
+        sections,
+        "board.json",
+        _largest_curve_count(board, own),
+        ["report.css", "compare.css", "board.css"],
+        ["report.js"],
+    )
 
 
-def _curves(board: Board, own: dict[str, SceneView]) -> int:
+def _largest_curve_count(board: Board, own: dict[str, SceneView]) -> int:
     """Return the largest number of curves in one legend of the page."""
     return max([len(board.models), *(len(view.lines) for view in own.values())])
 
 
-def _conclusion(board: Board) -> str:
+def _answer_count_sentence(board: Board) -> str:
     """Return a sentence that counts answers, such as `37 cases, 30 models, 61 answers: 50 right, ...`."""
     words = {"met": "right", "not_met": "wrong", "cannot_tell": "below the uncertainty of the reference"}
     found = [(said, sum(c.verdict == key for c in board.cells)) for key, said in words.items()]
@@ -59,11 +65,16 @@ def _header(board: Board) -> str:
     where = [moment(board.created), text(str(board.environment.get("cpu") or ""))]
     line = tag("p", " · ".join(tag("span", piece) for piece in where if piece), class_="where")
     above = tag("p", "softmark leaderboard", class_="eyebrow")
-    return tag("header", above, tag("h1", text(board.title)), tag("p", prose(_conclusion(board)), class_="conclusion"),
-               line)  # fmt: skip
+    return tag(
+        "header",
+        above,
+        tag("h1", text(board.title)),
+        tag("p", prose(_answer_count_sentence(board)), class_="conclusion"),
+        line,
+    )
 
 
-def _merits(ranked: list[ModelStrengths]) -> str:
+def _strength_section(ranked: list[ModelStrengths]) -> str:
     """Return the HTML section with the strengths of each model."""
     heads = ("Model", "Right", "Quickest", "Most accurate", "Wrong", "No result")
     head = tag("thead", tag("tr", *(tag("th", text(h), scope="col") for h in heads)))

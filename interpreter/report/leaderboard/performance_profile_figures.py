@@ -40,16 +40,20 @@ def profiles(board: Board) -> str:
     if quick:
         far = max(p.steps[-1][0] for p in quick)
         plates.append(
-            _plate("time", quick, (1.0, min(max(far, 10.0), FARTHEST)), "τ, time relative to the fastest", BY_TIME)
+            _profile_figure(
+                "time", quick, (1.0, min(max(far, 10.0), FARTHEST)), "τ, time relative to the fastest", BY_TIME
+            )
         )
     if near:
-        plates.append(_plate("error", near, (LEAST, 100.0), "τ, tolerances", BY_ERROR))
+        plates.append(_profile_figure("error", near, (LEAST, 100.0), "τ, tolerances", BY_ERROR))
     if not plates:
         return ""
     return section("profiles", "Performance profiles", *plates)
 
 
-def _plate(name: str, own: Sequence[PerformanceProfile], ends: tuple[float, float], label: str, caption: str) -> str:
+def _profile_figure(
+    name: str, own: Sequence[PerformanceProfile], ends: tuple[float, float], label: str, caption: str
+) -> str:
     across = logarithmic(*ends, label, "1")
     taus = [math.exp(math.log(across.low) + i / STEPS * math.log(across.high / across.low)) for i in range(STEPS + 1)]
     taus[-1] = across.high

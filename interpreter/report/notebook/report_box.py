@@ -52,13 +52,13 @@ def _expectations(findings: ReportSummary) -> str:
         return ""
     if len(judged) <= ROWS:
         return expectation_table.table_of(findings)
-    first = sorted(judged, key=_urgency)[:ROWS]
+    first = sorted(judged, key=_expectation_sort_key)[:ROWS]
     some = ReportSummary(replace(findings.report, expectations=tuple(sorted(first, key=lambda e: e.line))))
     left = f"{len(judged) - ROWS} more expectations are in `report.expectations`."
     return expectation_table.table_of(some) + tag("p", prose(left), class_="quiet")
 
 
-def _urgency(e: ExpectationResult) -> int:
+def _expectation_sort_key(e: ExpectationResult) -> int:
     return 0 if e.passed is False else 1 if e.passed is None else 2
 
 

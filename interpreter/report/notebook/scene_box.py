@@ -22,16 +22,16 @@ LINES = 200  # largest number of lines of the text
 def inline(scene: Scene, warnings: Sequence[Diagnostic]) -> str:
     """Return the display of a scene as HTML of bounded size."""
     parts = [
-        tag("p", prose(_expected(scene))),
+        tag("p", prose(_not_run_note(scene))),
         _warning_summary(warnings),
         _parameters(scene),
-        _declared(scene),
+        _declaration_table(scene),
         _text(scene),
     ]
     return shell(scene.title or scene.source.name, *parts)
 
 
-def _expected(scene: Scene) -> str:
+def _not_run_note(scene: Scene) -> str:
     file = standard_name(scene.path) or scene.path or scene.source.name
     return f"`{shorten(file)}`: {count(len(scene.expectations), 'expectation')}; not computed yet, call `run()`."
 
@@ -56,7 +56,7 @@ def _parameters(scene: Scene) -> str:
     return table("Parameters", ("Parameter", "Value", "From"), rows) if rows else ""
 
 
-def _declared(scene: Scene) -> str:
+def _declaration_table(scene: Scene) -> str:
     """Return the declared names of each kind with their constructors, as HTML."""
     rows = [_kind(kind, own) for kind in KINDS if (own := scene.of_kind(kind))]
     return table("Declarations of the scene", ("Kind", "Names"), rows) if rows else ""

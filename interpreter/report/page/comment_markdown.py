@@ -28,14 +28,14 @@ def document(head: str, tables: Sequence[MarkdownTable], tail: str = "", limit: 
     If rows do not fit, their number is given at the end of their table.
     """
     blocks = [head]
-    room = limit - _size(head) - _size(tail) - 8
+    room = limit - _byte_count(head) - _byte_count(tail) - 8
     for table in (t for t in tables if t.rows):
         lines = [_line(table.columns), _line(["---"] * len(table.columns))]
         more = f"\n\n{len(table.rows)} more {table.noun} are not shown."
-        room -= sum(map(_size, lines)) + _size(more) + 2 * len(lines)
+        room -= sum(map(_byte_count, lines)) + _byte_count(more) + 2 * len(lines)
         shown = 0
         for line in map(_line, table.rows):
-            room -= _size(line) + 1
+            room -= _byte_count(line) + 1
             if room < 0:
                 break
             lines.append(line)
@@ -73,5 +73,5 @@ def _line(cells: Row) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def _size(text: str) -> int:
+def _byte_count(text: str) -> int:
     return len(text.encode(errors="replace"))

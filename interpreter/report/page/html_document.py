@@ -45,7 +45,7 @@ def document(
         tag("footer", tag("p", text(FOOTER.format(numbers)))),
         _scripts(scripts),
     )
-    return _whole(_head(title, description, curves, styles), body)
+    return _complete_document(_head(title, description, curves, styles), body)
 
 
 def excerpt(title: str, curves: int, content: str, styles: Sequence[str], scripts: Sequence[str]) -> str:
@@ -53,10 +53,10 @@ def excerpt(title: str, curves: int, content: str, styles: Sequence[str], script
 
     It has no header, links or footer.
     """
-    return _whole(_head(title, title, curves, styles), tag("body", tag("main", content), _scripts(scripts)))
+    return _complete_document(_head(title, title, curves, styles), tag("body", tag("main", content), _scripts(scripts)))
 
 
-def _whole(head: str, body: str) -> str:
+def _complete_document(head: str, body: str) -> str:
     return "<!DOCTYPE html>\n" + tag("html", head, body, lang="en") + "\n"
 
 

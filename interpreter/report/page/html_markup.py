@@ -18,7 +18,7 @@ def text(value: object) -> str:
 
 def legible(value: object) -> str:
     """Return any value as text that HTML and XML allow, with control characters made visible."""
-    return _CONTROL.sub(lambda match: _picture(match[0]), str(value))
+    return _CONTROL.sub(lambda match: _visible_symbol(match[0]), str(value))
 
 
 # what HTML or XML forbid: control characters other than tab and line feed, surrogates, noncharacters; and what turns
@@ -26,7 +26,7 @@ def legible(value: object) -> str:
 _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufdd0-\ufdef\ufffe\uffff]")
 
 
-def _picture(character: str) -> str:
+def _visible_symbol(character: str) -> str:
     code = ord(character)
     return chr(0x2400 + code) if code < 0x20 else "\ufffd"
 

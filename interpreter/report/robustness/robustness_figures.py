@@ -28,14 +28,14 @@ def key(study: RobustnessStudyRecord) -> str:
     """Return the HTML legend of the classes that occur in a study, with their meaning."""
     found = dict.fromkeys(p.found.word for p in study.points)
     items = [
-        tag("li", _mark(12, 10, name, 5.0, alone=True), tag("b", text(class_of(name).words)), ": ",
+        tag("li", _class_disc(12, 10, name, 5.0, alone=True), tag("b", text(class_of(name).words)), ": ",
             text(class_of(name).meaning))
         for name in found
     ]  # fmt: skip
     return tag("ul", *items, class_="stress-key")
 
 
-def _mark(x: float, y: float, name: str, size: float, alone: bool = False, title: str = "") -> str:
+def _class_disc(x: float, y: float, name: str, size: float, alone: bool = False, title: str = "") -> str:
     """Return the SVG of a coloured disc with the symbol of a class."""
     said = tag("title", text(strip_backticks(title))) if title else ""
     disc = tag("circle", cx=f"{x:.1f}", cy=f"{y:.1f}", r=size + 2.5)
@@ -57,11 +57,11 @@ def strip(study: RobustnessStudyRecord, asked: WalkedQuantity) -> str:
         return ""
     scale = ruler(asked, [v for points in rows.values() for v, _ in points])
     height = TOP + ROW * len(rows) + 34
-    drawn = [_row(model, points, scale, i) for i, (model, points) in enumerate(rows.items())]
+    drawn = [_model_strip(model, points, scale, i) for i, (model, points) in enumerate(rows.items())]
     said = f"Classes of {len(rows)} models along {asked.name}"
-    pieces = (_nominal_line(asked, scale, len(rows)), *drawn, _ticks(scale, TOP + ROW * len(rows)))
+    pieces = (_nominal_line(asked, scale, len(rows)), *drawn, _value_labels(scale, TOP + ROW * len(rows)))
     reach = f" from {scale.said(scale.marks[0])} to {scale.said(scale.marks[-1])}"
-    caption = tag("code", text(asked.name)) + text(reach) + _nominal_words(asked)
+    caption = tag("code", text(asked.name)) + text(reach) + _nominal_value_phrase(asked)
     return _figure(said, (WIDTH, height), pieces, caption)
 
 
@@ -71,23 +71,32 @@ def _figure(said: str, size: tuple[float, float], pieces: Sequence[str], caption
     return tag("figure", tag("div", picture, class_="drawing"), tag("figcaption", tag("p", caption)), class_="plate")
 
 
-def _nominal_words(asked: WalkedQuantity) -> str:
+def _nominal_value_phrase(asked: WalkedQuantity) -> str:
     return text(f"; value of the scene: {asked.text}") if asked.text else ""
 
 
-def _x(scale: Ruler, value: Any) -> float:
+def _pixel_x(scale: Ruler, value: Any) -> float:
     return LEFT + scale.at(value) * (WIDTH - LEFT - RIGHT)
 
 
-def _row(model: str, points: Sequence[tuple[Value, RobustnessPoint]], scale: Ruler, index: int) -> str:
+def _model_strip(model: str, points: Sequence[tuple[Value, RobustnessPoint]], scale: Ruler, index: int) -> str:
     y = TOP + ROW * (index + 0.5)
     ordered = sorted(points, key=lambda entry: scale.at(entry[0]))
     bands = [
-        tag("rect", x=f"{_x(scale, a):.1f}", y=f"{y - 7:.1f}", width=f"{_x(scale, b) - _x(scale, a):.1f}", height=14,
-            class_=f"band {p.found.word}")
-        for (a, p), (b, q) in pairwise(ordered) if p.found.word == q.found.word
-    ]  # fmt: skip
-    marks = [_mark(_x(scale, v), y, p.found.word, 3.5, title=f"{model}, {point_tooltip(p)}") for v, p in ordered]
+        tag(
+            "rect",
+            x=f"{_pixel_x(scale, a):.1f}",
+            y=f"{y - 7:.1f}",
+            width=f"{_pixel_x(scale, b) - _pixel_x(scale, a):.1f}",
+            height=14,
+            class_=f"band {p.found.word}",
+        )
+        for (a, p), (b, q) in pairwise(ordered)
+        if p.found.word == q.found.word
+    ]
+    marks = [
+        _class_disc(_pixel_x(scale, v), y, p.found.word, 3.5, title=f"{model}, {point_tooltip(p)}") for v, p in ordered
+    ]
     name = tag("text", text(model), x=LEFT - 16, y=f"{y + 4:.1f}", text_anchor="end", class_="model-name")
     return tag("g", name, *bands, *marks)
 
@@ -96,22 +105,22 @@ def _nominal_line(asked: WalkedQuantity, scale: Ruler, rows: int) -> str:
     """Return the SVG of a line at the value of the quantity in the scene."""
     if isinstance(asked.nominal, str) or asked.nominal not in scale.marks:
         return ""
-    x = f"{_x(scale, asked.nominal):.1f}"
+    x = f"{_pixel_x(scale, asked.nominal):.1f}"
     return tag("line", x1=x, x2=x, y1=TOP - 4, y2=TOP + ROW * rows + 4, class_="nominal")
 
 
-def _ticks(scale: Ruler, y: float) -> str:
+def _value_labels(scale: Ruler, y: float) -> str:
     """Return the SVG of as many value labels as fit without overlap."""
     pieces, end = [], -1e9
-    for value in _some(scale.marks):
-        x, said = _x(scale, value), scale.said(value)
+    for value in _thin_marks(scale.marks):
+        x, said = _pixel_x(scale, value), scale.said(value)
         if x - 3.6 * len(said) > end:
             pieces.append(tag("text", text(said), x=f"{x:.1f}", y=y + 20, text_anchor="middle", class_="tick"))
             end = x + 3.6 * len(said) + 6
     return "".join(pieces)
 
 
-def _some(marks: Sequence[Any]) -> Iterator[Any]:
+def _thin_marks(marks: Sequence[Any]) -> Iterator[Any]:
     step = max(1, -(-len(marks) // TICKS))
     yield from (v for i, v in enumerate(marks) if i % step == 0)
 
@@ -122,22 +131,22 @@ def _some(marks: Sequence[Any]) -> Iterator[Any]:
 def maps(study: RobustnessStudyRecord) -> str:
     """Return a heat map for each model and pair of quantities: the class as tint and symbol, the error as a number."""
     units = {q.name: q.unit for q in study.quantities}
-    plates = [_map(own, units) for own in study.maps]
+    plates = [_heat_map(own, units) for own in study.maps]
     return tag("div", *plates, class_="small-plates") if plates else ""
 
 
-def _map(own: PairMap, units: Mapping[str, str]) -> str:
+def _heat_map(own: PairMap, units: Mapping[str, str]) -> str:
     width, height = EDGE + CELL * len(own.xs) + 8, CELL * len(own.ys) + 62
     cells = [
-        _cell(own, i, j, EDGE + CELL * i, 6 + CELL * (len(own.ys) - 1 - j))
+        _heat_map_cell(own, i, j, EDGE + CELL * i, 6 + CELL * (len(own.ys) - 1 - j))
         for j in range(len(own.ys)) for i in range(len(own.xs))
     ]  # fmt: skip
-    said, pieces = f"{own.model}: {own.x} and {own.y}", _sides(own, units, CELL * len(own.ys) + 6)
+    said, pieces = f"{own.model}: {own.x} and {own.y}", _axis_labels(own, units, CELL * len(own.ys) + 6)
     over = tag("code", text(own.y)) + " over " + tag("code", text(own.x))
     return _figure(said, (width, height), [*cells, *pieces], tag("b", text(own.model)) + ": " + over)
 
 
-def _cell(own: PairMap, i: int, j: int, x: float, y: float) -> str:
+def _heat_map_cell(own: PairMap, i: int, j: int, x: float, y: float) -> str:
     name, error = own.classes[j][i], own.errors[j][i]
     if name is None:
         return ""
@@ -149,7 +158,7 @@ def _cell(own: PairMap, i: int, j: int, x: float, y: float) -> str:
     return tag("g", box, glyph, figure, class_=f"stress-cell {name}")
 
 
-def _sides(own: PairMap, units: Mapping[str, str], bottom: float) -> list[str]:
+def _axis_labels(own: PairMap, units: Mapping[str, str], bottom: float) -> list[str]:
     below = [
         tag("text", text(format_value(v, units[own.x])), x=f"{EDGE + CELL * (i + 0.5) - 1:.1f}",
             y=f"{bottom + 14 + 13 * (i % 2):.1f}", text_anchor="middle", class_="tick")

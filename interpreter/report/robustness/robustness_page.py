@@ -90,13 +90,13 @@ def _command(said: str) -> str:
     return tag("pre", tag("code", text(said)), class_="command")
 
 
-def _edges(stress: Robustness) -> str:
+def _validity_range_section(stress: Robustness) -> str:
     return section("edges", "Ranges where each model is right", edges(stress))
 
 
 def edges(stress: Robustness) -> str:
     """Return for each study a table of the range in which each model is right, and its status beyond the range."""
-    return "".join(_with_study_name(stress, study, _table(study)) for study in stress.studies)
+    return "".join(_with_study_name(stress, study, _validity_range_table(study)) for study in stress.studies)
 
 
 def _with_study_name(stress: Robustness, study: RobustnessStudyRecord, markup: str) -> str:
@@ -106,13 +106,13 @@ def _with_study_name(stress: Robustness, study: RobustnessStudyRecord, markup: s
     return tag("h3", tag("code", text(study.name))) + markup
 
 
-def _table(study: RobustnessStudyRecord) -> str:
+def _validity_range_table(study: RobustnessStudyRecord) -> str:
     asked = study.quantities
     columns = (tag("th", tag("code", text(q.name)), scope="col") for q in asked)
     head = tag("tr", tag("th", "Model", scope="col"), *columns)
     rows = [
         tag("tr", tag("th", tag("code", text(m)), scope="row"),
-            *(_range(study.edges_of(m, q.name), q.unit) for q in asked))
+            *(_validity_range_cell(study.edges_of(m, q.name), q.unit) for q in asked))
         for m in study.models
     ]  # fmt: skip
     against = f" against `{study.against}`" if study.against else ""
@@ -125,24 +125,24 @@ def _table(study: RobustnessStudyRecord) -> str:
                                                       aria_label="Edges")  # fmt: skip
 
 
-def _range(own: list[ValidityEdge], unit: str) -> str:
+def _validity_range_cell(own: list[ValidityEdge], unit: str) -> str:
     """Return table cell text such as `0.3 … 0.4995`, with the status beyond each end below it."""
     if not own:
         return tag("td", "–")
     if choices := [e for e in own if isinstance(e, ChoiceEdge)]:
         none = "no option" if any(e.wrong for e in choices) else ""
         words = ", ".join(text(v) for v in valid_range(own, unit)) or none
-        said = [tag("small", _beyond(e, unit)) for e in own]
+        said = [tag("small", _describe_beyond_edge(e, unit)) for e in own]
     else:
         words = " … ".join(text(v) for v in valid_range(own, unit)) or nowhere_right(own)
         between = gaps(own) if valid_range(own, unit) else ""
-        sides = (_beyond(e, unit) for e in own if any(e.judged for e in own))
+        sides = (_describe_beyond_edge(e, unit) for e in own if any(e.judged for e in own))
         said = [tag("small", line) for line in (text(between), *sides) if line]
     worst = next((e.word for e in own if e.word), "right")
     return tag("td", words, *said, class_=worst)
 
 
-def _beyond(edge: ValidityEdge, unit: str) -> str:
+def _describe_beyond_edge(edge: ValidityEdge, unit: str) -> str:
     met = status_beyond(edge, unit)
     if isinstance(edge, ChoiceEdge):  # a choice has no sides
         return text(met or "right with all options")
@@ -164,13 +164,13 @@ def strips(stress: Robustness) -> str:
     return "".join(blocks)
 
 
-def _maps(stress: Robustness) -> str:
+def _heat_map_section(stress: Robustness) -> str:
     """Return the section of heat maps over pairs of quantities."""
     blocks = [_with_study_name(stress, study, stress_figures.maps(study)) for study in stress.studies]
     return section("maps", "Two at a time", *blocks) if any(blocks) else ""
 
 
-def _remedies(stress: Robustness) -> str:
+def _remedy_table(stress: Robustness) -> str:
     """Return a table of validity edges with their reasons and remedies."""
     found: dict[tuple[str, str, str], list[str]] = {}
     for study in stress.studies:
@@ -222,10 +222,10 @@ def _provenance(stress: Robustness) -> str:
 
 SECTIONS = (
     ("silent", _silent),
-    ("edges", _edges),
+    ("edges", _validity_range_section),
     ("walks", _strips),
-    ("maps", _maps),
-    ("remedies", _remedies),
+    ("maps", _heat_map_section),
+    ("remedies", _remedy_table),
     ("points", _points),
     ("provenance", _provenance),
 )

@@ -16,7 +16,7 @@ def families_by_size(findings: ReportSummary) -> dict[str, dict[str, float]]:
             continue
         nu = "" if kind.nu is None else f", nu = {kind.nu:g}"
         found.setdefault(kind.words + nu, {})[name] = float(model.size["dofs"])
-    return _lines(found)
+    return _families_with_varied_values(found)
 
 
 def families_by_poisson(findings: ReportSummary) -> dict[str, dict[str, float]]:
@@ -27,10 +27,10 @@ def families_by_poisson(findings: ReportSummary) -> dict[str, dict[str, float]]:
         nu = None if kind is None else usual if kind.nu is None else kind.nu
         if kind is not None and nu is not None and -1.0 < nu < 0.5:
             found.setdefault(f"{kind.words}, {kind.size}", {})[name] = nu
-    return _lines(found)
+    return _families_with_varied_values(found)
 
 
-def _lines(found: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
+def _families_with_varied_values(found: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
     """Return the families with at least two different values, sorted; of models with equal values only the first."""
     kept: dict[str, dict[str, float]] = {}
     for family, members in found.items():

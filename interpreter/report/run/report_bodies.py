@@ -26,19 +26,19 @@ def bodies(findings: ReportSummary) -> tuple[BodyResults, ...]:
     to
     all bodies.
     """
-    links, everyone = _links(findings), [n for n, r in findings.everyone.items() if not _is_value(r)]
+    links, everyone = _group_linked_names(findings), [n for n, r in findings.everyone.items() if not _is_given_value(r)]
     groups: dict[str, list[str]] = {}
     for name in everyone:
         groups.setdefault(links.root(f"result {name}"), []).append(name)
-    if len(groups) < 2 or len(_declared_names(findings)) < 2:
+    if len(groups) < 2 or len(_declared_bodies(findings)) < 2:
         return (BodyResults("", tuple(everyone), findings.metrics),)
     return tuple(
-        BodyResults(_name(findings, links, root), tuple(names), tuple(_of(findings, links, root)))
+        BodyResults(_group_name(findings, links, root), tuple(names), tuple(_metrics_of_group(findings, links, root)))
         for root, names in groups.items()
     )
 
 
-def _is_value(result: Result) -> bool:
+def _is_given_value(result: Result) -> bool:
     """Return whether a result is a value given in the scene, which is shown next to the results compared with it."""
     return "value" in getattr(result, "facts", {})
 
@@ -58,11 +58,11 @@ class _Links:
         self.parent[self.root(a)] = self.root(b)
 
 
-def _links(findings: ReportSummary) -> _Links:
+def _group_linked_names(findings: ReportSummary) -> _Links:
     links = _Links()
     for name, result in findings.everyone.items():
-        own = list(_of_result(findings, name, result))
-        for thing in own or list(_compared_with(findings, name)):
+        own = list(_names_linked_to_result(findings, name, result))
+        for thing in own or list(_users_of_measured_data(findings, name)):
             links.join(f"result {name}", thing)
     for metric in findings.metrics:
         if metric.probe is not None:
@@ -73,7 +73,7 @@ def _links(findings: ReportSummary) -> _Links:
     return links
 
 
-def _of_result(findings: ReportSummary, name: str, result: Result) -> Iterator[str]:
+def _names_linked_to_result(findings: ReportSummary, name: str, result: Result) -> Iterator[str]:
     """Yield the names that connect a result to its body: its probes, its declared body, its metrics."""
     yield from (f"probe {probe}" for probe in result.probes)
     if (body := _body_of(findings, name)) is not None:
@@ -82,7 +82,7 @@ def _of_result(findings: ReportSummary, name: str, result: Result) -> Iterator[s
     yield from (f"metric {metric}" for metric in result.metrics if metric in about)
 
 
-def _compared_with(findings: ReportSummary, name: str) -> Iterator[str]:
+def _users_of_measured_data(findings: ReportSummary, name: str) -> Iterator[str]:
     """Yield the metrics and results that use measured data, which have no body of their own."""
     yield from (f"metric {m.name}" for m in findings.metrics if m.against == name and m.probe is not None)
     for other, result in findings.everyone.items():
@@ -90,7 +90,7 @@ def _compared_with(findings: ReportSummary, name: str) -> Iterator[str]:
             yield f"result {other}"
 
 
-def _declared_names(findings: ReportSummary) -> list[str]:
+def _declared_bodies(findings: ReportSummary) -> list[str]:
     return findings.report.names.of_kind("body")
 
 
@@ -99,11 +99,11 @@ def _body_of(findings: ReportSummary, name: str) -> str | None:
     return findings.declared.get(name, UNKNOWN).body
 
 
-def _name(findings: ReportSummary, links: _Links, root: str) -> str:
+def _group_name(findings: ReportSummary, links: _Links, root: str) -> str:
     """Return the name of the body of a group, such as `beam`; several names if bodies share their references."""
-    found = [name for name in _declared_names(findings) if links.root(f"body {name}") == root]
+    found = [name for name in _declared_bodies(findings) if links.root(f"body {name}") == root]
     return join_names(found) or "the rest"
 
 
-def _of(findings: ReportSummary, links: _Links, root: str) -> Iterable[MetricColumn]:
+def _metrics_of_group(findings: ReportSummary, links: _Links, root: str) -> Iterable[MetricColumn]:
     return (m for m in findings.metrics if m.probe is None or links.root(f"metric {m.name}") == root)

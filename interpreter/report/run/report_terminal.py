@@ -87,14 +87,16 @@ def table(report: Report, terminal: bool, width: int | None = None) -> str:
 def _terminal_safe(report: Report) -> Report:
     """Return the report with all external texts made safe for a terminal; the text of the scene is unchanged."""
     scene = {n: v if n == "text" else make_all_visible(v) for n, v in report.scene.items()}
-    models, references = ({n: _plain(r) for n, r in known.items()} for known in (report.models, report.references))
+    models, references = (
+        {n: _terminal_safe_result(r) for n, r in known.items()} for known in (report.models, report.references)
+    )
     judged = tuple(
         replace(e, text=make_all_visible(e.text), reason=make_all_visible(e.reason)) for e in report.expectations
     )
     return replace(report, scene=scene, models=models, references=references, expectations=judged)
 
 
-def _plain(result: Any) -> Any:
+def _terminal_safe_result(result: Any) -> Any:
     metrics = {n: replace(m, reason=make_all_visible(m.reason)) for n, m in result.metrics.items()}
     shown = replace(result, message=make_all_visible(result.message), metrics=metrics)
     if not isinstance(shown, ModelResult):
@@ -151,7 +153,7 @@ class _Rows:
         head = ["", *(m.name for m in self.metrics), *EFFORT]
         rows = [self._row(n, self.findings.everyone[n]) for n in self.body.results]
         widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
-        blocks = _blocks(widths, room, len(EFFORT))
+        blocks = _split_columns(widths, room, len(EFFORT))
         return "\n\n".join(self._block(head, rows, widths, block) for block in blocks)
 
     def _block(
@@ -159,9 +161,9 @@ class _Rows:
     ) -> str:
         own = [widths[i] for i in chosen]
         last = chosen[-1] == len(widths) - 1  # the status has no heading and is left-aligned
-        lines = [_line([head[i] for i in chosen], own, last), "  ".join("-" * w for w in own).rstrip()]
+        lines = [_aligned_line([head[i] for i in chosen], own, last), "  ".join("-" * w for w in own).rstrip()]
         for row in rows:
-            line = _line([row[i] for i in chosen], own, last)
+            line = _aligned_line([row[i] for i in chosen], own, last)
             lines.append(line if row[-1] == "ok" or row[-1].startswith(REFERENCE) else self.paint.bad(line))
         return "\n".join(lines)
 
@@ -179,7 +181,7 @@ class _Rows:
         if found.value is None:
             return "-"
         if metric.clock and "verdict" in found.details:
-            return _verdict(found)
+            return _real_time_verdict(found)
         if is_negligible(found.value, self._largest[metric.name], metric.unit, self.findings.moved):
             return "0"
         off = stated_of(result, metric)
@@ -203,7 +205,7 @@ def _format_uncertainty(value: float, unit: str) -> str:
     return error_statement_table.amount(value, unit).replace("\N{NO-BREAK SPACE}", " ")
 
 
-def _blocks(widths: Sequence[int], room: int, effort: int) -> list[list[int]]:
+def _split_columns(widths: Sequence[int], room: int, effort: int) -> list[list[int]]:
     """Return the indices of the columns in each block of the table.
 
     Each block begins with the column of names. The columns of the effort, from index `effort` on, stay together.
@@ -218,7 +220,7 @@ def _blocks(widths: Sequence[int], room: int, effort: int) -> list[list[int]]:
     return blocks
 
 
-def _line(cells: Sequence[str], widths: Sequence[int], ends: bool) -> str:
+def _aligned_line(cells: Sequence[str], widths: Sequence[int], ends: bool) -> str:
     shown = [f"{c:>{w}}" for c, w in zip(cells, widths, strict=True)]
     shown[0] = f"{cells[0]:<{widths[0]}}"
     if ends:
@@ -231,15 +233,15 @@ def _effort(m: ModelResult) -> list[str]:
     clock = units.format_value(timing.median, units.TIME) if timing and m.status == "converged" else "-"
     most = "<= " if timing and timing.most and clock != "-" else ""
     iterations, unknowns = str(m.solve.get("iterations", "-")), str(m.size.get("dofs", "-"))
-    return [unknowns, iterations, most + _short(clock), INVERTED if m.inverted else STATUS[m.status]]
+    return [unknowns, iterations, most + _shorten_time(clock), INVERTED if m.inverted else STATUS[m.status]]
 
 
-def _short(clock: str) -> str:
+def _shorten_time(clock: str) -> str:
     number, _, unit = clock.partition(" ")
     return f"{float(number):.3g} {unit}" if unit else clock
 
 
-def _verdict(found: MetricResult) -> str:
+def _real_time_verdict(found: MetricResult) -> str:
     """Return a real-time verdict such as `yes, 46 % left` or `NO, 3.8 x`.
 
     If a time step is longer than a frame, the model can never be fast enough.

@@ -21,11 +21,13 @@ def sentence(report: Report, quote: str = "") -> str:
     for result in report.outcomes:
         if result.kept:
             by_date.setdefault(format_date(result.kept), []).append(f"{quote}{result.name}{quote}")
-    each = [f"reused from the run of {date}, with its times: {_listed(names)}" for date, names in by_date.items()]
+    each = [
+        f"reused from the run of {date}, with its times: {_join_first_names(names)}" for date, names in by_date.items()
+    ]
     return f"{'; '.join(each)} (`--fresh` recomputes everything)" if each else ""
 
 
-def _listed(names: list[str]) -> str:
+def _join_first_names(names: list[str]) -> str:
     more = len(names) - SEVERAL
     return ", ".join(names) if more <= 0 else f"{', '.join(names[:SEVERAL])} and {more} more"
 

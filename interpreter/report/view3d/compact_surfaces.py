@@ -40,7 +40,7 @@ def reduce_surfaces(shapes: Mapping[str, DrawnSurface], points: int = POINTS, ro
     limit = points
     while True:
         thin = {name: thin_surface(shape, limit) for name, shape in shapes.items()}
-        frames = _affordable(thin, room)
+        frames = _affordable_frame_count(thin, room)
         if frames >= 12 or limit <= 500 or not any(s.frames is not None for s in thin.values()):
             break
         limit //= 2
@@ -48,7 +48,7 @@ def reduce_surfaces(shapes: Mapping[str, DrawnSurface], points: int = POINTS, ro
     return ReducedSurfaces(kept, tuple(notes_of(shapes, kept)))
 
 
-def _affordable(shapes: Mapping[str, DrawnSurface], room: int) -> int:
+def _affordable_frame_count(shapes: Mapping[str, DrawnSurface], room: int) -> int:
     """Return the number of frames of every surface that fit into `room` bytes."""
     fixed = sum(
         8 * s.position.size / 3 + 3 * len(s.position) * (1 + len(s.carried)) + 8 * s.triangles.size / 3

@@ -55,14 +55,14 @@ def packed_instruments(shapes: Mapping[str, DrawnSurface]) -> tuple[dict[str, An
             key = own.X.tobytes() + own.triangles.tobytes() + own.name.encode()
             if key not in known:
                 known[key] = len(surfaces)
-                surfaces.append(_surface(own))
+                surfaces.append(_pack_rigid_surface(own))
             places.append({"of": known[key], "turns": own.turns.reshape(-1, 9).tolist(), "shifts": own.shifts.tolist()})
         each[name] = {"instruments": places}
     room = room_of(shapes.values())
     return {"instruments": surfaces, "room": [room.low.tolist(), room.high.tolist()]}, each
 
 
-def _surface(own: DrawnRigidBody) -> dict[str, Any]:
+def _pack_rigid_surface(own: DrawnRigidBody) -> dict[str, Any]:
     low, high = own.X.min(axis=0), own.X.max(axis=0)
     span = np.where(high > low, high - low, 1.0)
     found = {"name": own.name, "points": len(own.X), "low": low.tolist(), "span": span.tolist()}

@@ -63,7 +63,7 @@ def section_of(findings: ReportSummary, points: int = POINTS, room: int = ROOM, 
     readers
     without scripts.
     """
-    given = {n: r.shape for n, r in _references_first(findings) if r.shape is not None and _drawable(r.shape)}
+    given = {n: r.shape for n, r in _references_first(findings) if r.shape is not None and _is_drawable(r.shape)}
     if not given:
         return ""
     kept, figures = reduce_surfaces(given, points, room).shapes, []
@@ -81,7 +81,7 @@ def _references_first(findings: ReportSummary) -> Iterator[tuple[str, Result]]:
     yield from findings.report.models.items()
 
 
-def _drawable(shape: DrawnSurface) -> bool:
+def _is_drawable(shape: DrawnSurface) -> bool:
     """Return whether a surface has triangles and only finite positions."""
     known = bool(np.isfinite(shape.position).all())
     return known and len(shape.triangles) > 0 and (shape.frames is None or bool(np.isfinite(shape.frames).all()))
@@ -162,7 +162,7 @@ class _Shapes:
             return None
         from softmark.interpreter.report.view3d.surface_fields import FieldColours
 
-        return FieldColours(given, self.shapes, _last(self.dynamic, self.in_states))
+        return FieldColours(given, self.shapes, _stress_moment_phrase(self.dynamic, self.in_states))
 
     @property
     def in_states(self) -> bool:
@@ -224,7 +224,7 @@ class _Shapes:
             role="img",
             aria_label=strip_backticks(f"All shapes, superimposed. {self._ranking()}"),
         )
-        columns = _columns_of(len(self.first))
+        columns = _panel_column_count(len(self.first))
         return tag(
             "div", panels, everyone, class_="stage", tabindex=0, role="group", aria_label=STAGE,
             style=f"--aspect:{aspect:.3f};--columns:{columns};--narrow:{min(columns, 2)}",
@@ -333,7 +333,7 @@ class _Shapes:
         sizes = [(group_digits(len(s.position)), group_digits(len(s.triangles))) for s in self._given]
         cells = []
         for n in self.shapes:
-            found = _statistics(self.errors[n]) if n in self.errors else ()
+            found = _error_statistics(self.errors[n]) if n in self.errors else ()
             cells.append(tuple(typeset_number(f"{v / scale.factor:.4g}") for v in found) or ("–",) * len(STATISTICS))
         heads = tuple(scale.heading(s) for s in STATISTICS)
         return [
@@ -354,23 +354,23 @@ class _Shapes:
         for name, shape in zip(self.shapes, self._given, strict=True):
             found: list[Cell] = [None] * len(STATISTICS)
             if name in self.errors:
-                found = [format_short(v) for v in _statistics(self.errors[name])]
+                found = [format_short(v) for v in _error_statistics(self.errors[name])]
             rows.append([name, len(shape.position), len(shape.triangles), shape.measured_from, *found])
             rows[-1] += self.carried.row(name) if self.carried else []
         button = tag("button", "CSV of all points, as drawn now", type="button", class_="points live")
         return csv_link(f"shapes-errors{self.key}", header, rows) + button
 
 
-def _last(dynamic: bool, in_states: bool) -> str:
+def _stress_moment_phrase(dynamic: bool, in_states: bool) -> str:
     """Return a phrase on the time or state at which stress is shown for moving shapes."""
     return ("in the last state" if in_states else "at the last moment") if dynamic else ""
 
 
-def _columns_of(panels: int) -> int:
+def _panel_column_count(panels: int) -> int:
     """Return the number of columns of panels that leaves few gaps in the last row."""
     return panels if panels <= 4 else 3 if panels in (5, 6, 9) else 5 if panels > 16 else 4
 
 
-def _statistics(error: Floats) -> tuple[float, ...]:
+def _error_statistics(error: Floats) -> tuple[float, ...]:
     """Return mean, median, 95th percentile and largest of some errors, m."""
     return float(error.mean()), float(np.median(error)), float(np.percentile(error, 95.0)), float(error.max())

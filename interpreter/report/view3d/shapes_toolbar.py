@@ -43,23 +43,25 @@ def toolbar(
     `carried` are names of fields, such as stress, that colours can show.
     """
     key, first = kind.key, 0 if beside else 1
-    groups = [_choice("Layout", f"layout{key}", (("beside", "Side by side"), ("overlaid", "Overlaid")), first)]
+    groups = [_option_group("Layout", f"layout{key}", (("beside", "Side by side"), ("overlaid", "Overlaid")), first)]
     colours = ((("error", "Error"),) if errors else ()) + (("own", "By model"),)
     colours += (("carried", _kinds(carried)),) if carried else ()
     if len(colours) > 1:
-        groups.append(_choice("Colour", f"colour{key}", colours, first if errors else 1))
+        groups.append(_option_group("Colour", f"colour{key}", colours, first if errors else 1))
     if errors:
         scales = (("full", "Largest"), ("clipped", "Typical"), ("log", "Log"))
-        groups.append(_choice("Scale", f"range{key}", scales, 1 if kind.clipped else 0))
-    groups.append(_choice("Scale", f"span{key}", (("whole", "Largest"), ("usual", "Typical")), 1) if carried else "")
+        groups.append(_option_group("Scale", f"range{key}", scales, 1 if kind.clipped else 0))
+    groups.append(
+        _option_group("Scale", f"span{key}", (("whole", "Largest"), ("usual", "Typical")), 1) if carried else ""
+    )
     groups.append(_background_choice(ghosts) if ghosts else "")
-    groups.append(_numbers(carried) if len(carried) > 1 else "")
-    groups.append(_view(kind.axes))
-    who = tag("fieldset", tag("legend", "Shown"), *(_who(*known) for known in names), class_="who legend")
+    groups.append(_field_choice(carried) if len(carried) > 1 else "")
+    groups.append(_view_buttons(kind.axes))
+    who = tag("fieldset", tag("legend", "Shown"), *(_shape_checkbox(*known) for known in names), class_="who legend")
     return tag("div", *groups, who, class_="toolbar live")
 
 
-def _choice(legend: str, name: str, options: Sequence[tuple[str, str]], first: int) -> str:
+def _option_group(legend: str, name: str, options: Sequence[tuple[str, str]], first: int) -> str:
     boxes = [
         tag(
             "label",
@@ -76,7 +78,7 @@ def _kinds(carried: Sequence[str]) -> str:
     return ", ".join(dict.fromkeys(words.partition(" ")[0] for words in carried)).capitalize()
 
 
-def _numbers(carried: Sequence[str]) -> str:
+def _field_choice(carried: Sequence[str]) -> str:
     """Return the HTML of the choice of the field that is shown as colour."""
     options = [tag("option", text(words), value=f"n{i}") for i, words in enumerate(carried)]
     return tag("div", tag("label", tag("span", _kinds(carried)), tag("select", *options)), class_="behind number")
@@ -90,7 +92,7 @@ def _background_choice(ghosts: Sequence[tuple[int, str, bool]]) -> str:
     return tag("div", label, class_="behind")
 
 
-def _view(axes: str) -> str:
+def _view_buttons(axes: str) -> str:
     zooms = (("out", "−", "Zoom out"), ("in", "+", "Zoom in"), ("home", "Reset", None))
     planes = [(f"{axes[a]}–{axes[b]}", angles) for a, b, angles in VIEWS]
     buttons = [
@@ -100,7 +102,7 @@ def _view(axes: str) -> str:
     return tag("fieldset", tag("legend", "View"), tag("div", *buttons, class_="segments"))
 
 
-def _who(name: str, drawn: str, classes: str, shown: bool) -> str:
+def _shape_checkbox(name: str, drawn: str, classes: str, shown: bool) -> str:
     box = tag("input", type="checkbox", value=name, checked=shown)
     return tag("label", box, drawn, tag("span", text(name)), class_=classes.split()[0])
 

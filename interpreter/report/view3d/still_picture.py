@@ -71,10 +71,10 @@ def render_still(
     panels, room = [], room_of(shapes.values())
     for i, (name, shape) in enumerate(shapes.items()):
         x, y = (i % columns) * (CELL + GAP), (i // columns) * height
-        inside = _polygons(thin_surface(shape, POLYGONS, triangles=True), view, low, high, scale, most)
+        inside = _visible_triangles_svg(thin_surface(shape, POLYGONS, triangles=True), view, low, high, scale, most)
         for own in shape.instruments:
             beside = thin_surface(DrawnSurface(room.within(own.at(-1)), own.triangles), POLYGONS, triangles=True)
-            inside += tag("g", _polygons(beside, view, low, high, scale, most), opacity=SEEN_THROUGH)
+            inside += tag("g", _visible_triangles_svg(beside, view, low, high, scale, most), opacity=SEEN_THROUGH)
         label = tag("text", text(name), x=f"{CELL / 2:.0f}", y=f"{height - GAP:.0f}", text_anchor="middle")
         panels.append(tag("g", inside, label, transform=f"translate({x:.0f} {y:.0f})"))
     title = tag("title", text(strip_backticks(words[0])), id=f"{key}-t")
@@ -83,7 +83,9 @@ def render_still(
     return tag("svg", title, desc, *panels, role="img", aria_labelledby=f"{key}-t {key}-d", viewBox=box)
 
 
-def _polygons(shape: DrawnSurface, view: CameraView, low: Floats, high: Floats, scale: float, most: float) -> str:
+def _visible_triangles_svg(
+    shape: DrawnSurface, view: CameraView, low: Floats, high: Floats, scale: float, most: float
+) -> str:
     """Return the SVG of the triangles that face the viewer, the farthest first."""
     axes = axes_of(view)
     X = shape.position @ axes.T  # (n, 3) right, up, near
@@ -93,14 +95,14 @@ def _polygons(shape: DrawnSurface, view: CameraView, low: Floats, high: Floats, 
     order = front[np.argsort(corners[front, :, 2].mean(axis=1))]
     flat = (corners[:, :, :2] - [low[0], high[1]]) * [scale, -scale]
     shade = np.abs(normal @ [-0.32, 0.5, 0.8]) / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
-    return "".join(_polygon(flat[i], float(shade[i]), _error(shape, i), most) for i in order)
+    return "".join(_triangle_svg(flat[i], float(shade[i]), _facet_error(shape, i), most) for i in order)
 
 
-def _error(shape: DrawnSurface, facet: int) -> float | None:
+def _facet_error(shape: DrawnSurface, facet: int) -> float | None:
     return None if shape.error is None else float(shape.error[shape.triangles[facet]].mean())
 
 
-def _polygon(corners: Floats, shade: float, error: float | None, most: float) -> str:
+def _triangle_svg(corners: Floats, shade: float, error: float | None, most: float) -> str:
     points = " ".join(f"{x:.0f},{y:.0f}" for x, y in corners)
     fill = viridis(error / most if most else 0.0) if error is not None else _grey(shade)
     return f'<polygon points="{points}" fill="{fill}" stroke="{fill}"/>'

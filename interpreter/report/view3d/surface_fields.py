@@ -52,7 +52,7 @@ def scale_over(numbers: list[SurfaceField]) -> FieldScale | None:
         return None
     least, most = min(float(v.min()) for v in known), max(float(v.max()) for v in known)
     tails = [(0.5 * (100.0 - USUAL), 0.5 * (100.0 + USUAL))] * len(known)
-    usual_of = [_for_usual_range(v) for v in known] if numbers[0].partly else known
+    usual_of = [_values_for_typical_range(v) for v in known] if numbers[0].partly else known
     ends = [tuple(float(e) for e in np.percentile(v, tail)) for v, tail in zip(usual_of, tails, strict=True)]
     sizes = [max(abs(low), abs(high)) for low, high in ends]
     usual = [e for e, size in zip(ends, sizes, strict=True) if size <= FAR * float(np.median(sizes))]
@@ -61,7 +61,7 @@ def scale_over(numbers: list[SurfaceField]) -> FieldScale | None:
     return FieldScale(numbers[0], _separate_ends(least, most, floor), _separate_ends(low, high, floor))
 
 
-def _for_usual_range(values: Floats) -> Floats:
+def _values_for_typical_range(values: Floats) -> Floats:
     """Return the nonzero values (n,) and a few zeros, so that zero is an end of the range of typical values."""
     some = values[values != 0.0]
     return np.concatenate([np.zeros(2 + len(some) // 10), some]) if len(some) else values
@@ -114,7 +114,9 @@ class FieldColours:
         """Return the HTML of a colour bar for each field and both ranges; a script shows the chosen one."""
         found = []
         for i, scale in enumerate(self.scales):
-            ranges = _below(scale, scale.whole, "whole", "") + _below(scale, scale.usual, "usual", ENDS)
+            ranges = _colour_bar_scale(scale, scale.whole, "whole", "") + _colour_bar_scale(
+                scale, scale.usual, "usual", ENDS
+            )
             bar = tag("div", colours(), ranges, class_="colour-bar carried live", data_number=i, hidden=i > 0)
             found.append(bar)
         return "".join(found)
@@ -125,7 +127,7 @@ class FieldColours:
         low, high = scale.usual
         shown = {n: _with_field_colours(s, self.places[0], low) for n, s in first.items() if s.carried}
         words = f"Deformed shapes, by {scale.kind.words}", " ".join(self._said(n) for n in shown)
-        bar = tag("div", colours(), _below(scale, scale.usual, "", ENDS), class_="colour-bar")
+        bar = tag("div", colours(), _colour_bar_scale(scale, scale.usual, "", ENDS), class_="colour-bar")
         picture = render_still(shown, view, high - low, words, f"shapes{key}-carried") if shown else ""
         return tag("noscript", picture, bar)
 
@@ -230,7 +232,7 @@ class FieldColours:
         return float(values.min()), float(values.mean()), float(values.max())
 
 
-def _below(scale: FieldScale, ends: tuple[float, float], kind: str, words: str) -> str:
+def _colour_bar_scale(scale: FieldScale, ends: tuple[float, float], kind: str, words: str) -> str:
     return scale_below(linear(*ends, scale.kind.words, scale.kind.unit, 6), kind, words)
 
 

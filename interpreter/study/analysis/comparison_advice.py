@@ -104,22 +104,22 @@ def advise(question: AdviceQuestion) -> Advice:
     candidates = list(question.judged.candidates.values())
     if not candidates:
         return _advise_nothing(question)
-    level = next((v for v in sorted(question.levels) if any(_reaches(c, v) for c in candidates)), None)
+    level = next((v for v in sorted(question.levels) if any(_is_accurate_enough(c, v) for c in candidates)), None)
     if level is None or level < question.judged.uncertainty:
         return _advise_most_accurate(question, candidates, level)
-    able = sorted((c for c in candidates if _reaches(c, level)), key=_by_effort)
+    able = sorted((c for c in candidates if _is_accurate_enough(c, level)), key=_effort_sort_key)
     return _advise_fastest(question, level, able)
 
 
-def _reaches(candidate: Candidate, level: float) -> bool:
+def _is_accurate_enough(candidate: Candidate, level: float) -> bool:
     return candidate.error <= level
 
 
-def _by_effort(c: Candidate) -> tuple[float, float]:
+def _effort_sort_key(c: Candidate) -> tuple[float, float]:
     return c.effort.median, c.error
 
 
-def _by_error(c: Candidate) -> tuple[float, float]:
+def _error_sort_key(c: Candidate) -> tuple[float, float]:
     return c.error, c.effort.median
 
 
@@ -154,8 +154,8 @@ def _describe_cheaper(question: AdviceQuestion, level: float, winner: Candidate)
     The text is empty if that configuration is the winner at all larger levels.
     """
     for above in sorted(v for v in question.levels if v > level):
-        able = [c for c in question.judged.candidates.values() if _reaches(c, above)]
-        first = min(able, key=_by_effort)
+        able = [c for c in question.judged.candidates.values() if _is_accurate_enough(c, above)]
+        first = min(able, key=_effort_sort_key)
         if first.key != winner.key:
             said = f" If {question.amount(above)} is sufficient, use `{first.label}`: "
             return said + f"{question.effort(first.effort)}, {question.error(first)}."
@@ -190,7 +190,7 @@ def _advise_most_accurate(question: AdviceQuestion, candidates: Sequence[Candida
     This advice is given if no configuration reaches an error level, or if the level is below the reference's
     uncertainty.
     """
-    ranked = sorted(candidates, key=_by_error)
+    ranked = sorted(candidates, key=_error_sort_key)
     winner = ranked[0]
     other = next((c for c in ranked[1:] if c.model != winner.model), None)
     if winner.within:
@@ -295,8 +295,8 @@ def find_disagreements(judged: Mapping[str, JudgedPoints]) -> list[Disagreement]
     for (one, a), (two, b) in combinations(judged.items(), 2):
         shared = [key for key in a.candidates if key in b.candidates]
         pairs = list(combinations(shared, 2))
-        apart = sum(_sign(a, x, y) * _sign(b, x, y) < 0 for x, y in pairs)
-        first, second = _closest(a, shared), _closest(b, shared)
+        apart = sum(_error_order_sign(a, x, y) * _error_order_sign(b, x, y) < 0 for x, y in pairs)
+        first, second = _most_accurate_candidates(a, shared), _most_accurate_candidates(b, shared)
         if not first or not second or not apart or {c.model for c in first} & {c.model for c in second}:
             continue
         said = (
@@ -307,15 +307,15 @@ def find_disagreements(judged: Mapping[str, JudgedPoints]) -> list[Disagreement]
     return found
 
 
-def _sign(judged: JudgedPoints, x: str, y: str) -> int:
+def _error_order_sign(judged: JudgedPoints, x: str, y: str) -> int:
     a, b = judged.candidates[x].error, judged.candidates[y].error
     return (a > b) - (a < b)
 
 
-def _closest(judged: JudgedPoints, keys: Sequence[str]) -> list[Candidate]:
+def _most_accurate_candidates(judged: JudgedPoints, keys: Sequence[str]) -> list[Candidate]:
     """Return the candidates with the smallest error, the fastest first.
 
     Errors below the uncertainty of the reference are equal.
     """
-    found = sorted((judged.candidates[key] for key in keys), key=_by_error)
+    found = sorted((judged.candidates[key] for key in keys), key=_error_sort_key)
     return [c for c in found if c.error == found[0].error]

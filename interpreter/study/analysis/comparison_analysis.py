@@ -234,7 +234,7 @@ def _scene(
     orders = [found for line in lines if (found := orders_of(line, metrics, points)) is not None]
     doubts = {m: {key: d for o in orders if (d := o.doubt_of(m)) for key in o.line.keys} for m in metrics}
     scale = displacement_scale(points, references)
-    questions = [_question(part, judged[m], points, scale, doubts[m]) for m in metrics]
+    questions = [_advice_question(part, judged[m], points, scale, doubts[m]) for m in metrics]
     return SceneAnalysis(
         scene=first.scene if first else part,
         problem=first.problem if first else {},
@@ -275,7 +275,7 @@ def _answers(
     return found
 
 
-def _question(
+def _advice_question(
     part: str, judged: JudgedPoints, points: Sequence[ComparedPoint], scale: float | None, doubts: Mapping[str, str]
 ) -> AdviceQuestion:  # fmt: skip
     metric = judged.metric
@@ -302,18 +302,18 @@ def _error_analysis(question: AdviceQuestion, lines: Sequence[RefinementLine], r
     judged = question.judged
     return ErrorAnalysis(
         question.unit, question.against, judged, [c.key for c in find_pareto_front(judged.candidates.values())],
-        [_level(level, lines, judged) for level in question.levels],
+        [_efforts_at_level(level, lines, judged) for level in question.levels],
         [best_within(float(hz), judged) for hz in rates],
     )  # fmt: skip
 
 
-def _level(level: float, lines: Sequence[RefinementLine], judged: JudgedPoints) -> Level:
-    found = [_at_level(level, line, judged) for line in lines]
+def _efforts_at_level(level: float, lines: Sequence[RefinementLine], judged: JudgedPoints) -> Level:
+    found = [_effort_at_level(level, line, judged) for line in lines]
     efforts = [(own.reached.effort.median, own.line) for own in found if own.reached is not None]
     return Level(level, found, min(efforts, key=lambda pair: pair[0])[1] if efforts else None)
 
 
-def _at_level(level: float, line: RefinementLine, judged: JudgedPoints) -> EffortAtLevel:
+def _effort_at_level(level: float, line: RefinementLine, judged: JudgedPoints) -> EffortAtLevel:
     found = effort_to_reach(level, line, judged)
     if isinstance(found, EffortEstimate):
         return EffortAtLevel(line.name, found)

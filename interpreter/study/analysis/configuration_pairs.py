@@ -50,12 +50,14 @@ def finest_configurations(points: Sequence[ComparedPoint]) -> list[ComparedPoint
     """
     best: dict[str, ComparedPoint] = {}
     for point in points:
-        if point.solved and (point.model not in best or _rank(point) > _rank(best[point.model])):
+        if point.solved and (
+            point.model not in best or _fineness_sort_key(point) > _fineness_sort_key(best[point.model])
+        ):
             best[point.model] = point
     return list(best.values())
 
 
-def _rank(point: ComparedPoint) -> tuple[bool, int]:
+def _fineness_sort_key(point: ComparedPoint) -> tuple[bool, int]:
     return point.status == "converged", point.dofs or 0
 
 
@@ -67,7 +69,7 @@ def compute_distances(points: Sequence[ComparedPoint], references: Mapping[str, 
     owners: list[tuple[ComparedPoint | None, Probes]] = [(None, r.probes) for r in known.values()]
     owners += [(p, p.probes) for p in chosen]
     fine = resolution_names(points)
-    found = [[_reason_incomparable(p, q, fine) or _distance(a, b) for q, b in owners] for p, a in owners]
+    found = [[_reason_incomparable(p, q, fine) or _distance_or_reason(a, b) for q, b in owners] for p, a in owners]
     reasons = [
         NoDistance(names[i], names[j], d)
         for i, row in enumerate(found) for j, d in enumerate(row) if isinstance(d, str)
@@ -88,22 +90,22 @@ def _reason_incomparable(a: ComparedPoint | None, b: ComparedPoint | None, fine:
     return f"they were computed at different {' and '.join(names)}" if names else None
 
 
-def _distance(a: Probes, b: Probes) -> float | str:
+def _distance_or_reason(a: Probes, b: Probes) -> float | str:
     """Return the relative distance of displacements a from displacements b, or the reason why it is undefined."""
     shared = [(a[name], b[name]) for name in a if name in b and a[name].has_same_points(b[name])]
     if not shared:
         return "they share no points"
-    apart = sum(_square(p, q) for x, y in shared for p, q in _moved(x, y))
-    moved = sum(_square(q, (0.0, 0.0, 0.0)) for x, y in shared for _, q in _moved(x, y))
+    apart = sum(_squared_distance(p, q) for x, y in shared for p, q in _displacement_pairs(x, y))
+    moved = sum(_squared_distance(q, (0.0, 0.0, 0.0)) for x, y in shared for _, q in _displacement_pairs(x, y))
     ratio = ratio_of(apart, moved)
     return "the configuration to compare with has zero displacement" if ratio is None else math.sqrt(ratio)
 
 
-def _moved(x: ProbeTrace, y: ProbeTrace) -> Iterator[tuple[Sequence[float], Sequence[float]]]:
+def _displacement_pairs(x: ProbeTrace, y: ProbeTrace) -> Iterator[tuple[Sequence[float], Sequence[float]]]:
     return zip(x.displacement, y.displacement, strict=True)
 
 
-def _square(p: Sequence[float], q: Sequence[float]) -> float:
+def _squared_distance(p: Sequence[float], q: Sequence[float]) -> float:
     return sum((x - y) ** 2 for x, y in zip(p, q, strict=True))
 
 
@@ -154,10 +156,10 @@ def _single_changes(points: Sequence[ComparedPoint]) -> Iterator[tuple[str, Comp
         for p in (p for p in solved if name in p.variation):
             groups.setdefault((p.model, tuple(sorted(p.other_values(name)))), {}).setdefault(p.variation[name], p)
         for own in groups.values():
-            yield from ((name, a, b) for a, b in _steps(name, list(own.values())))
+            yield from ((name, a, b) for a, b in _pairs_to_compare(name, list(own.values())))
 
 
-def _steps(name: str, own: list[ComparedPoint]) -> Iterator[tuple[ComparedPoint, ComparedPoint]]:
+def _pairs_to_compare(name: str, own: list[ComparedPoint]) -> Iterator[tuple[ComparedPoint, ComparedPoint]]:
     """Yield the pairs of configurations to compare, ordered by the value of `name`.
 
     For numbers these are neighbours from large to small, otherwise the first configuration with each of the others.
@@ -175,10 +177,10 @@ def _change_effect(
         name, a.model, a.variation[name], b.variation[name], dict(a.other_values(name)), [a.key, b.key],
         ratio_of(after.median, before.median) if before and after else None,
         before is not None and after is not None and clock != UNKNOWNS and not before.is_distinct_from(after),
-        {metric: _change(a.error(metric), b.error(metric), floor) for metric, floor in floors.items()},
+        {metric: _error_change(a.error(metric), b.error(metric), floor) for metric, floor in floors.items()},
     )  # fmt: skip
 
 
-def _change(old: float | None, new: float | None, floor: float) -> ErrorChange:
+def _error_change(old: float | None, new: float | None, floor: float) -> ErrorChange:
     within = old is not None and new is not None and abs(new - old) <= floor and floor > 0
     return ErrorChange(ratio_of(new, old), within)

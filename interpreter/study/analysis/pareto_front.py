@@ -94,7 +94,7 @@ def judge_points(
     judged = JudgedPoints(metric, clock, uncertainty, {}, {})
     first = {p.key: p for p in reversed(points)}  # of one configuration in several studies, the first gives the label
     for key in dict.fromkeys(p.key for p in points):
-        found = _candidate(first[key], metric, clock, uncertainty, allow_contaminated)
+        found = _candidate_or_reason(first[key], metric, clock, uncertainty, allow_contaminated)
         if isinstance(found, Candidate):
             judged.candidates[key] = found
         else:
@@ -102,7 +102,7 @@ def judge_points(
     return judged
 
 
-def _candidate(
+def _candidate_or_reason(
     point: ComparedPoint, metric: str, clock: str, uncertainty: float, allow_contaminated: bool
 ) -> Candidate | str:  # fmt: skip
     """Return a point as a candidate, or the reason why it does not count."""
@@ -114,7 +114,7 @@ def _candidate(
     if error is None:
         return point.metric(metric).reason or f"{metric} was not measured"
     if effort is None:
-        return _why_no_effort(point, clock)
+        return _reason_without_effort(point, clock)
     if point.cost.contaminated and not allow_contaminated:
         return DISTURBED
     return Candidate(
@@ -123,7 +123,7 @@ def _candidate(
     )  # fmt: skip
 
 
-def _why_no_effort(point: ComparedPoint, clock: str) -> str:
+def _reason_without_effort(point: ComparedPoint, clock: str) -> str:
     if point.status == READ:
         return "it was read from a file and has no time"
     if clock != UNKNOWNS:
@@ -203,15 +203,15 @@ def _interpolate_effort(level: float, a: Candidate | None, b: Candidate | None) 
     if not min(a.error, b.error) < level < max(a.error, b.error):
         return None
     s = (math.log(level) - math.log(a.error)) / (math.log(b.error) - math.log(a.error))
-    low, middle, high = (_between(x, y, s) for x, y in _sides(a.effort, b.effort))
+    low, middle, high = (_interpolate_logarithmically(x, y, s) for x, y in _quartile_pairs(a.effort, b.effort))
     return EffortEstimate(Spread(middle, low, high), (a.key, b.key))
 
 
-def _sides(a: Spread, b: Spread) -> list[tuple[float, float]]:
+def _quartile_pairs(a: Spread, b: Spread) -> list[tuple[float, float]]:
     return [(a.q1, b.q1), (a.median, b.median), (a.q3, b.q3)]
 
 
-def _between(x: float, y: float, s: float) -> float:
+def _interpolate_logarithmically(x: float, y: float, s: float) -> float:
     return math.exp((1 - s) * math.log(x) + s * math.log(y)) if x > 0 and y > 0 else 0.0
 
 
@@ -284,13 +284,13 @@ def best_within(hz: float, judged: JudgedPoints) -> BestInFrame:
     fitting = [(c.error, f.median, c.key, c) for c, f in framed if f.q3 <= limit]
     unsure = tuple(c.label for c, f in framed if f.median <= limit < f.q3)
     if not fitting:
-        return BestInFrame(hz, None, None, _too_slow(framed), unsure)
+        return BestInFrame(hz, None, None, _reason_too_slow(framed), unsure)
     ranked = [c for *_, c in sorted(fitting, key=lambda entry: entry[:3])]
     other = next((c for c in ranked if c.model != ranked[0].model), None)
     return BestInFrame(hz, ranked[0], other, None, unsure, ranked[0].frame)
 
 
-def _too_slow(framed: Sequence[tuple[Candidate, Spread]]) -> str:
+def _reason_too_slow(framed: Sequence[tuple[Candidate, Spread]]) -> str:
     if not framed:
         return "no valid timing"
     c, frame = min(framed, key=lambda pair: pair[1].q3)

@@ -126,7 +126,7 @@ def orders_of(line: RefinementLine, metrics: Sequence[str], points: Sequence[Com
     found = refinement_of(line)
     if isinstance(found, str):
         return None
-    probes = [_limit(found, probe) for probe in _common_probes([p for _, p in found.members])]
+    probes = [_displacement_limit(found, probe) for probe in _common_probes([p for _, p in found.members])]
     alone = [m for m in metrics if not probes or any(p.metric(m).by_itself for _, p in found.members)]
     values = {m: _metric_limit(found, m) for m in alone}
     limits = probes or [own for own in values.values() if own is not None]
@@ -199,7 +199,7 @@ def _common_probes(members: Sequence[ComparedPoint]) -> list[str]:
     ]
 
 
-def _limit(line: Refinement, probe: str) -> Limit:
+def _displacement_limit(line: Refinement, probe: str) -> Limit:
     """Return the limit of the displacement component, m, that is largest on the finest mesh.
 
     The limit comes with its order and its grid convergence index.

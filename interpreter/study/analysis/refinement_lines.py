@@ -51,12 +51,12 @@ def lines_of(points: Sequence[ComparedPoint]) -> list[RefinementLine]:
     groups: dict[tuple[str, str, str | None], list[ComparedPoint]] = {}
     for point in points:
         groups.setdefault((point.scene, point.model, point.study), []).append(point)
-    lines = [line for who, members in groups.items() for line in _lines(who, members)]
+    lines = [line for who, members in groups.items() for line in _lines_of_model(who, members)]
     models = list(dict.fromkeys(line.model for line in lines))
     return _with_unique_names(sorted(lines, key=lambda line: models.index(line.model)))
 
 
-def _lines(who: tuple[str, str, str | None], members: Sequence[ComparedPoint]) -> list[RefinementLine]:
+def _lines_of_model(who: tuple[str, str, str | None], members: Sequence[ComparedPoint]) -> list[RefinementLine]:
     varied = refinement_name(members)
     if varied is None:
         return [RefinementLine(*who, None, p.other_values(None), (p,)) for p in members]
@@ -86,8 +86,8 @@ def refinement_name(members: Sequence[ComparedPoint]) -> str | None:
         for name, value in point.numbers.items():
             numbers.setdefault(name, set()).add(float(value))
     names = [name for name, values in numbers.items() if len(values) > 1]
-    for what in (_resolution, _unknowns):
-        found = next((name for name in names if _changes(members, name, what)), None)
+    for what in (_resolution, _unknown_count):
+        found = next((name for name in names if _is_changed_by(members, name, what)), None)
         if found is not None:
             return found
     return names[0] if names else None
@@ -96,9 +96,9 @@ def refinement_name(members: Sequence[ComparedPoint]) -> str | None:
 def resolution_names(points: Sequence[ComparedPoint]) -> set[str]:
     """Return the varied names that control the resolution of some model and not the problem that it solves."""
     names = dict.fromkeys(n for p in points for n in p.variation)
-    what = _resolution if any(_resolution(p) for p in points) else _unknowns
+    what = _resolution if any(_resolution(p) for p in points) else _unknown_count
     families = [[p for p in points if p.model == m] for m in dict.fromkeys(p.model for p in points)]
-    return {n for n in names if any(_changes(own, n, what) for own in families)}
+    return {n for n in names if any(_is_changed_by(own, n, what) for own in families)}
 
 
 def _resolution(point: ComparedPoint) -> Hashable:
@@ -106,11 +106,11 @@ def _resolution(point: ComparedPoint) -> Hashable:
     return tuple(sorted(point.fineness.of.items())) if point.fineness else None
 
 
-def _unknowns(point: ComparedPoint) -> Hashable:
+def _unknown_count(point: ComparedPoint) -> Hashable:
     return point.dofs
 
 
-def _changes(members: Sequence[ComparedPoint], name: str, what: Callable[[ComparedPoint], Hashable]) -> bool:
+def _is_changed_by(members: Sequence[ComparedPoint], name: str, what: Callable[[ComparedPoint], Hashable]) -> bool:
     """Return whether changing only the number `name` changes the value of the function `what` between two points."""
     seen: dict[tuple[tuple[str, str], ...], set[Hashable]] = {}
     for point in members:

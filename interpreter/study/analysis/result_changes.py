@@ -173,14 +173,14 @@ def find_changes(old: Json, new: Json, names: tuple[str, str] = ("the old file",
         schema="softmark-changes/1",
         kind=kinds[0],
         files=names,
-        environment=_facts(old.get("environment") or {}, new.get("environment") or {}),
-        scenes=_facts(_texts(old), _texts(new)),
+        environment=_fact_changes(old.get("environment") or {}, new.get("environment") or {}),
+        scenes=_fact_changes(_scene_digests(old), _scene_digests(new)),
         added=[name for name in after if name not in before],
         removed=[name for name in before if name not in after],
         status=[StatusChange(n, a.status, b.status, b.message) for n, a, b in shared if a.status != b.status],
-        metrics=[c for pair in shared for c in _metrics(*pair)],
-        times=[c for pair in shared for c in _times(*pair)],
-        expectations=_facts(_expectations(old), _expectations(new)),
+        metrics=[c for pair in shared for c in _metric_changes(*pair)],
+        times=[c for pair in shared for c in _time_changes(*pair)],
+        expectations=_fact_changes(_expectation_verdicts(old), _expectation_verdicts(new)),
         compared=len(shared),
     )
 
@@ -210,20 +210,20 @@ class ComparedSubject:
 def _subjects(result: Json) -> dict[str, ComparedSubject]:
     """Return the models, configurations and references of a result by unique names."""
     named: dict[str, ComparedSubject] = {}
-    for name, own in _of_report(result) if result["schema"] == REPORT else _of_comparison(result):
+    for name, own in _subjects_of_report(result) if result["schema"] == REPORT else _subjects_of_comparison(result):
         alike = sum(n == name or n.startswith(f"{name} #") for n in named)
         named[f"{name} #{alike + 1}" if alike else name] = own
     return named
 
 
-def _of_report(result: Json) -> Iterator[tuple[str, ComparedSubject]]:
+def _subjects_of_report(result: Json) -> Iterator[tuple[str, ComparedSubject]]:
     for name, model in result["models"].items():
         yield name, ComparedSubject.from_json(model, model.get("metrics"), model.get("time"))
     for name, reference in result["references"].items():
         yield f"reference {name}", ComparedSubject.from_json(reference, reference.get("metrics"))
 
 
-def _of_comparison(result: Json) -> Iterator[tuple[str, ComparedSubject]]:
+def _subjects_of_comparison(result: Json) -> Iterator[tuple[str, ComparedSubject]]:
     scenes = {str(p.get("scene")) for p in result["points"]} or set(result["references"])
     for point in result["points"]:
         name = ", ".join([str(point["model"]), *(f"{k} = {v}" for k, v in (point.get("variation") or {}).items())])
@@ -236,7 +236,7 @@ def _of_comparison(result: Json) -> Iterator[tuple[str, ComparedSubject]]:
             yield said, ComparedSubject.from_json(reference, None)
 
 
-def _texts(result: Json) -> Json:
+def _scene_digests(result: Json) -> Json:
     """Return the digests of scene texts and, for a report, the values of parameters."""
     if result["schema"] == COMPARISON:
         return {f"text of {s.get('file') or s.get('title')}": s.get("sha256") for s in result.get("scenes") or ()}
@@ -246,12 +246,12 @@ def _texts(result: Json) -> Json:
     return {"text": scene.get("sha256"), **parameters}
 
 
-def _expectations(result: Json) -> Json:
+def _expectation_verdicts(result: Json) -> Json:
     words = {True: "met", False: "not met", None: "not judged"}
     return {e["text"]: words.get(e.get("passed")) for e in result.get("expectations") or ()}
 
 
-def _facts(old: Json, new: Json) -> list[FactChange]:
+def _fact_changes(old: Json, new: Json) -> list[FactChange]:
     """Return the facts that differ between two mappings from names to facts."""
     names = [n for n in dict.fromkeys([*old, *new]) if n not in UNNAMED]
     return [FactChange(n, old.get(n), new.get(n)) for n in names if old.get(n) != new.get(n)]
@@ -260,11 +260,11 @@ def _facts(old: Json, new: Json) -> list[FactChange]:
 # ------------------------------------------------------------------ what is compared
 
 
-def _metrics(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[MetricChange]:
+def _metric_changes(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[MetricChange]:
     for metric in dict.fromkeys([*old.errors, *new.errors]):
         a, b = old.errors.get(metric), new.errors.get(metric)
         if a is not None and b is not None:
-            if change := _metric(name, metric, a, b):
+            if change := _metric_change(name, metric, a, b):
                 yield change
         elif b is not None:
             yield MetricChange(name, metric, b.unit, None, b.value, "added")
@@ -272,7 +272,7 @@ def _metrics(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[
             yield MetricChange(name, metric, a.unit, a.value, None, "removed")
 
 
-def _metric(name: str, metric: str, old: PointError, new: PointError) -> MetricChange | None:
+def _metric_change(name: str, metric: str, old: PointError, new: PointError) -> MetricChange | None:
     """Return the change of a metric, or None if its value is the same up to rounding."""
     a, b, unit = old.value, new.value, new.unit or old.unit
     if a is None and b is None:
@@ -287,14 +287,14 @@ def _metric(name: str, metric: str, old: PointError, new: PointError) -> MetricC
     return MetricChange(name, metric, unit, a, b, verdict, ratio_of(b - a, abs(a)), uncertain)
 
 
-def _times(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[TimeChange]:
+def _time_changes(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[TimeChange]:
     for clock in (n for n in old.times if n in new.times):
         a, b = old.times[clock], new.times[clock]
-        if min(a.median, b.median) > 0 and (verdict := _verdict(a, b, old.disturbed or new.disturbed)):
+        if min(a.median, b.median) > 0 and (verdict := _time_verdict_with_reason(a, b, old.disturbed or new.disturbed)):
             yield TimeChange(name, clock, a, b, *verdict)
 
 
-def _verdict(a: Spread, b: Spread, disturbed: bool) -> tuple[str, str | None] | None:
+def _time_verdict_with_reason(a: Spread, b: Spread, disturbed: bool) -> tuple[str, str | None] | None:
     """Return the verdict on a change of time and its reason, or None if the change is within the noise."""
     low, high = sorted((a.median, b.median))
     if high / low - 1 <= SLOWER or not a.is_distinct_from(b):

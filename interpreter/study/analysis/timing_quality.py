@@ -130,9 +130,9 @@ def summarize_cost(records: Sequence[Record], asked: int = FEWEST, pace: float |
     contaminated = len(kept) < min(FEWEST, asked)
     used = runs if contaminated else kept
     steady = _undisturbed_runs(used, asked, pace)
-    steps = _steps(used, "wall_s")
-    wall, cpu = _solutions(used, "wall_s"), _solutions(steady, "cpu_s")
-    step_cpu = _steps(steady, "cpu_s")
+    steps = _step_time_quantiles(used, "wall_s")
+    wall, cpu = _solution_time_spread(used, "wall_s"), _solution_time_spread(steady, "cpu_s")
+    step_cpu = _step_time_quantiles(steady, "cpu_s")
     by_cpu = contaminated and all((r.get("threads") or {}).get("asked", 1) == 1 for r in used)
     foreign = any(r.get("clock") for r in used)  # an external program has no known frame time
     frame, frame_cpu = steps or wall, step_cpu or cpu
@@ -141,11 +141,11 @@ def summarize_cost(records: Sequence[Record], asked: int = FEWEST, pace: float |
         "cpu_s": cpu,
         "step_s": steps,
         "step_cpu_s": step_cpu,
-        "setup_s": summarize_spread([_setup(r, 0) for r in used]),
-        "setup_cpu_s": summarize_spread([_setup(r, 1) for r in steady]),
-        "phases": _phases(records, steady, cpu["median"]),
-        "memory_bytes": _median(used, lambda r: r["memory"].get("peak")),
-        "memory_added_bytes": _median(used, _added_memory),
+        "setup_s": summarize_spread([_setup_time(r, 0) for r in used]),
+        "setup_cpu_s": summarize_spread([_setup_time(r, 1) for r in steady]),
+        "phases": _phase_times(records, steady, cpu["median"]),
+        "memory_bytes": _median_over_runs(used, lambda r: r["memory"].get("peak")),
+        "memory_added_bytes": _median_over_runs(used, _added_memory),
         "frame_s": None if foreign else (frame_cpu if by_cpu else frame)["median"],
         "frame_basis": "cpu" if by_cpu else "wall",
         "flags": _flags(runs, used, contaminated, asked, pace),
@@ -172,7 +172,7 @@ def summarize_spread(values: Sequence[float]) -> dict[str, float | int]:
     return {"median": median, "q1": q1, "q3": q3, "min": min(values), "max": max(values), "runs": len(values)}
 
 
-def _solutions(runs: Sequence[Record], name: str) -> dict[str, float | int]:
+def _solution_time_spread(runs: Sequence[Record], name: str) -> dict[str, float | int]:
     """Return the spread over runs of the median time of each run.
 
     Only medians are used, because the solutions of one process are not independent.
@@ -180,7 +180,7 @@ def _solutions(runs: Sequence[Record], name: str) -> dict[str, float | int]:
     return summarize_spread([statistics.median(r[name]) for r in runs])
 
 
-def _steps(runs: Sequence[Record], name: str) -> dict[str, float | int] | None:
+def _step_time_quantiles(runs: Sequence[Record], name: str) -> dict[str, float | int] | None:
     """Return the quantiles of the time of a step, s, each as the median over all runs; None without steps."""
     known = [r["steps"] for r in runs if r.get("steps") and r["steps"].get(name)]
     if not known:
@@ -189,7 +189,7 @@ def _steps(runs: Sequence[Record], name: str) -> dict[str, float | int] | None:
     return {**quantiles, "steps": known[0]["steps"], "runs": len(known)}
 
 
-def _setup(run: Record, clock: int) -> float:
+def _setup_time(run: Record, clock: int) -> float:
     return float(run["setup"]["mesh"][clock] + run["setup"]["set-up"][clock])
 
 
@@ -199,12 +199,12 @@ def _added_memory(run: Record) -> float | None:
     return None if peak is None or before is None else max(0, peak - before)
 
 
-def _median(runs: Sequence[Record], value: Callable[[Record], float | None]) -> int | None:
+def _median_over_runs(runs: Sequence[Record], value: Callable[[Record], float | None]) -> int | None:
     known = [v for v in map(value, runs) if v is not None]
     return int(statistics.median(known)) if known else None
 
 
-def _phases(records: Sequence[Record], used: Sequence[Record], median: float) -> dict[str, float]:
+def _phase_times(records: Sequence[Record], used: Sequence[Record], median: float) -> dict[str, float]:
     """Return the CPU time of each phase of a solution, s, and of mesh, set-up and output.
 
     The clocks of phases slow the run that they measure. So only the proportions of phases are used, to divide `median`,

@@ -166,14 +166,14 @@ def _expand_list(override: Override) -> Iterator[Override]:
     """Yield one override for each value of a list, such as two for `h=[10, 5]mm`; other overrides unchanged."""
     node = override.node
     if not isinstance(node, tree.List):
-        yield _written(override, node)
+        yield _override_with_value(override, node)
         return
     for item in node.items:
         plain = isinstance(item, tree.Number | tree.Unary)
-        yield _written(override, with_unit(item, node.unit) if node.unit and plain else item)
+        yield _override_with_value(override, with_unit(item, node.unit) if node.unit and plain else item)
 
 
-def _written(override: Override, node: tree.Expression) -> Override:
+def _override_with_value(override: Override, node: tree.Expression) -> Override:
     return replace(override, node=node, text=f"{override.name}={source_layout.format_on_one_line(node)}")
 
 
@@ -195,7 +195,7 @@ def expand(subjects: Sequence[SceneSubject], asked: CommandLineAdditions) -> lis
     found: list[Configuration] = []
     for subject in subjects:
         _check_names(subject, asked)
-        members = [c for family in _families(subject, asked) for c in _distinct(_members(subject, family))]
+        members = [c for family in _families(subject, asked) for c in _remove_duplicates(_members(subject, family))]
         own = _merge_independent(members)
         found += own + _unvaried_models(subject, asked, own)
     if len(found) > MOST:
@@ -207,7 +207,7 @@ def _check_names(subject: SceneSubject, asked: CommandLineAdditions) -> None:
     """Check the models, studies, names and values given on the command line. Raises SceneError."""
     problems = unknown_models(subject.scene, asked.models)
     for vary in asked.vary:
-        problems += _wrong_values(subject.scene, vary)
+        problems += _value_errors(subject.scene, vary)
     studies = subject.scene.of_kind("study")
     if asked.study is not None and asked.study not in studies:
         known = f"studies: {', '.join(studies)}" if studies else "it declares no study; use `--vary h=10mm,5mm`"
@@ -221,7 +221,7 @@ def _check_names(subject: SceneSubject, asked: CommandLineAdditions) -> None:
         raise SceneError(list(dict.fromkeys(problems)))
 
 
-def _wrong_values(scene: Scene, vary: Variation) -> Iterator[Diagnostic]:
+def _value_errors(scene: Scene, vary: Variation) -> Iterator[Diagnostic]:
     """Yield the first error of each value of a variation.
 
     If the varied name is wrong, yield only one error.
@@ -308,7 +308,7 @@ def _affects_models(scene: Scene, varied: str, needed: Sequence[str]) -> bool:
     return owner in needed or owner not in scene.of_kind("model")
 
 
-def _distinct(members: Iterator[Configuration]) -> list[Configuration]:
+def _remove_duplicates(members: Iterator[Configuration]) -> list[Configuration]:
     """Return one configuration for each key.
 
     Its variation keeps only the values that all configurations with this key have in common.

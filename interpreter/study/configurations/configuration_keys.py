@@ -71,7 +71,7 @@ def _refined_model_texts(scene: Scene, whole: Collection[str]) -> str:
     """
     refined = [n for n in _refined_models(scene) if n not in whole]
     behind = [n for n in with_dependencies(scene, refined) if n not in (*refined, *whole)]
-    own = [declaration_text(_without_size(scene.declared[n])) for n in refined]
+    own = [declaration_text(_without_mesh_size(scene.declared[n])) for n in refined]
     return "".join((*own, *(declaration_text(scene.declared[n]) for n in behind)))
 
 
@@ -109,7 +109,7 @@ def _refined_models(scene: Scene) -> list[str]:
     return list(found)
 
 
-def _without_size(model: Declared) -> Declared:
+def _without_mesh_size(model: Declared) -> Declared:
     """Return a model without its mesh size, which a reference chooses when it refines the model."""
     if "size" not in model.thing.finely:
         return model

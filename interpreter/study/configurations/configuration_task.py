@@ -49,7 +49,7 @@ def perform(task: PointTask) -> PointOutcome:
     """
     wall, cpu = time.perf_counter(), time.process_time()
     try:
-        found = _performed(task)
+        found = _compute_task(task)
     except SceneError as error:
         found = failed_outcome(task, format_diagnostics(error.diagnostics))
     except Exception as error:
@@ -77,7 +77,7 @@ def format_diagnostics(diagnostics: Sequence[Diagnostic]) -> str:
     return f"{first.code}: {first.message}{where}{more}" + (f"; {first.help}" if first.help else "")
 
 
-def _performed(task: PointTask) -> PointOutcome:
+def _compute_task(task: PointTask) -> PointOutcome:
     from softmark.interpreter.pipeline.run_pipeline import RunOptions, run_scene
     from softmark.interpreter.study.configurations.configuration_keys import cached_reference
 
@@ -98,7 +98,7 @@ def _performed(task: PointTask) -> PointOutcome:
         why = "no probe or metric uses this model: add one of its body"
         return failed_outcome(task, why, references=references)
     truths = None if truth is None else {truth.model: _reference_statements(report, truth)}
-    return PointOutcome(task.key, _point(scene, report, model), references, truths)
+    return PointOutcome(task.key, _point_entry(scene, report, model), references, truths)
 
 
 def _reference_statements(report: Report, asked: TruthRequest) -> TruthStatement:
@@ -140,11 +140,11 @@ def is_about(declared: Iterable[Declared], error: Diagnostic) -> bool:
 # ------------------------------------------------------------------ as JSON
 
 
-def _point(scene: Scene, report: Report, model: ModelResult) -> Json:
+def _point_entry(scene: Scene, report: Report, model: ModelResult) -> Json:
     from softmark.interpreter.study.configurations.discretization_size import resolution_of
 
     solve = {name: value for name, value in model.solve.items() if name != "history"}
-    errors = _errors(scene, report, model)
+    errors = _metric_results(scene, report, model)
     point: Json = {
         "status": model.status, "message": model.message, "outline": model.outline, "size": dict(model.size),
         "solve": solve, "errors": errors, "measured_from": trace_references(scene, report, model.name, errors),
@@ -197,7 +197,7 @@ def _probe(probe: ProbeResult) -> ProbeTrace:
 # ------------------------------------------------------------------ errors
 
 
-def _errors(scene: Scene, report: Report, model: ModelResult) -> dict[str, PointError]:
+def _metric_results(scene: Scene, report: Report, model: ModelResult) -> dict[str, PointError]:
     """Return the results of all metrics except those of speed, which other processes on the machine would distort.
 
     If the scene has no error metric, relative displacement errors are added (`_default_errors`).
@@ -205,13 +205,13 @@ def _errors(scene: Scene, report: Report, model: ModelResult) -> dict[str, Point
     asked = scene.of_kind("metric")
     found = {
         name: PointError(
-            result.value, result.unit, _against(asked[name]), result.reason, result.uncertainty,
+            result.value, result.unit, _reference_name(asked[name]), result.reason, result.uncertainty,
             _is_independent_of_probes(scene, asked[name]) or None,
         )
         for name, result in model.metrics.items()
         if (asked[name].thing.looked_at or asked[name].thing.concerned) is not None
     }  # fmt: skip
-    if not any(_against(m) for m in asked.values()):
+    if not any(_reference_name(m) for m in asked.values()):
         found |= _default_errors(report, model)
     return found
 
@@ -224,7 +224,7 @@ def _is_independent_of_probes(scene: Scene, metric: Declared) -> bool:
     return metric.thing.probe_in(scene) is None or isinstance(metric.thing, ForceMetric)
 
 
-def _against(metric: Declared) -> str | None:
+def _reference_name(metric: Declared) -> str | None:
     against: str | None = metric.thing.measured_from
     return against
 
@@ -235,14 +235,14 @@ def _default_errors(report: Report, model: ModelResult) -> dict[str, PointError]
     Each error is named `PROBE against REFERENCE`.
     """
     return {
-        f"{name} against {reference.name}": _relative(reference, probe, name)
+        f"{name} against {reference.name}": _relative_displacement_error(reference, probe, name)
         for reference in report.references.values()
         for name, probe in model.probes.items()
         if reference.status != "converged" or name in reference.probes
     }
 
 
-def _relative(reference: ReferenceResult, probe: ProbeResult, name: str) -> PointError:
+def _relative_displacement_error(reference: ReferenceResult, probe: ProbeResult, name: str) -> PointError:
     from softmark.interpreter.metrics.relative_displacement_error import RelativeDisplacementError
     from softmark.interpreter.metrics.undefined_metric import Undefined
 

@@ -40,10 +40,10 @@ def resolution_of(scene: Scene, model: str) -> dict[str, Any]:
     ).hexdigest()
     size = _resolution_fields(own).get("size")
     return {"of": found, "formal": formal_orders(scene, own), "problem": digest, "meshed": size is not None,
-            "counts": None if size is None else _counts(scene, own, size)}  # fmt: skip
+            "counts": None if size is None else _cell_counts(scene, own, size)}  # fmt: skip
 
 
-def _counts(scene: Scene, model: Declared, size: float) -> list[int] | None:
+def _cell_counts(scene: Scene, model: Declared, size: float) -> list[int] | None:
     try:
         case = case_for(scene, model)
     except Fault:

@@ -37,20 +37,20 @@ def trace_references(scene: Scene, report: Report, model: str, errors: Mapping[s
     for name in dict.fromkeys(e.against for e in errors.values() if e.against not in (None, model)):
         owner = report.references.get(name) or report.models.get(name)
         if owner is not None and owner.probes:
-            found[name] = [v for _, probe in sorted(owner.probes.items()) for v in _numbers(probe)]
+            found[name] = [v for _, probe in sorted(owner.probes.items()) for v in _identifying_numbers(probe)]
         elif name in report.references:
             found[name] = hashlib.sha256(declaration_text(scene.declared[name]).encode()).hexdigest()
     return found
 
 
-def _numbers(probe: ProbeResult) -> list[float]:
+def _identifying_numbers(probe: ProbeResult) -> list[float]:
     found = []
     for values in (probe.points.ravel().tolist(), probe.displacement.ravel().tolist()):
         found += [math.hypot(*values), sum(v * math.cos(1.7 * i + 0.3) for i, v in enumerate(values))]
     return [v if math.isfinite(v) else 0.0 for v in found]
 
 
-def _differ(a: Trace, b: Trace) -> bool:
+def _is_different(a: Trace, b: Trace) -> bool:
     """Return whether two references differ; references that cannot be compared, such as failed ones, do not differ."""
     if isinstance(a, str) or isinstance(b, str):
         return isinstance(a, str) and isinstance(b, str) and a != b
@@ -77,15 +77,15 @@ def mark_problems(points: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 def _changing_names(points: Sequence[Mapping[str, Any]]) -> set[str]:
     """Return the varied names that change a reference while all other values stay the same."""
     names = dict.fromkeys(n for p in points for n in p.get("variation") or {})
-    return {name for name in names if _changes(name, points)}
+    return {name for name in names if _is_reference_changed_by(name, points)}
 
 
-def _changes(name: str, points: Sequence[Mapping[str, Any]]) -> bool:
+def _is_reference_changed_by(name: str, points: Sequence[Mapping[str, Any]]) -> bool:
     first: dict[tuple[Any, ...], Trace] = {}
     for p in points:
         variation = p.get("variation") or {}
         rest = tuple((n, t) for n, t in variation.items() if n != name)
         for truth, trace in (p.get("measured_from") or {}).items():
-            if name in variation and _differ(first.setdefault((p.get("study"), rest, truth), trace), trace):
+            if name in variation and _is_different(first.setdefault((p.get("study"), rest, truth), trace), trace):
                 return True
     return False

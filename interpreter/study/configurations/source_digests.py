@@ -11,7 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from softmark.interpreter.language.field_schema import _fields
+from softmark.interpreter.language.field_schema import _fields_of_class
 from softmark.interpreter.language.loaded_plugin import FILES
 
 PARTS = ("grammar", "interpreter", "references", "solvers")
@@ -70,8 +70,8 @@ def digest_file(name: str) -> str:
     path = Path(name)
     if path.is_dir():
         inner = sorted(p for p in path.rglob("*") if p.is_file())
-        return _digest_lines(f"{p.relative_to(path).as_posix()} {_digest_regular_file(*_state(p))}" for p in inner)
-    return _digest_regular_file(*_state(path))
+        return _digest_lines(f"{p.relative_to(path).as_posix()} {_digest_regular_file(*_file_state(p))}" for p in inner)
+    return _digest_regular_file(*_file_state(path))
 
 
 def digest_program(name: str) -> str:
@@ -90,7 +90,7 @@ def digest_installed(name: str) -> str:
     from softmark.interpreter.models.external.adapters import adapter
 
     files = (p for place in adapter(name).places() for p in (place.rglob("*") if place.is_dir() else (place,)))
-    own = sorted(repr(_state(p)) for p in files if p.suffix != ".pyc" and p.is_file())
+    own = sorted(repr(_file_state(p)) for p in files if p.suffix != ".pyc" and p.is_file())
     beside = sorted({p.name for folder in sys.path for p in Path(folder).glob("*.dist-info")})
     return _digest_lines((*own, *beside))
 
@@ -107,7 +107,7 @@ def _digest_lines(lines: Iterable[str]) -> str:
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
-def _state(path: Path) -> tuple[str, int, int]:
+def _file_state(path: Path) -> tuple[str, int, int]:
     try:
         found = path.stat()
     except OSError:
@@ -164,7 +164,7 @@ def _digest_plugin_module(module: Any) -> str:
 def _file_fields(cls: Any) -> frozenset[str]:
     """Return the fields of a constructor's class that contain file names."""
     if _digest_plugin_module(sys.modules.get(cls.__module__)):
-        return frozenset(f.attribute for f in _fields(cls) if f.form in ("file", "files"))
+        return frozenset(f.attribute for f in _fields_of_class(cls) if f.form in ("file", "files"))
     from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
     for kind, table in CATALOGUE.items():

@@ -99,10 +99,10 @@ class Board(JsonRecord):
     def of(self, case: str, model: str | None = None) -> list[Cell]:
         """Return the cells of a case, by default of all models; those with an error first, by increasing error."""
         own = [c for c in self.cells if c.case == case and model in (None, c.model)]
-        return sorted(own, key=_rank)
+        return sorted(own, key=_error_sort_key)
 
 
-def _rank(cell: Cell) -> tuple[bool, float]:
+def _error_sort_key(cell: Cell) -> tuple[bool, float]:
     return cell.error is None, cell.error if cell.error is not None else 0.0
 
 
@@ -118,7 +118,7 @@ def board_of(
 
 
 def _card(case: BoardCase, points: Sequence[ComparedPoint]) -> CaseCard:
-    metric, subject = _metric(case, points), case.subject.name if case.subject else ""
+    metric, subject = _judging_metric(case, points), case.subject.name if case.subject else ""
     return CaseCard(case.case.asks, case.title, case.case.scene, metric, case.unit, case.against, case.kind,
                     case.source, case.case.within, subject, case.reason)  # fmt: skip
 
@@ -131,13 +131,13 @@ def _model(cells: Sequence[Cell]) -> ModelCard:
 
 def _cells(case: BoardCase, points: Sequence[ComparedPoint]) -> Iterator[Cell]:
     own = {p.model: p for p in points if case.subject is not None and p.scene == case.subject.name}
-    metric = _metric(case, points)
+    metric = _judging_metric(case, points)
     for entrant in case.entrants:
         if (point := own.get(entrant.name)) is not None:
             yield _cell(case, entrant, point, metric)
 
 
-def _metric(case: BoardCase, points: Sequence[ComparedPoint]) -> str | None:
+def _judging_metric(case: BoardCase, points: Sequence[ComparedPoint]) -> str | None:
     """Return the metric that judges a case: the declared one, or else the first error metric that was measured."""
     if case.case.by is not None or case.subject is None:
         return case.case.by
@@ -147,7 +147,7 @@ def _metric(case: BoardCase, points: Sequence[ComparedPoint]) -> str | None:
 def _cell(case: BoardCase, entrant: Entrant, point: ComparedPoint, metric: str | None) -> Cell:
     error = None if metric is None or not point.solved else point.error(metric)
     uncertainty = None if error is None or metric is None else point.uncertainty(metric)
-    clock, effort = _effort(point)
+    clock, effort = _clock_and_time(point)
     reason = INSIDE_OUT if point.inverted else point.message
     judged = CANNOT_TELL if point.inverted and error is not None else judge_error(error, uncertainty, case.case.within)
     if error is None and reason is None:
@@ -159,7 +159,7 @@ def _cell(case: BoardCase, entrant: Entrant, point: ComparedPoint, metric: str |
     )  # fmt: skip
 
 
-def _effort(point: ComparedPoint) -> tuple[str | None, Spread | None]:
+def _clock_and_time(point: ComparedPoint) -> tuple[str | None, Spread | None]:
     """Return the first clock of CLOCKS that measured a configuration, and its time, s."""
     return next(((clock, own) for clock in CLOCKS if (own := point.effort(clock)) is not None), (None, None))
 

@@ -50,10 +50,10 @@ def _is_most_accurate(board: Board, case: str, model: str) -> bool:
 
     Errors below the uncertainty of the reference are equal.
     """
-    errors = [(_told(c), c.model) for c in board.of(case) if c.error is not None]
+    errors = [(_error_or_uncertainty(c), c.model) for c in board.of(case) if c.error is not None]
     least = min(error for error, _ in errors)
     return len({m for _, m in errors}) > 1 and any(m == model and error <= least for error, m in errors)
 
 
-def _told(cell: Cell) -> float:
+def _error_or_uncertainty(cell: Cell) -> float:
     return max(cell.error or 0.0, cell.uncertainty or 0.0)

@@ -68,7 +68,7 @@ def cases_of_suite(suite: Suite, load: Load) -> tuple[list[BoardCase], list[Diag
         elif (wrong := _check_case(case, own.scene)) is not None:
             faults.append(wrong)
         else:
-            found.append(_answered(case, own))
+            found.append(_board_case(case, own))
     return found, faults
 
 
@@ -95,7 +95,7 @@ def case_of_scene(scene: Scene, taken: Sequence[str]) -> BoardCase:
     errors = [n for n, d in scene.of_kind("metric").items() if d.thing.measured_from in scene.of_kind("reference")]
     file = standard_name(scene.path) or scene.path or subject.name
     case = Case(subject.name, file, errors[0] if errors else None, asks=scene.title)
-    return _answered(case, subject)
+    return _board_case(case, subject)
 
 
 def _check_case(case: Case, scene: Scene) -> Diagnostic | None:
@@ -113,7 +113,7 @@ def _check_case(case: Case, scene: Scene) -> Diagnostic | None:
         return case.fault("E743", "by", f"`{case.by}` has no reference", "not an error", hint)
     kind = references[metric.thing.measured_from].thing.kind
     if case.kind != kind:
-        message = f"the reference of `{case.by}`, `{metric.thing.measured_from}`, is of the kind {_article(kind)}"
+        message = f"the reference of `{case.by}`, `{metric.thing.measured_from}`, is of the kind {_with_article(kind)}"
         return case.fault("E744", "kind", message, "another kind", f"write `kind = {kind.replace(' ', '_')}`")
     if (wanted := units.parse_unit(metric.thing.unit).dimension) != case.dimension:
         given = units.dimension_name(case.dimension)
@@ -122,7 +122,7 @@ def _check_case(case: Case, scene: Scene) -> Diagnostic | None:
     return None
 
 
-def _article(kind: str) -> str:
+def _with_article(kind: str) -> str:
     return f"a {kind}" if kind in ("measurement", "consensus") else kind
 
 
@@ -140,7 +140,7 @@ def subjects_of(cases: Sequence[BoardCase]) -> list[SceneSubject]:
 # ------------------------------------------------------------------ who answers
 
 
-def _answered(case: Case, subject: SceneSubject) -> BoardCase:
+def _board_case(case: Case, subject: SceneSubject) -> BoardCase:
     scene = subject.scene
     found = BoardCase(case, subject, entrants_of(scene, case.by))
     metric = None if case.by is None else scene.declared[case.by].thing
@@ -153,19 +153,21 @@ def _answered(case: Case, subject: SceneSubject) -> BoardCase:
 
 def entrants_of(scene: Scene, metric: str | None) -> tuple[Entrant, ...]:
     """Return the models that take part in a case: those of the body that the metric measures."""
-    body = None if metric is None else _body(scene, scene.declared[metric])
+    body = None if metric is None else _measured_body(scene, scene.declared[metric])
     models = scene.of_kind("model")
-    return tuple(Entrant(n, describe_model(scene, d)) for n, d in models.items() if body in (None, _own(scene, d)))
+    return tuple(
+        Entrant(n, describe_model(scene, d)) for n, d in models.items() if body in (None, _body_or_none(scene, d))
+    )
 
 
-def _body(scene: Scene, metric: Declared) -> str | None:
+def _measured_body(scene: Scene, metric: Declared) -> str | None:
     """Return the body that a metric measures, directly or through another metric; None for all bodies."""
     of = vars(metric.thing).get("of")
     found: str | None = metric.thing.body_in(scene)
-    return found if found or of not in scene.declared else _body(scene, scene.declared[of])
+    return found if found or of not in scene.declared else _measured_body(scene, scene.declared[of])
 
 
-def _own(scene: Scene, model: Declared) -> str | None:
+def _body_or_none(scene: Scene, model: Declared) -> str | None:
     try:
         return body_of(scene, model)
     except SceneError:
@@ -177,7 +179,7 @@ def describe_model(scene: Scene, model: Declared) -> str:
 
     It identifies the same model in different cases.
     """
-    body = _own(scene, model)
+    body = _body_or_none(scene, model)
     kind = None if body is None else model.thing.kind(case_of(scene, body))
     if kind is not None:
         return str(kind.words)

@@ -138,23 +138,23 @@ def _case(node: tree.Declare, source: Source, found: list[Diagnostic]) -> Case |
             hint = f"did you mean `{close}`?" if close else f"fields are {', '.join(FIELDS)}"
             fail(span, f"a case has no field `{name}`", "unknown field", hint)
         elif not isinstance(value, FIELDS[name][0] if name in FIELDS else tree.String):
-            fail(value.span, f"`{name}` has an invalid value", "invalid", _wanted(name))
+            fail(value.span, f"`{name}` has an invalid value", "invalid", _expected_value(name))
         given[name], places[name] = value, value.span
     missing = [name for name in ("scene", *FIELDS) if name not in given]
     for name in missing:
-        fail(call.span, f"`{node.name}` has no `{name}`", "missing", f"give {_wanted(name)}")
+        fail(call.span, f"`{node.name}` has no `{name}`", "missing", f"give {_expected_value(name)}")
     if any(d.span is not None and node.span.start <= d.span.start < node.span.end for d in found):
         return None
-    return _made(node.name, given, source, places, found)
+    return _make_case(node.name, given, source, places, found)
 
 
-def _wanted(name: str) -> str:
+def _expected_value(name: str) -> str:
     return (
         FIELDS[name][1] if name in FIELDS else 'the scene as first argument, by its file or name, such as `"bend-45"`'
     )
 
 
-def _made(
+def _make_case(
     name: str, given: Mapping[str, tree.Expression], source: Source, places: Mapping[str, Span], found: list[Diagnostic]
 ) -> Case | None:
     scene, by, kind, within, asks = (given[n] for n in ("scene", *FIELDS))

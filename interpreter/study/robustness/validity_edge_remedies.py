@@ -86,7 +86,7 @@ def remedy_of(
 Rule = Callable[[ClassifiedPoint, WalkedQuantity, ValidityEdge], str | None]
 
 
-def _by_limit(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
+def _remedy_for_model_limit(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
     """Return the remedy for an edge in a setting of the model: a limit for its step, size, segments or tolerance."""
     attribute = quantity.name.rpartition(".")[2]
     own = attribute in ("step", "size", "segments", "tolerance", "quality")
@@ -107,7 +107,7 @@ def format_quantity_value(quantity: WalkedQuantity, value: float) -> str:
     return units.format_value(float(f"{value:.4g}"), quantity.dimension) if value else "0"
 
 
-def _by_cost(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
+def _remedy_for_cost(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
     if point.word == "timed_out":
         return "a longer time limit, `--timeout`"
     if point.word == "failed" and "memory" in (point.message or ""):
@@ -115,18 +115,18 @@ def _by_cost(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdg
     return None
 
 
-def _by_incompressibility(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
+def _remedy_for_incompressibility(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
     if quantity.kind == "gap" and edge.direction == "up" and point.word != "unjudged":
         return BY_CODE["E552" if point.code == "E552" else "W301"]
     return None
 
 
-def _by_code(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
+def _remedy_for_code(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
     codes = (point.code, *point.warnings)
     return next((BY_CODE[c] for c in codes if c in BY_CODE), None)
 
 
-def _by_part(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
+def _remedy_for_largest_error_part(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
     """Return the remedy for the largest part of the error that the model states."""
     parts = {n: v for n, v in (point.stated.parts if point.stated else {}).items() if v is not None}
     if point.word not in ("inaccurate", "silent") or not parts:
@@ -134,7 +134,7 @@ def _by_part(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdg
     return BY_PART.get(max(parts, key=lambda name: parts[name]))
 
 
-def _by_message(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
+def _remedy_from_message(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
     """Return the help text at the end of the model's message."""
     if point.word not in ("not_converged", "diverged", "refused"):
         return None
@@ -142,4 +142,11 @@ def _by_message(point: ClassifiedPoint, quantity: WalkedQuantity, edge: Validity
     return help if semicolon else None
 
 
-RULES: tuple[Rule, ...] = (_by_cost, _by_limit, _by_incompressibility, _by_part, _by_code, _by_message)
+RULES: tuple[Rule, ...] = (
+    _remedy_for_cost,
+    _remedy_for_model_limit,
+    _remedy_for_incompressibility,
+    _remedy_for_largest_error_part,
+    _remedy_for_code,
+    _remedy_from_message,
+)

@@ -19,11 +19,13 @@ def grid_levels(quantity: WalkedQuantity, walks: Sequence[Walk]) -> list[Value]:
         own = [w for w in walks if w.ladder.direction == direction and max(w.seen, default=0.0) > 0]
         if own:
             farthest = max(own, key=lambda w: max(w.seen))
-            found |= {farthest.ladder.at(_position(farthest, part * max(farthest.seen))) for part in parts}
+            found |= {
+                farthest.ladder.at(_computed_position_near(farthest, part * max(farthest.seen))) for part in parts
+            }
     return sorted(found)
 
 
-def _position(walk: Walk, t: float) -> float:
+def _computed_position_near(walk: Walk, t: float) -> float:
     """Return a position of the walk near t that was already computed, or else t."""
     near = min(walk.seen, key=lambda s: abs(s - t))
     return near if abs(near - t) <= 0.2 * max(walk.seen) else t

@@ -48,7 +48,7 @@ def read_saved(folder: Path, key: str) -> tuple[Any, Mapping[int, np.ndarray]] |
         raise DamagedFile(f"{path} cannot be read ({error.strerror})") from error
     head, _, body = data.partition(b"\n")
     schema, _, code = head.decode("ascii", errors="replace").partition(" ")
-    if schema != SCHEMA or not is_authentic(_purpose(key), body, code):
+    if schema != SCHEMA or not is_authentic(_authentication_purpose(key), body, code):
         raise DamagedFile(f"{path} is damaged, renamed, or was not written by your own run")
     try:
         with np.load(io.BytesIO(body), allow_pickle=False) as archive:
@@ -70,7 +70,7 @@ def write_saved(folder: Path, key: str, value: Any, arrays: Sequence[np.ndarray]
     folder_within(folder.parent, folder.name)
     if shutil.disk_usage(folder).free < RESERVE + len(body.getvalue()):
         raise OSError(None, f"less than {RESERVE >> 20} MiB of disk space would remain for reports")
-    replace(_path(folder, key), _head(key, body.getvalue()) + b"\n" + body.getvalue())
+    replace(_path(folder, key), _authentication_header(key, body.getvalue()) + b"\n" + body.getvalue())
 
 
 def prune_folder(folder: Path, used: Collection[str]) -> None:
@@ -105,10 +105,10 @@ def _path(folder: Path, key: str) -> Path:
     return folder / f"{key}{SUFFIX}"
 
 
-def _head(key: str, body: bytes) -> bytes:
-    return f"{SCHEMA} {code_of(_purpose(key), body)}".encode()
+def _authentication_header(key: str, body: bytes) -> bytes:
+    return f"{SCHEMA} {code_of(_authentication_purpose(key), body)}".encode()
 
 
-def _purpose(key: str) -> str:
+def _authentication_purpose(key: str) -> str:
     """Return the text that binds the authentication code of a file to its key."""
     return f"{SCHEMA} {key}"

@@ -88,12 +88,12 @@ class FolderRunCache:
         Nothing is saved if a reference failed, because it may succeed the next time.
         """
         place = self._place
-        if place is None or _complete(works) or not self._stands(works):
+        if place is None or _has_references(works) or not self._stands(works):
             return
         with self._said():
             for name in works[0].plan.models:
                 self._keep(*place, works, name)
-            self._write(*place, "", _references(works))
+            self._write(*place, "", _saved_references(works))
             cache_folder.prune_folder(place[0], self.keys.values())
 
     @property
@@ -120,7 +120,7 @@ class FolderRunCache:
 
     def _keep(self, folder: Path, scene: Scene, works: Sequence[StateRun], name: str) -> None:
         if name not in works[0].taken and _has_lasting_status(works, name):
-            self._write(folder, scene, name, _model(works, name))
+            self._write(folder, scene, name, _saved_model(works, name))
 
     @contextmanager
     def _said(self) -> Iterator[None]:
@@ -161,7 +161,7 @@ class FolderRunCache:
         cache_folder.write_saved(folder, self.keys[name], own, writer.arrays)
 
 
-def _complete(works: Sequence[StateRun]) -> bool:
+def _has_references(works: Sequence[StateRun]) -> bool:
     return works[0].known.references is not None
 
 
@@ -175,17 +175,17 @@ def _timings_of_model(work: StateRun, name: str) -> Iterator[Timing]:
     yield from (timing for step in ("setup_s", "solve_s") if (timing := clock.get(step)) is not None)
 
 
-def _began(works: Sequence[StateRun]) -> str:
+def _start_time(works: Sequence[StateRun]) -> str:
     return works[0].started.isoformat(timespec="seconds")
 
 
-def _model(works: Sequence[StateRun], name: str) -> SavedModel:
+def _saved_model(works: Sequence[StateRun], name: str) -> SavedModel:
     steps = ("prepare", "solve")
     told = tuple({step: tuple(work.told.get((step, name), ())) for step in steps} for work in works)
     doubts = tuple(work.doubts.get(name, ()) for work in works)
-    return SavedModel(name, _began(works), tuple(work.models[name] for work in works), told, doubts)
+    return SavedModel(name, _start_time(works), tuple(work.models[name] for work in works), told, doubts)
 
 
-def _references(works: Sequence[StateRun]) -> SavedReferences:
+def _saved_references(works: Sequence[StateRun]) -> SavedReferences:
     told = tuple(tuple(work.told.get(("place", ""), ())) for work in works)
-    return SavedReferences(_began(works), tuple(work.references for work in works), told)
+    return SavedReferences(_start_time(works), tuple(work.references for work in works), told)

@@ -55,7 +55,7 @@ def keys_of(scene: Scene, plan: Plan, options: RunOptions) -> dict[str, str]:
         *behind,
         *plan.references,
     )
-    found = {n: key for n in plan.models if (key := _key(scene, n, base)) is not None}
+    found = {n: key for n in plan.models if (key := _model_key(scene, n, base)) is not None}
     if any(name not in found for name in behind):  # models that all others are compared with
         return {}
     if all(name in found for name in plan.models):
@@ -63,7 +63,7 @@ def keys_of(scene: Scene, plan: Plan, options: RunOptions) -> dict[str, str]:
     return found
 
 
-def _key(scene: Scene, name: str, base: str) -> str | None:
+def _model_key(scene: Scene, name: str, base: str) -> str | None:
     """Return the key of a model; None if a dependency is uncertain."""
     whole = [scene.declared[n] for n in with_dependencies(scene, configuration_keys.needed_models(scene, name))]
     if not all(map(_has_known_dependencies, whole)):
@@ -99,11 +99,11 @@ def _is_self_contained(name: str) -> bool:
         return True
     path = Path(name)
     if path.is_dir():
-        return all(p.is_dir() or _ending(p) in SLICES for p in path.rglob("*"))
-    return _ending(path) in ALONE
+        return all(p.is_dir() or _file_suffix(p) in SLICES for p in path.rglob("*"))
+    return _file_suffix(path) in ALONE
 
 
-def _ending(path: Path) -> str:
+def _file_suffix(path: Path) -> str:
     return Path(path.name.lower().removesuffix(".gz")).suffix
 
 
@@ -114,10 +114,10 @@ def _options_text(options: RunOptions) -> str:
 def _machine() -> str:
     """Return a description of the machine as text, with the environment variables that affect libraries."""
     known: dict[str, Any] = {n: v for n, v in describe_environment(datetime.now(UTC)).items() if n != "started"}
-    return repr(known) + "\0".join(_variables())
+    return repr(known) + "\0".join(_environment_variables())
 
 
-def _variables() -> Iterator[str]:
+def _environment_variables() -> Iterator[str]:
     known = (n for n in os.environ if n.startswith(COUNTING) and n not in IDLE)
     yield from (f"{name}={os.environ[name]}" for name in sorted(known))
 

@@ -22,17 +22,17 @@ def to_json(found: Diagnostic, scene: Scene) -> dict[str, Any]:
     """Return a warning as JSON, with locations relative to declarations. Raises NoDeclaration."""
     return {
         "code": found.code, "message": found.message, "label": found.label, "help": found.help,
-        "notes": list(found.notes), "at": _place(found.source, found.span, scene),
-        "also": [{"label": s.label, "at": _place(s.source, s.span, scene)} for s in found.also],
+        "notes": list(found.notes), "at": _relative_location(found.source, found.span, scene),
+        "also": [{"label": s.label, "at": _relative_location(s.source, s.span, scene)} for s in found.also],
     }  # fmt: skip
 
 
 def from_json(own: Json, scene: Scene) -> Diagnostic:
     """Return the warning that JSON describes, located in the given scene. Raises LookupError."""
-    source, span = _found(own["at"], scene)
+    source, span = _absolute_location(own["at"], scene)
     also = []
     for second in own["also"]:
-        where, there = _found(second["at"], scene)
+        where, there = _absolute_location(second["at"], scene)
         if where is None or there is None:
             raise LookupError("a second place is nowhere")
         also.append(Second(where, there, second["label"]))
@@ -41,17 +41,17 @@ def from_json(own: Json, scene: Scene) -> Diagnostic:
     )
 
 
-def _place(source: Source | None, span: Span | None, scene: Scene) -> list[Any] | None:
+def _relative_location(source: Source | None, span: Span | None, scene: Scene) -> list[Any] | None:
     """Return the location of a span relative to the declaration and field that contain it; None without a span."""
     if source is None or span is None:
         return None
-    for name, field, at in _anchors(scene):
+    for name, field, at in _declaration_locations(scene):
         if at.source == source and at.span.start <= span.start and span.end <= at.span.end:
             return [name, field, *_shift_span(span, at.span, -1)]
     raise NoDeclaration(f"{source.name}:{span.line}")
 
 
-def _found(at: list[Any] | None, scene: Scene) -> tuple[Source | None, Span | None]:
+def _absolute_location(at: list[Any] | None, scene: Scene) -> tuple[Source | None, Span | None]:
     if at is None:
         return None, None
     name, field, *offsets = at
@@ -60,7 +60,7 @@ def _found(at: list[Any] | None, scene: Scene) -> tuple[Source | None, Span | No
     return anchor.source, Span(*_shift_span(Span(*offsets), anchor.span, 1))
 
 
-def _anchors(scene: Scene) -> Iterator[tuple[str, str, Location]]:
+def _declaration_locations(scene: Scene) -> Iterator[tuple[str, str, Location]]:
     for name, declared in scene.declared.items():
         yield name, "", declared.location
         yield from ((name, field, at) for field, at in declared.fields.items())

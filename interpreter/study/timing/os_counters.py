@@ -35,8 +35,8 @@ class OsCounters:
     @classmethod
     def now(cls, cores: frozenset[int] = frozenset()) -> OsCounters:
         """Read all counters; the stolen time is that of the processors `cores`, or of all if none are given."""
-        switches, (avg10, total) = _switches(), _read_counter(_pressure) or (None, None)
-        lines = _read_counter(_processors) or {}
+        switches, (avg10, total) = _context_switches(), _read_counter(_processor_pressure) or (None, None)
+        lines = _read_counter(_processor_times) or {}
         steal = sum(s for n, (_, s) in lines.items() if not cores or n in cores) if lines else None
         busy = tuple(b for _, (b, _) in sorted(lines.items()))
         waited = _read_counter(_waiting_time)
@@ -49,12 +49,12 @@ class OsCounters:
         return {
             "wall_s": wall,
             "cpu_s": cpu,
-            "involuntary": _less(self.involuntary, start.involuntary),
-            "voluntary": _less(self.voluntary, start.voluntary),
-            "waited_s": _less(self.waited, start.waited),
-            "pressure_s": _less(self.pressure, start.pressure),
+            "involuntary": _difference_or_none(self.involuntary, start.involuntary),
+            "voluntary": _difference_or_none(self.voluntary, start.voluntary),
+            "waited_s": _difference_or_none(self.waited, start.waited),
+            "pressure_s": _difference_or_none(self.pressure, start.pressure),
             "pressure_avg10": [start.pressure_avg10, self.pressure_avg10],
-            "steal_s": _less(self.steal, start.steal),
+            "steal_s": _difference_or_none(self.steal, start.steal),
             "others_s": self._others(start, cpu),
         }
 
@@ -65,7 +65,7 @@ class OsCounters:
         return max(0.0, sum(self.busy) - sum(start.busy) - own)
 
 
-def _less(now: Any, then: Any) -> Any:
+def _difference_or_none(now: Any, then: Any) -> Any:
     return None if now is None or then is None else now - then
 
 
@@ -77,7 +77,7 @@ def _read_counter(read: Callable[[], Read]) -> Read | None:
         return None
 
 
-def _switches() -> tuple[int | None, int | None]:
+def _context_switches() -> tuple[int | None, int | None]:
     try:
         import resource
     except ImportError:
@@ -91,7 +91,7 @@ def _waiting_time() -> float:
     return int((PROC / "thread-self/schedstat").read_text().split()[1]) * 1e-9
 
 
-def _pressure() -> tuple[float, float]:
+def _processor_pressure() -> tuple[float, float]:
     """Return how long some task of the machine waited for a processor.
 
     The first number is the fraction of the last ten seconds, the second the total time, s.
@@ -101,7 +101,7 @@ def _pressure() -> tuple[float, float]:
     return float(values["avg10"]) / 100.0, int(values["total"]) * 1e-6
 
 
-def _processors() -> dict[int, tuple[float, float]]:
+def _processor_times() -> dict[int, tuple[float, float]]:
     """Return the busy time and the stolen time of each processor, s."""
     tick = 1.0 / os.sysconf("SC_CLK_TCK")
     found = {}
@@ -132,19 +132,19 @@ def memory_use() -> dict[str, int | None]:
     `ru_maxrss` starts with the parent's memory at the start of this process, so the kernel's own counter is preferred.
     """
     return {
-        "now": _read_counter(lambda: _status("VmRSS")),
-        "peak": _read_counter(lambda: _status("VmHWM")) or _largest(),
+        "now": _read_counter(lambda: _memory_status("VmRSS")),
+        "peak": _read_counter(lambda: _memory_status("VmHWM")) or _peak_memory(),
     }
 
 
-def _status(name: str) -> int:
+def _memory_status(name: str) -> int:
     for line in (PROC / "self/status").read_text().splitlines():
         if line.startswith(name + ":"):
             return int(line.split()[1]) * 1024
     raise KeyError(name)
 
 
-def _largest() -> int | None:
+def _peak_memory() -> int | None:
     try:
         import resource
     except ImportError:

@@ -28,7 +28,7 @@ def choose_processors(allowed: Iterable[int], before: Sequence[float], after: Se
 
 def sibling_processors(core: int) -> set[int]:
     """Return the processors that share a core with this processor, including itself."""
-    text = _said(f"cpu{core}/topology/thread_siblings_list") or str(core)
+    text = _read_system_file(f"cpu{core}/topology/thread_siblings_list") or str(core)
     found = {core}
     for part in text.split(","):
         first, _, last = part.partition("-")
@@ -38,10 +38,10 @@ def sibling_processors(core: int) -> set[int]:
 
 def highest_frequency(core: int) -> float:
     """Return the highest frequency of a processor, kHz, or 0 if unknown; some machines have two kinds of cores."""
-    return float(_said(f"cpu{core}/cpufreq/cpuinfo_max_freq") or 0.0)
+    return float(_read_system_file(f"cpu{core}/cpufreq/cpuinfo_max_freq") or 0.0)
 
 
-def _said(name: str) -> str | None:
+def _read_system_file(name: str) -> str | None:
     try:
         return (SYSTEM / name).read_text().strip() or None
     except OSError:

@@ -70,7 +70,7 @@ def main() -> int:
         asked = json.loads(sys.stdin.buffer.read())
         record = _run_guarded(asked)
     except ValueError as error:
-        record = _failed(f"the job cannot be read: {error}")
+        record = _failure_record(f"the job cannot be read: {error}")
     with os.fdopen(answer, "w", encoding="utf-8") as out:
         out.write(json.dumps(replace_nonfinite(record), allow_nan=False) + "\n")
     return 0
@@ -83,18 +83,18 @@ def _run_guarded(asked: Mapping[str, Any]) -> Record:
     try:
         return time_job(TimingJob.from_json(asked), asked.get("cores") or [], bool(asked.get("phases")))
     except NotTimed as refused:
-        return _failed(str(refused))
+        return _failure_record(str(refused))
     except Fault as refused:
-        return _failed(refused.diagnostic.message)
+        return _failure_record(refused.diagnostic.message)
     except MemoryError:
-        return _failed("out of memory")
+        return _failure_record("out of memory")
     except Exception as error:  # a defect, or a missing file: the parent continues with other jobs
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
-        return _failed(f"it stopped with an error ({type(error).__name__}: {error})")
+        return _failure_record(f"it stopped with an error ({type(error).__name__}: {error})")
 
 
-def _failed(message: str) -> Record:
+def _failure_record(message: str) -> Record:
     return {"status": "failed", "message": message, "pid": os.getpid()}
 
 
@@ -104,17 +104,17 @@ def time_job(job: TimingJob, cores: Sequence[int], phases: bool = False) -> Reco
     With `phases` the record has the times of phases instead of valid timings, because their clocks slow the run.
     """
     _bind_processors(job, cores)
-    scene, declared, case = _scene(job)
+    scene, declared, case = _load_scene_model_case(job)
     prepared, setup, before = _prepare_model(job, scene, declared, case)
     prepared.warm()
     where = _clocks() if phases else None
     found = _time_solutions(prepared, job, where)
     last = found.runs[-1].solution
-    record = _identity(job) | {
+    record = _identity_entries(job) | {
         "status": last.status,
         "message": last.message,
         "size": dict(prepared.size),
-        "solve": _facts(last),
+        "solve": _solution_facts(last),
         "setup": setup,
         "memory": memory_use() | {"before": before},
     }
@@ -133,7 +133,7 @@ def time_job(job: TimingJob, cores: Sequence[int], phases: bool = False) -> Reco
         "cpu_s": [r.cpu for r in found.runs],
         "during": found.during | {"compiled": found.compiled, "load": load_average()},
         "pace_s": statistics.fmean(found.paces),
-        "steps": _steps([r.solution for r in found.runs]),
+        "steps": _step_time_quantiles([r.solution for r in found.runs]),
     }
 
 
@@ -158,7 +158,7 @@ def _bind_processors(job: TimingJob, cores: Sequence[int]) -> None:
         signal.alarm(math.ceil(min(job.timeout_s, 1e8)) + 5)
 
 
-def _scene(job: TimingJob) -> tuple[Scene, Declared, Case]:
+def _load_scene_model_case(job: TimingJob) -> tuple[Scene, Declared, Case]:
     """Return the scene of a job, the declaration of its model, and the case of the body. Raises NotTimed, Fault."""
     from pathlib import Path
 
@@ -233,7 +233,7 @@ def _build_in_state(
     return prepared, {"mesh": mesh, "set-up": rest, "reading": list(measured.seconds)}
 
 
-def _identity(job: TimingJob) -> Record:
+def _identity_entries(job: TimingJob) -> Record:
     """Return the entries of a record that identify the model, the process, its processors and the versions."""
     numpy = sys.modules.get("numpy")
     cores = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else []
@@ -335,7 +335,7 @@ def _count_compilations() -> Callable[[], int]:
 # ------------------------------------------------------------------ what came of it
 
 
-def _facts(solution: Solution) -> Record:
+def _solution_facts(solution: Solution) -> Record:
     """Return facts that show whether two runs did the same work: iterations, residual, size of displacements."""
     facts = {name: solution.facts[name] for name in FACTS if name in solution.facts}
     if solution.mesh is not None:
@@ -343,7 +343,7 @@ def _facts(solution: Solution) -> Record:
     return facts
 
 
-def _steps(solutions: Sequence[Solution]) -> Record | None:
+def _step_time_quantiles(solutions: Sequence[Solution]) -> Record | None:
     """Return quantiles of the time of a step, s, over all solutions; None for a static analysis."""
     histories = [s.history for s in solutions if s.history is not None]
     if not histories:

@@ -68,9 +68,9 @@ class Journal:
         return journal
 
     def _start(self, fresh: bool) -> None:
-        data = b"" if fresh else _contents(self.path)
+        data = b"" if fresh else _read_journal_bytes(self.path)
         whole = data[: data.rfind(b"\n") + 1]  # an incomplete last line
-        lines = list(_objects(whole))
+        lines = list(_parse_lines(whole))
         if whole and not lines:
             raise JournalRefused(
                 f"{self.path} is not a journal; replace it with `--fresh`, or choose another folder with `--out`"
@@ -122,8 +122,8 @@ class Journal:
         self.add({"kind": kind, "key": key, "repeat": repeat, **said})
 
     def _write(self, entry: Json) -> None:
-        told = entry if "schema" in entry else {**entry, CODE: code_of(SCHEMA, _text(entry))}
-        data = _text(told) + b"\n"
+        told = entry if "schema" in entry else {**entry, CODE: code_of(SCHEMA, _serialize_entry(entry))}
+        data = _serialize_entry(told) + b"\n"
         if os.write(self._file, data) != len(data):
             raise OSError(None, "the journal could not be written completely; the disk may be full")
         os.fsync(self._file)
@@ -137,8 +137,8 @@ class Journal:
 
         After an interruption the file may have entries that this process does not know.
         """
-        data = _contents(self.path)
-        lines = _objects(data[: data.rfind(b"\n") + 1])
+        data = _read_journal_bytes(self.path)
+        lines = _parse_lines(data[: data.rfind(b"\n") + 1])
         return {
             str(line["key"])
             for line in lines
@@ -169,17 +169,17 @@ def _is_authentic_entry(entry: Json) -> bool:
     """Remove the authentication code from an entry, and return whether it is a valid code of this user."""
     code = entry.pop(CODE, "")
     try:
-        return is_authentic(SCHEMA, _text(entry), str(code))
+        return is_authentic(SCHEMA, _serialize_entry(entry), str(code))
     except ValueError:  # numbers that are none, which are never written
         return False
 
 
-def _text(entry: Json) -> bytes:
+def _serialize_entry(entry: Json) -> bytes:
     text = json.dumps(entry, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
     return text.encode(errors="surrogatepass")
 
 
-def _contents(path: Path) -> bytes:
+def _read_journal_bytes(path: Path) -> bytes:
     """Return the bytes of a journal file, empty if there is no file. Raises JournalRefused, OSError."""
     try:
         descriptor = _open_journal(path, os.O_RDONLY)
@@ -201,7 +201,7 @@ def _open_journal(path: Path, flags: int) -> int:
     return os.open(path, flags | careful | (0 if flags == os.O_RDONLY else os.O_CREAT), 0o644)
 
 
-def _objects(data: bytes) -> Iterator[Json]:
+def _parse_lines(data: bytes) -> Iterator[Json]:
     """Yield the JSON objects in complete lines; unreadable lines are ignored."""
     for line in data.splitlines():
         if not line.startswith(b"{"):

@@ -242,17 +242,17 @@ def run_tasks_on_cluster(
     killed on
     a cluster: after `timeout` seconds it counts as `timed_out_outcome`, and its thread continues.
     """
-    client = _client(address, wait)
+    client = _connect_client(address, wait)
     try:
-        yield from _gathered(client, tasks, timeout)
+        yield from _gather_outcomes(client, tasks, timeout)
     finally:
         with suppress(Exception):  # the scheduler has died, so nothing can be cancelled
             client.close()
 
 
-def _client(address: str, wait: float) -> Any:
+def _connect_client(address: str, wait: float) -> Any:
     try:
-        return _dask().Client(address, timeout=wait, set_as_default=False)
+        return _import_dask().Client(address, timeout=wait, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         reason = str(error) or type(error).__name__
         raise NoWorkers(
@@ -260,7 +260,7 @@ def _client(address: str, wait: float) -> Any:
         ) from error
 
 
-def _dask() -> Any:
+def _import_dask() -> Any:
     """Return the package `distributed`, which the extra `softmark[cluster]` installs. Raises NoWorkers."""
     try:
         return importlib.import_module("distributed")
@@ -268,14 +268,14 @@ def _dask() -> Any:
         raise NoWorkers("--cluster needs dask: pip install 'softmark[cluster]'") from error
 
 
-def _gathered(client: Any, tasks: Sequence[PointTask], timeout: float | None) -> Iterator[PointOutcome]:
+def _gather_outcomes(client: Any, tasks: Sequence[PointTask], timeout: float | None) -> Iterator[PointOutcome]:
     from softmark.interpreter.study.configurations import source_digests
 
     own = source_digests.digest_sources()
     futures = {client.submit(perform_on_cluster, task, own, timeout, pure=False, retries=0): task for task in tasks}
     waiting = dict(futures)
     try:
-        for future in _dask().as_completed(futures, loop=client.loop):
+        for future in _import_dask().as_completed(futures, loop=client.loop):
             task = waiting.pop(future)
             if future.status == "finished":
                 yield future.result()

@@ -27,17 +27,17 @@ def main() -> None:
     out = os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)
     tasks: queue.Queue[bytes] = queue.Queue()
-    threading.Thread(target=_listen, args=(tasks,), daemon=True).start()
-    _prepare()
-    _send(out, {"ready": os.getpid()})
+    threading.Thread(target=_queue_input_lines, args=(tasks,), daemon=True).start()
+    _preload_modules()
+    _write_message(out, {"ready": os.getpid()})
     from softmark.interpreter.study.configurations.configuration_task import perform
     from softmark.interpreter.study.configurations.task_outcome import PointTask
 
     while True:
-        _send(out, perform(PointTask.from_json(json.loads(tasks.get()))).to_json())
+        _write_message(out, perform(PointTask.from_json(json.loads(tasks.get()))).to_json())
 
 
-def _listen(tasks: queue.Queue[bytes]) -> None:
+def _queue_input_lines(tasks: queue.Queue[bytes]) -> None:
     """Put each line of standard input into a queue; exit the process when the input ends.
 
     Nobody would read an outcome after that.
@@ -47,13 +47,13 @@ def _listen(tasks: queue.Queue[bytes]) -> None:
     os._exit(0)
 
 
-def _send(out: BinaryIO | Any, value: dict[str, Any]) -> None:
+def _write_message(out: BinaryIO | Any, value: dict[str, Any]) -> None:
     data = json.dumps(value, allow_nan=False, separators=(",", ":")).encode() + b"\n"
     while data:
         data = data[out.write(data) :]
 
 
-def _prepare() -> None:
+def _preload_modules() -> None:
     """Import the modules that every task needs, so that the time of a task does not include the imports."""
     import importlib
 

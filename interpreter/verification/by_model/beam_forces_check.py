@@ -268,7 +268,7 @@ def rod_of(found: VerifiedSolution) -> tuple[CheckedRod, float]:
 
 def balance_of(found: VerifiedSolution) -> ForceBalance:
     """Compute the force balance of a beam. Raises NoIndependentFormula."""
-    return worse_balance(*_forces(found))
+    return worse_balance(*_internal_and_external_forces(found))
 
 
 def worse_balance(inside: Floats, outside: Floats, fixed: NDArray[np.bool_], noise: float) -> ForceBalance:
@@ -280,36 +280,36 @@ def worse_balance(inside: Floats, outside: Floats, fixed: NDArray[np.bool_], noi
 
 def reactions_of(found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
     """Return the reaction of every support by name, and their rounding error, N. Raises NoIndependentFormula."""
-    inside, outside, _, noise = _forces(found)
-    beam, left = beam_line_of(found), (inside - outside) / _per_length(found)
+    inside, outside, _, noise = _internal_and_external_forces(found)
+    beam, left = beam_line_of(found), (inside - outside) / _moment_scaling(found)
     masks = {support.name: beam.carries(support) for support in beam.case.supports}
     return sum_by_support(masks, left, rod_of(found)[0].x), LEFT * noise
 
 
-def _per_length(found: VerifiedSolution) -> Floats:
+def _moment_scaling(found: VerifiedSolution) -> Floats:
     """Return factors (6,) that divide the moments by the beam's length, so that all six components are forces."""
     return np.array([1.0, 1.0, 1.0, *[1.0 / found.case.prism.length] * 3])
 
 
-def _forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
+def _internal_and_external_forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
     """Return internal and external nodal forces (n, 6), N, a mask of supported components, and the rounding, N.
 
     Moments are divided by the length. The forces are computed once per solution. Raises NoIndependentFormula.
     """
-    if _forces not in found.known:
-        found.known[_forces] = _compute_forces(found)
-    known: tuple[Floats, Floats, NDArray[np.bool_], float] = found.known[_forces]
+    if _internal_and_external_forces not in found.known:
+        found.known[_internal_and_external_forces] = _compute_forces(found)
+    known: tuple[Floats, Floats, NDArray[np.bool_], float] = found.known[_internal_and_external_forces]
     return known
 
 
 def _compute_forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
-    """Compute the forces of `_forces`. Raises NoIndependentFormula."""
+    """Compute the forces of `_internal_and_external_forces`. Raises NoIndependentFormula."""
     beam, model = beam_line_of(found), found.declared.thing
     if found.solution.displacement is None or (len(beam.s) > 200 and not (model.shear and model.axial)):
         raise NoIndependentFormula("the model has too many elements for the constraint forces to be verified")
     rod, arm = rod_of(found)
     inside, by = rod.forces()
-    scale, fixed = _per_length(found), beam.held()
+    scale, fixed = _moment_scaling(found), beam.held()
     outside = beam.loads(rod) * scale
     inside, by = inside * scale, by * scale[:, None, None]
     if rod.rigid:

@@ -211,23 +211,23 @@ def frame_of(found: VerifiedSolution) -> DeformedNetwork:
     return known
 
 
-def _forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
+def _internal_and_external_forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
     """Return internal and external forces (p, 6), N, a mask of supported components, and the rounding, N.
 
     Moments are divided by the extent of the network.
     """
     if found.solution.displacement is None:
         raise NoIndependentFormula("there is no solution")
-    if _forces not in found.known:
-        frame, scale = frame_of(found), _per_length(found)
+    if _internal_and_external_forces not in found.known:
+        frame, scale = frame_of(found), _moment_scaling(found)
         noise = max(rod.rounding(arm_of(m.section)) for rod, m in zip(frame.rods, frame.network.members, strict=True))
         inside, outside = frame.inside() * scale, frame.outside() * scale
-        found.known[_forces] = inside, outside, frame.held(), noise * len(frame.rods) ** 0.5
-    known: tuple[Floats, Floats, NDArray[np.bool_], float] = found.known[_forces]
+        found.known[_internal_and_external_forces] = inside, outside, frame.held(), noise * len(frame.rods) ** 0.5
+    known: tuple[Floats, Floats, NDArray[np.bool_], float] = found.known[_internal_and_external_forces]
     return known
 
 
-def _per_length(found: VerifiedSolution) -> Floats:
+def _moment_scaling(found: VerifiedSolution) -> Floats:
     """Return factors (6,) that divide the moments by the network's extent, so that all six components are forces."""
     return np.array([1.0, 1.0, 1.0, *[1.0 / found.case.shape.diagonal] * 3])
 
@@ -258,16 +258,16 @@ class FrameVerifier(BeamVerifier):
 
         Raises NoIndependentFormula.
         """
-        inside, outside, fixed, noise = _forces(found)
+        inside, outside, fixed, noise = _internal_and_external_forces(found)
         inside, outside = (frame_of(found).turned(forces) for forces in (inside, outside))
         return worse_balance(inside, outside, fixed, noise), found.solution.facts.get("residual")
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
         """Compute the reactions of supports by rod_forces.py as well. Raises NoIndependentFormula."""
-        inside, outside, _, noise = _forces(found)
+        inside, outside, _, noise = _internal_and_external_forces(found)
         frame = frame_of(found)
         masks = {support.name: frame.carries(support) for support in found.case.supports}
-        return sum_by_support(masks, (inside - outside) / _per_length(found), frame.x), LEFT * noise
+        return sum_by_support(masks, (inside - outside) / _moment_scaling(found), frame.x), LEFT * noise
 
     def left_out(self, answer: SolutionUnderTest) -> float:
         """Return the relative error of beam theory: the largest of all members, plus the effect of the largest strains.

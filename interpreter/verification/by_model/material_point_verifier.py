@@ -49,12 +49,12 @@ class MaterialPointVerifier(Verifier):
         x = X if found.declared.thing.strain == "small" else X + found.solution.displacement(X)  # type: ignore[misc]
         left = np.hstack([inside - outside, np.zeros_like(inside)])
         return sum_by_support(
-            {s.name: _held_corners(found, s.thing) for s in found.case.supports}, left, x
+            {s.name: _held_corner_components(found, s.thing) for s in found.case.supports}, left, x
         ), LEFT * noise
 
     def _forces(self, found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float, float]:
         if MaterialPointVerifier not in found.known:
-            found.known[MaterialPointVerifier] = _corner_forces(found)
+            found.known[MaterialPointVerifier] = _corner_forces_with_errors(found)
         known: tuple[Floats, Floats, NDArray[np.bool_], float, float] = found.known[MaterialPointVerifier]
         return known
 
@@ -81,7 +81,7 @@ class MaterialPointVerifier(Verifier):
         return apart
 
 
-def _corner_forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float, float]:
+def _corner_forces_with_errors(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.bool_], float, float]:
     """Return corner forces of the stress and of the loads (8, 3), N, a mask of held components, and two errors, N.
 
     The errors are the rounding error and the error of the volume constraint.
@@ -90,7 +90,7 @@ def _corner_forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.
     F, X = _gradient(found), _corners(found)
     out = np.sign(X - X.mean(axis=0))
     areas = _areas(found)
-    P, noise, off = _stress(found, F)
+    P, noise, off = _stress_with_errors(found, F)
     inside = 0.25 * (out * areas) @ P.T
     outside = np.zeros_like(inside)
     for load in case.loads:
@@ -100,11 +100,11 @@ def _corner_forces(found: VerifiedSolution) -> tuple[Floats, Floats, NDArray[np.
                 face = out[:, axis] == side
                 if on[face].all():
                     outside[face] += 0.25 * areas[axis] * t
-    held = np.any([_held_corners(found, s.thing)[:, :3] for s in case.supports], axis=0)
+    held = np.any([_held_corner_components(found, s.thing)[:, :3] for s in case.supports], axis=0)
     return inside, outside, held, noise * float(areas.max()), off * float(areas.max())
 
 
-def _stress(found: VerifiedSolution, F: Floats) -> tuple[Floats, float, float]:
+def _stress_with_errors(found: VerifiedSolution, F: Floats) -> tuple[Floats, float, float]:
     """Return the stress P (3, 3), Pa, its rounding error, Pa, and its error due to the volume constraint, Pa.
 
     P is the derivative of the energy at F by finite differences. For an incompressible solid, the pressure is the one
@@ -173,7 +173,7 @@ def _selected_corners(found: VerifiedSolution, where: Any) -> NDArray[np.bool_]:
     return np.array([where.holds(*x, extent) for x in X.tolist()], dtype=np.bool_)
 
 
-def _held_corners(found: VerifiedSolution, thing: Any) -> NDArray[np.bool_]:
+def _held_corner_components(found: VerifiedSolution, thing: Any) -> NDArray[np.bool_]:
     """Return a mask of the components that a support holds at the corners (8, 6), on faces that it selects wholly."""
     mask = np.zeros((8, 6), dtype=np.bool_)
     mask[np.ix_(np.flatnonzero(_selected_corners(found, thing.where)), list(thing.components))] = True

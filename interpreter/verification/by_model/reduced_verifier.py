@@ -65,13 +65,16 @@ def check_reduced_solution(declared: Declared, solution: Solution) -> Solution:
     reduced = (solution.facts.get("reduced") or {}) | error.facts
     facts = solution.facts | {"reduced": to_plain_json(reduced)}
     of = declared.thing.reduces
-    if _too_large(error):
-        reason = f"the reduced basis cannot represent this state: {_in_words(error, of)}; {MEASURES.format(of=of)}"
+    if _is_residual_too_large(error):
+        reason = (
+            f"the reduced basis cannot represent this state: {_format_reduction_error(error, of)}; "
+            f"{MEASURES.format(of=of)}"
+        )
         return Solution("not_converged", reason, facts, notes=solution.notes)
     return replace(solution, facts=facts, notes=(*solution.notes, *_residual_warning(declared, error, of)))
 
 
-def _too_large(error: ReductionError) -> bool:
+def _is_residual_too_large(error: ReductionError) -> bool:
     if error.relative is None:
         return not error.residual <= LARGEST_RESIDUAL
     return not error.relative <= LARGEST
@@ -81,11 +84,11 @@ def _residual_warning(declared: Declared, error: ReductionError, of: str) -> lis
     """Return a warning if a state leaves a significant residual in the equations of the full model."""
     if (error.relative or 0.0) <= DOUBTFUL and error.residual <= DOUBTFUL_RESIDUAL:
         return []
-    problem = f"`{declared.name}` does not balance the forces of the full model: {_in_words(error, of)}"
+    problem = f"`{declared.name}` does not balance the forces of the full model: {_format_reduction_error(error, of)}"
     return [diagnostic("W419", declared.at(), problem, "large residual in the full model", MEASURES.format(of=of))]
 
 
-def _in_words(error: ReductionError, of: str) -> str:
+def _format_reduction_error(error: ReductionError, of: str) -> str:
     """Return the residual and the estimated error of a reduced model, as text."""
     residual = f"the residual in the equations of `{of}` is {_format_ratio(error.residual)} the forces"
     if error.relative is None:

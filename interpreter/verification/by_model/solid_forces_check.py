@@ -191,11 +191,13 @@ def reactions_of(state: SolidState) -> tuple[dict[str, Wrench], float]:
     outside, unsure = state.loads
     x = state.mesh.points if state.model.strain == "small" else state.mesh.points + state.u
     held = residuals_by_support(state.case, state.mesh, inside - outside, x)
-    beds = {name: _resultant(state.case, _forces_on_others(state, name, f), x) for name, f in state.beds[0].items()}
+    beds = {
+        name: _resultant(state.case, _forces_without_first_part(state, name, f), x) for name, f in state.beds[0].items()
+    }
     return held | beds, LEFT * noise + unsure
 
 
-def _forces_on_others(state: SolidState, name: str, f: Floats) -> Floats:
+def _forces_without_first_part(state: SolidState, name: str, f: Floats) -> Floats:
     """Return the nodal forces (n, 3), N, of a contact or tie.
 
     Between two parts of a body, the forces on the first part are set to zero.
@@ -317,13 +319,13 @@ def _passive_case(case: Case) -> Case:
 
 def terms_of(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
     """Return the stress terms of a model, and the largest elastic modulus, Pa. Raises NoIndependentFormula."""
-    terms, stiff = _of_solid(model, case)
+    terms, stiff = _solid_stress_terms(model, case)
     if case.material.thin:
         return tuple(replace(term, stress=PlaneStressLaw(term.stress)) for term in terms), stiff
     return terms, stiff
 
 
-def _of_solid(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
+def _solid_stress_terms(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
     E, nu = case.material.young, case.material.poisson
     mu, lam = E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
     stiff = 6.0 * mu + 9.0 * abs(lam)

@@ -63,7 +63,7 @@ CHANCE = 0.5  # relative to the distance in the cells around it: as near may be 
 LOST = 1.7  # how much more they then leave: 1 / (1 - 2^-1/2) over 1 / (1 - 1/2), of order a half
 
 
-def _must_solve_again(answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> bool:
+def _needs_full_solve(answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> bool:
     """Return whether a finer model must be solved from the start rather than from the state that was found.
 
     This is so in dynamics, with history-dependent states, with pressed rigid bodies, and for forces in contact.
@@ -269,7 +269,7 @@ class SolidVerifier(SizedMeshVerifier):
         The finer model is solved from the start if history or contacts count, and otherwise from the state that was
         found. Raises NoErrorEstimate.
         """
-        nearby = not (seen.in_forces or _must_solve_again(answer, seen))
+        nearby = not (seen.in_forces or _needs_full_solve(answer, seen))
         if nearby and not (answer.case.contacts or answer.case.pairs):
             return self._above(answer).solution, self._error_ratio(answer)
         try:
@@ -333,7 +333,7 @@ class SolidVerifier(SizedMeshVerifier):
 
         The distance to the finer space contains the other part.
         """
-        if _must_solve_again(answer, seen):
+        if _needs_full_solve(answer, seen):
             return missing
         try:
             finer = self._above(answer).missing
@@ -353,7 +353,7 @@ class SolidVerifier(SizedMeshVerifier):
         best = self._best_strain_measure(answer, thing)
         if best == {}:
             return 0.0
-        if _must_solve_again(answer, seen):
+        if _needs_full_solve(answer, seen):
             return self._measure_error_with_history(answer, seen, thing, best)
         apart = self._distance_to_best_measure(
             answer, seen, thing, best
@@ -438,7 +438,7 @@ class SolidVerifier(SizedMeshVerifier):
     ) -> ProbeResultUnderTest:
         """Return the results of the same probe for a changed model on the same mesh. Raises NoErrorEstimate."""
         other = replace(answer.solid, thing=thing.plain(**changes))
-        if _must_solve_again(answer, seen) or isinstance(seen, FrequencyUnderTest):  # which needs its modes
+        if _needs_full_solve(answer, seen) or isinstance(seen, FrequencyUnderTest):  # which needs its modes
             return seen.of(answer.solved(f"{key} at rest", other, case_for(answer.scene, other))[0])
         own = (answer.scene, other, case_for(answer.scene, other))
         found: Solution = answer.once(

@@ -36,7 +36,7 @@ def shell(shape: SphericalShell) -> Gap | None:
 
 def box(shape: Box) -> Gap:
     """Return the signed distance to a box with sharp edges."""
-    return _brick(shape.origin, shape.size, 0.0)
+    return _inset_box_distance(shape.origin, shape.size, 0.0)
 
 
 def rounded_box(shape: RoundedBox) -> Gap:
@@ -44,11 +44,11 @@ def rounded_box(shape: RoundedBox) -> Gap:
 
     The core is a box that is smaller by the rounding radius on each side.
     """
-    core = _brick(shape.origin, shape.size, shape.rounding)
+    core = _inset_box_distance(shape.origin, shape.size, shape.rounding)
     return RoundedGap(core, shape.rounding, core.centroid)
 
 
-def _brick(origin: Vector3, size: Vector3, less: float) -> BoxGap:
+def _inset_box_distance(origin: Vector3, size: Vector3, less: float) -> BoxGap:
     """Return the signed distance to a box with a corner at `origin` and edge lengths `size`, m.
 
     The box is made smaller by `less`, m, on each side.

@@ -71,7 +71,7 @@ def _jacobian_factors(m: float) -> tuple[float, float]:
 
 
 @part
-def _factors(m: float) -> tuple[float, float, float, float]:
+def _rotation_factors(m: float) -> tuple[float, float, float, float]:
     """Return tau, tau' / t, b and b' / t of the module docstring for m = t^2.
 
     For t below 0.5 series are used, because the closed forms lose digits there.
@@ -112,7 +112,7 @@ def _add_rank_one(a: Floats, b: Floats, scale: float, M: Floats) -> None:
 
 
 @part
-def _cross(a: Floats, b: Floats, found: Floats) -> None:
+def _compute_cross_product(a: Floats, b: Floats, found: Floats) -> None:
     """Compute the cross product a x b and write it into `found` (3,)."""
     for i in range(3):
         j, h = (i + 1) % 3, (i + 2) % 3
@@ -131,7 +131,7 @@ def _add_product(A: Floats, B: Floats, scale: float, C: Floats, transposed: bool
 
 
 @part
-def _rotation(q: Floats, R: Floats) -> None:
+def _compute_rotation_matrix(q: Floats, R: Floats) -> None:
     """Compute the rotation matrix R of a unit quaternion."""
     w, a, b, c = q[0], q[1], q[2], q[3]
     R[0, 0], R[0, 1], R[0, 2] = 1.0 - 2.0 * (b * b + c * c), 2.0 * (a * b - w * c), 2.0 * (a * c + w * b)
@@ -140,7 +140,7 @@ def _rotation(q: Floats, R: Floats) -> None:
 
 
 @part
-def _relative_rotation(qa: Floats, qb: Floats, theta: Floats, R: Floats, p: Floats) -> float:
+def _compute_relative_rotation(qa: Floats, qb: Floats, theta: Floats, R: Floats, p: Floats) -> float:
     """Compute the relative and the mean rotation of two nodes with quaternions qa and qb, and return |theta|^2.
 
     `theta` is the rotation vector from qa to qb. The mean rotation is written as the quaternion `p` and as the matrix
@@ -149,7 +149,7 @@ def _relative_rotation(qa: Floats, qb: Floats, theta: Floats, R: Floats, p: Floa
     dot = qa[0] * qb[0] + qa[1] * qb[1] + qa[2] * qb[2] + qa[3] * qb[3]
     sign = -1.0 if dot < 0.0 else 1.0
     dot *= sign
-    _cross(qb[1:], qa[1:], theta)
+    _compute_cross_product(qb[1:], qa[1:], theta)
     size = 0.0
     for i in range(3):
         theta[i] = sign * (theta[i] + qa[0] * qb[1 + i] - qb[0] * qa[1 + i])
@@ -164,7 +164,7 @@ def _relative_rotation(qa: Floats, qb: Floats, theta: Floats, R: Floats, p: Floa
         norm += p[i] ** 2
     for i in range(4):
         p[i] /= math.sqrt(norm)
-    _rotation(p, R)
+    _compute_rotation_matrix(p, R)
     return t * t
 
 
@@ -178,12 +178,12 @@ def _add_element_forces(
     Also compute the products w = l N x Gamma, theta x w, theta x M and theta x (theta x M), which the tangent needs.
     """
     tau, _, beta, _ = factors
-    _cross(N, Gamma, w)
+    _compute_cross_product(N, Gamma, w)
     for i in range(3):
         w[i] *= l[e]
-    _cross(theta, w, tw)
-    _cross(theta, M, tM)
-    _cross(theta, tM, ttM)
+    _compute_cross_product(theta, w, tw)
+    _compute_cross_product(theta, M, tM)
+    _compute_cross_product(theta, tM, ttM)
     if g.shape[0] == 0:
         return
     a, b = elements[e, 0], elements[e, 1]
@@ -200,7 +200,7 @@ def _add_element_forces(
 
 
 @part
-def _compute_increments(
+def _compute_strain_derivatives(
     theta: Floats, m: float, factors: tuple[float, float, float, float], R: Floats, Gamma: Floats, l: float,
     A: Floats, J: Floats, by: Floats,
 ) -> None:  # fmt: skip
@@ -221,11 +221,11 @@ def _compute_increments(
             by[0, i, 3 + j], by[0, i, 9 + j] = -J[j, i], J[i, j]
             by[1, i, 3 + j], by[1, i, 9 + j] = A[j, i], A[i, j]
             by[2, i, j], by[2, i, 6 + j] = -R[j, i] / l, R[j, i] / l
-    _add_cross(Gamma, by[1], 1.0, by[2])
+    _add_cross_products(Gamma, by[1], 1.0, by[2])
 
 
 @part
-def _compute_tangent(
+def _compute_element_tangent(
     l: float, theta: Floats, factors: tuple[float, float, float, float], R: Floats, Gamma: Floats, N: Floats, M: Floats,
     w: Floats, tw: Floats, ttM: Floats, A: Floats, J: Floats, by: Floats, D_a: Floats, D_b: Floats, block: Floats,
 ) -> None:  # fmt: skip
@@ -248,9 +248,9 @@ def _compute_tangent(
             D_a[i, j] = -D_b[i, j]
     _add_cross_matrix(M, 0.5, D_a)
     _add_cross_matrix(M, 0.5, D_b)
-    _add_cross(N, by[2], l, by[4])
-    _add_cross(Gamma, by[3], -l, by[4])
-    _add_cross(N, by[1], -1.0, by[3])
+    _add_cross_products(N, by[2], l, by[4])
+    _add_cross_products(Gamma, by[3], -l, by[4])
+    _add_cross_products(N, by[1], -1.0, by[3])
     _add_product(R, by[3], 1.0, block[6:9], False)
     _add_product(R, by[3], -1.0, block[0:3], False)
     _add_product(A, by[4], 1.0, block[3:6], False)
@@ -298,7 +298,7 @@ def assemble_rod(
     block = np.zeros((12, 12))
     for e in range(elements.shape[0]):
         a, b = elements[e, 0], elements[e, 1]
-        m = _relative_rotation(q[a], q[b], theta, R, p)
+        m = _compute_relative_rotation(q[a], q[b], theta, R, p)
         for i in range(3):
             Gamma[i] = 0.0
             for k in range(3):
@@ -308,16 +308,16 @@ def assemble_rod(
             energy += 0.5 * l[e] * (N[i] * gap + M[i] * bend)
         if g.shape[0] == 0 and slots.shape[0] == 0:
             continue
-        factors = _factors(m)
+        factors = _rotation_factors(m)
         _add_element_forces(e, elements, l, theta, factors, R, Gamma, N, M, scale, w, tw, tM, ttM, g)
         if slots.shape[0] == 0:
             continue
-        _compute_increments(theta, m, factors, R, Gamma, l[e], A, J, by)
+        _compute_strain_derivatives(theta, m, factors, R, Gamma, l[e], A, J, by)
         for i in range(3):
             for j in range(12):
                 by[3, i, j] = C[e, i] * by[2, i, j]
                 by[5, i, j] = C[e, 3 + i] * by[0, i, j] / l[e]
-        _compute_tangent(l[e], theta, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
+        _compute_element_tangent(l[e], theta, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
         _scatter_block(e, elements, T, slots, scale, block, moment, data)
     return energy
 
@@ -342,25 +342,31 @@ def assemble_tendons(
     block = np.zeros((12, 12))
     for e in range(elements.shape[0]):
         a, b = elements[e, 0], elements[e, 1]
-        m = _relative_rotation(q[a], q[b], theta, R, p)
+        m = _compute_relative_rotation(q[a], q[b], theta, R, p)
         for i in range(3):
             N[i], M[i], Gamma[i], K[i] = 0.0, 0.0, 0.0, theta[i] / l[e]
             for k in range(3):
                 Gamma[i] += R[k, i] * (at[b, k] - at[a, k]) / l[e]
         for k in range(arms.shape[0]):
-            energy += l[e] * pulls[k, e] * _tendon_force(Gamma, K, arms[k, e], slopes[k, e], pulls[k, e], y, pull, own)
+            energy += (
+                l[e]
+                * pulls[k, e]
+                * _compute_tendon_force(Gamma, K, arms[k, e], slopes[k, e], pulls[k, e], y, pull, own)
+            )
             for i in range(3):
                 N[i] += pull[i]
                 M[i] += own[i]
         if g.shape[0] == 0 and slots.shape[0] == 0:
             continue
-        factors = _factors(m)
+        factors = _rotation_factors(m)
         _add_element_forces(e, elements, l, theta, factors, R, Gamma, N, M, scale, w, tw, tM, ttM, g)
         if slots.shape[0] == 0:
             continue
-        _compute_increments(theta, m, factors, R, Gamma, l[e], A, J, by)
+        _compute_strain_derivatives(theta, m, factors, R, Gamma, l[e], A, J, by)
         for k in range(arms.shape[0]):
-            size = _tendon_force(Gamma, K, arms[k, e], slopes[k, e], 1.0, y, pull, own)  # `pull` is the direction
+            size = _compute_tendon_force(
+                Gamma, K, arms[k, e], slopes[k, e], 1.0, y, pull, own
+            )  # `pull` is the direction
             for j in range(12):
                 for i in range(3):
                     f, h = (i + 1) % 3, (i + 2) % 3
@@ -369,18 +375,18 @@ def assemble_tendons(
                 for i in range(3):
                     change[i, j] = pulls[k, e] / size * (change[i, j] - along * pull[i])
                     by[3, i, j] += change[i, j]
-            _add_cross(arms[k, e], change, 1.0, by[5])
-        _compute_tangent(l[e], theta, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
+            _add_cross_products(arms[k, e], change, 1.0, by[5])
+        _compute_element_tangent(l[e], theta, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
         _scatter_block(e, elements, T, slots, scale, block, moment, data)
     return energy
 
 
 @part
-def _tendon_force(
+def _compute_tendon_force(
     Gamma: Floats, K: Floats, arm: Floats, slope: Floats, tension: float, y: Floats, pull: Floats, own: Floats
 ) -> float:
     """Compute the direction y of a tendon, its force `pull` along y, and the moment `own` = a x pull; return |y|."""
-    _cross(K, arm, y)
+    _compute_cross_product(K, arm, y)
     size = 0.0
     for i in range(3):
         y[i] += Gamma[i] + slope[i]
@@ -388,12 +394,12 @@ def _tendon_force(
     size = max(math.sqrt(size), 1e-12)
     for i in range(3):
         pull[i] = tension * y[i] / size
-    _cross(arm, pull, own)
+    _compute_cross_product(arm, pull, own)
     return size
 
 
 @part
-def _add_cross(v: Floats, B: Floats, scale: float, C: Floats) -> None:
+def _add_cross_products(v: Floats, B: Floats, scale: float, C: Floats) -> None:
     """Add the cross products of v with the columns of B: C (3, n) += scale [v] B."""
     for i in range(3):
         j, h = (i + 1) % 3, (i + 2) % 3
@@ -411,7 +417,7 @@ def _multiply_row(row: Floats, T: Floats, left: Floats) -> None:
 
 
 @part
-def _exponential(x: float, y: float, z: float, E: Floats, T: Floats) -> None:
+def _compute_rotation_and_jacobian(x: float, y: float, z: float, E: Floats, T: Floats) -> None:
     """Compute the rotation matrix E = exp(theta) and the right Jacobian T of theta = (x, y, z)."""
     m = x * x + y * y + z * z
     if m < 0.01:
@@ -466,7 +472,7 @@ def add_angular_momentum_change(
         for side in range(2):
             sign = 1.0 - 2.0 * side
             v = v1 if side == 0 else v0
-            _exponential(sign * X, sign * Y, sign * Z, E, T)
+            _compute_rotation_and_jacobian(sign * X, sign * Y, sign * Z, E, T)
             a, b, c = J[k, 0] * v[where[k, 0]], J[k, 1] * v[where[k, 1]], J[k, 2] * v[where[k, 2]]
             f[where[k, 0]] += sign / h * (E[0, 0] * a + E[0, 1] * b + E[0, 2] * c - a)
             f[where[k, 1]] += sign / h * (E[1, 0] * a + E[1, 1] * b + E[1, 2] * c - b)

@@ -45,13 +45,13 @@ def read(path: Path) -> File:
     """Return the points and cells of a file, numbered from zero. Raises MalformedMeshFile."""
     try:
         words = read_regular(path).decode("ascii").split()
-        points, number, at = _points(words)
-        return File(points, _cells(words[at:], number))
+        points, number, at = _parse_points(words)
+        return File(points, _parse_cells(words[at:], number))
     except (ValueError, IndexError, KeyError) as error:
         raise MalformedMeshFile(str(error) or type(error).__name__) from error
 
 
-def _points(words: list[str]) -> tuple[Floats, dict[int, int], int]:
+def _parse_points(words: list[str]) -> tuple[Floats, dict[int, int], int]:
     """Return the points (n, 3), their indices by their numbers in the file, and the number of words read."""
     count = int(words[1])
     if not 0 <= count <= len(words) // 4:
@@ -64,7 +64,7 @@ def _points(words: list[str]) -> tuple[Floats, dict[int, int], int]:
     return table[:, 1:].copy(), number, end + 2
 
 
-def _cells(words: list[str], number: dict[int, int]) -> list[Block]:
+def _parse_cells(words: list[str], number: dict[int, int]) -> list[Block]:
     """Return the cells, grouped by type, from lines `number type region region count node ...`."""
     found: dict[str, list[list[int]]] = {}
     at = 1

@@ -58,7 +58,7 @@ def repair(path: Path) -> bytes | None:
     grouped = {bool(own.groups) for entities in dims for own in entities}
     if len(grouped) < 2:
         return None
-    return data[:start] + (_as_words if text else _as_numbers(wide))(dims) + data[end:]
+    return data[:start] + (_format_text_entities if text else _binary_entity_formatter(wide))(dims) + data[end:]
 
 
 def _parse_text_entities(data: bytes, start: int) -> tuple[Dims, int]:
@@ -72,7 +72,7 @@ def _parse_text_entities(data: bytes, start: int) -> tuple[Dims, int]:
     def place(count: int) -> bytes:
         return b" ".join(next(words) for _ in range(count))
 
-    return _entities(whole, whole, place), end
+    return _parse_entities(whole, whole, place), end
 
 
 def _parse_binary_entities(data: bytes, start: int, wide: int) -> tuple[Dims, int]:
@@ -95,11 +95,11 @@ def _parse_binary_entities(data: bytes, start: int, wide: int) -> tuple[Dims, in
     def size() -> int:
         return int(struct.unpack("=Q" if wide == 8 else "=I", raw(wide))[0])
 
-    dims = _entities(whole, size, lambda count: raw(8 * count))
+    dims = _parse_entities(whole, size, lambda count: raw(8 * count))
     return dims, at
 
 
-def _entities(whole: Callable[[], int], size: Callable[[], int], place: Callable[[int], bytes]) -> Dims:
+def _parse_entities(whole: Callable[[], int], size: Callable[[], int], place: Callable[[int], bytes]) -> Dims:
     counts = [size() for _ in range(4)]
     if not 0 <= max(counts) < MOST:
         raise ValueError("it cannot have so many")
@@ -116,29 +116,29 @@ def _entities(whole: Callable[[], int], size: Callable[[], int], place: Callable
     ]  # fmt: skip
 
 
-def _lists(own: Entity) -> Iterator[tuple[int, ...]]:
+def _integer_lists(own: Entity) -> Iterator[tuple[int, ...]]:
     """Yield the integer lists of an entity: its groups, or the number 0 without any, and its boundary."""
     yield own.groups or (0,)
     if own.bounds is not None:
         yield own.bounds
 
 
-def _as_words(dims: Dims) -> bytes:
+def _format_text_entities(dims: Dims) -> bytes:
     lines = [" ".join(str(len(entities)) for entities in dims).encode()]
     for own in (own for entities in dims for own in entities):
-        lists = (str(n).encode() for some in _lists(own) for n in (len(some), *some))
+        lists = (str(n).encode() for some in _integer_lists(own) for n in (len(some), *some))
         lines.append(b" ".join([str(own.tag).encode(), own.place, *lists]))
     return b"\n".join(lines) + b"\n"
 
 
-def _as_numbers(wide: int) -> Callable[[Dims], bytes]:
+def _binary_entity_formatter(wide: int) -> Callable[[Dims], bytes]:
     letter = "Q" if wide == 8 else "I"
 
     def written(dims: Dims) -> bytes:
         found = [struct.pack(f"=4{letter}", *map(len, dims))]
         for own in (own for entities in dims for own in entities):
             found += [struct.pack("=i", own.tag), own.place]
-            found += [struct.pack(f"={letter}{len(some)}i", len(some), *some) for some in _lists(own)]
+            found += [struct.pack(f"={letter}{len(some)}i", len(some), *some) for some in _integer_lists(own)]
         return b"".join(found)
 
     return written

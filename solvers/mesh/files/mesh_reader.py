@@ -59,7 +59,7 @@ def read_cells(path: str, unit: float, coincident: str = "refuse", named: bool =
     data = parse(Path(path))
     before = keep_node_order(data, Path(path), unit)
     mesh = validate(before.points, before.cells, before.kind, coincident, pieces)
-    return replace(mesh, groups=_groups(data, Path(path), before, mesh)) if named else mesh
+    return replace(mesh, groups=_read_named_groups(data, Path(path), before, mesh)) if named else mesh
 
 
 def keep_node_order(data: Any, path: Path, unit: float) -> Mesh:
@@ -83,7 +83,7 @@ def keep_node_order(data: Any, path: Path, unit: float) -> Mesh:
     return Mesh(points, whole, kind)
 
 
-def _groups(data: Any, path: Path, before: Mesh, mesh: Mesh) -> dict[str, Group]:
+def _read_named_groups(data: Any, path: Path, before: Mesh, mesh: Mesh) -> dict[str, Group]:
     """Return the named groups of a file for the checked `mesh`; `before` is the mesh with the file's node order."""
     from softmark.solvers.mesh import mesh_groups
     from softmark.solvers.mesh.files import named_groups
@@ -111,13 +111,13 @@ def read_surface(path: str, unit: float, coincident: str = "refuse", pieces: str
     there = {block.type for block in data.cells}
     if there & KINDS.keys() or not there & FACETS.keys():
         return boundary_surface(read_cells(path, unit, coincident, pieces=pieces))
-    return drop_unused_points(*_facets(data, unit))[:2]
+    return drop_unused_points(*_triangles_of_parsed_file(data, unit))[:2]
 
 
 def read_triangles(path: str, unit: float) -> tuple[Floats, Ints]:
     """Return points (n, 3), m, and triangles (t, 3) of a file that contains only a surface. Raises UnreadableMesh."""
     if (suffix := Path(path).suffix.lower()) in BY_TRIMESH:
-        return _surface(Path(path), unit)
+        return _read_surface_by_trimesh(Path(path), unit)
     _require_file(Path(path), SURFACE_AGAIN)
     if suffix not in MESHES:
         ending = suffix or Path(path).name
@@ -134,10 +134,10 @@ def read_triangles(path: str, unit: float) -> tuple[Floats, Ints]:
         )
     if not there & FACETS.keys():
         raise UnreadableMesh("it has no triangles", NO_SURFACE, "name a surface file: STL, OBJ, PLY, OFF or VTK")
-    return _facets(data, unit)
+    return _triangles_of_parsed_file(data, unit)
 
 
-def _surface(path: Path, unit: float) -> tuple[Floats, Ints]:
+def _read_surface_by_trimesh(path: Path, unit: float) -> tuple[Floats, Ints]:
     """Return points (n, 3), m, and triangles (t, 3) of a format that trimesh reads better. Raises UnreadableMesh."""
     _require_file(path, SURFACE_AGAIN)
     import trimesh
@@ -160,7 +160,7 @@ def _surface(path: Path, unit: float) -> tuple[Floats, Ints]:
         return unit * np.asarray(found.vertices, dtype=np.float64), triangles
 
 
-def _facets(data: Any, unit: float) -> tuple[Floats, Ints]:
+def _triangles_of_parsed_file(data: Any, unit: float) -> tuple[Floats, Ints]:
     """Return points (n, 3), m, and triangles (t, 3) of a parsed file; quadrilaterals are split into two triangles."""
     found = [block.data[:, FACETS[block.type]].reshape(-1, 3) for block in data.cells if block.type in FACETS]
     return points_in_metres(data, unit), np.concatenate(found).astype(np.int64)
@@ -184,13 +184,13 @@ def convert_cells(mesh: Mesh, kind: str, split: str) -> Mesh:
     if own is element:
         return mesh
     if own.family != element.family:
-        mesh = _split(mesh, element, split)
+        mesh = _split_hexahedra(mesh, element, split)
     elif own.nodes > element.nodes:  # common nodes come first in both
         return Mesh(*drop_unused_points(mesh.points, mesh.cells[:, : element.nodes])[:2], kind, groups=mesh.groups)
     return add_midside_nodes(mesh, element)
 
 
-def _split(mesh: Mesh, element: type[Element], split: str) -> Mesh:
+def _split_hexahedra(mesh: Mesh, element: type[Element], split: str) -> Mesh:
     """Return a mesh of tetrahedra made by splitting hexahedra in the way `split`. Raises UnreadableMesh."""
     if mesh.kind != Hexahedron.linear:
         raise UnreadableMesh(f"it has {mesh.element.described}, but the model needs {element.described}")

@@ -52,11 +52,11 @@ def drop_unused_points(points: Floats, cells: Ints) -> tuple[Floats, Ints, Ints]
         )  # fmt: skip
     number, renumbered = np.unique(cells, return_inverse=True)
     points, cells = np.ascontiguousarray(points[number]), renumbered.reshape(cells.shape)
-    _check_coordinates(points, number)
+    _require_finite_coordinates(points, number)
     return points, cells, number
 
 
-def _check_coordinates(points: Floats, number: Ints) -> None:
+def _require_finite_coordinates(points: Floats, number: Ints) -> None:
     """Raise UnreadableMesh if a coordinate is not finite or too large to compute with."""
     with np.errstate(invalid="ignore"):
         bad = ~(np.abs(points) < ABSURD).all(axis=1)
@@ -89,7 +89,7 @@ def validate(points: Floats, cells: Ints, kind: str, coincident: str = "refuse",
         _require_one_piece(mesh)
     sides = facets_of_cells(mesh)
     _check_shared_faces(mesh, *sides)
-    _refuse_hinges(mesh, *sides[1:])
+    _refuse_hinge_connections(mesh, *sides[1:])
     _refuse_self_intersection(mesh)
     return mesh
 
@@ -295,7 +295,7 @@ def _check_shared_faces(mesh: Mesh, sides: Ints, cell: Ints, same: Ints) -> None
         _raise_overlap_error(mesh, cell[same == face], sides[same == face][0], int((count > 2).sum()), "share a face")
     order = np.argsort(same, kind="stable")
     pair = order[np.isin(same[order], np.flatnonzero(count == 2))].reshape(-1, 2)
-    alike = _facet_orientation(sides[pair[:, 0]]) == _facet_orientation(sides[pair[:, 1]])
+    alike = _facet_orientation_mask(sides[pair[:, 0]]) == _facet_orientation_mask(sides[pair[:, 1]])
     if alike.any():
         one = pair[int(np.argmax(alike))]
         _raise_overlap_error(
@@ -303,7 +303,7 @@ def _check_shared_faces(mesh: Mesh, sides: Ints, cell: Ints, same: Ints) -> None
         )
 
 
-def _facet_orientation(sides: Ints) -> NDArray[np.bool_]:
+def _facet_orientation_mask(sides: Ints) -> NDArray[np.bool_]:
     """Return the orientation of facets with corners (f, c) as a mask (f,), opposite for both sides of a face."""
     k, rows = sides.shape[1], np.arange(len(sides))
     least = np.argmin(sides, axis=1)
@@ -321,7 +321,7 @@ def _raise_overlap_error(mesh: Mesh, cells: Ints, face: Ints, count: int, what: 
     )  # fmt: skip
 
 
-def _refuse_hinges(mesh: Mesh, cell: Ints, same: Ints) -> None:
+def _refuse_hinge_connections(mesh: Mesh, cell: Ints, same: Ints) -> None:
     """Refuse pieces that are connected only by an edge or a node, about which they could rotate freely."""
     order = np.argsort(same, kind="stable")
     inner = order[np.isin(same[order], np.flatnonzero(np.bincount(same) == 2))].reshape(-1, 2)
@@ -371,7 +371,7 @@ def find_overlap(mesh: Mesh) -> tuple[Floats, int] | None:
     middles = corners.mean(axis=1)
     queries = np.concatenate([mesh.points[outer], _interior_points(mesh, edge)])
     radii = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
-    for cells in _group_by_size(radii):
+    for cells in _group_cells_by_size(radii):
         tree = cKDTree(middles[cells])
         reach = float(radii[cells].max())
         near = tree.query_ball_point(queries, reach, return_length=True)
@@ -380,7 +380,7 @@ def find_overlap(mesh: Mesh) -> tuple[Floats, int] | None:
         lists = tree.query_ball_point(queries, reach)
         which = np.repeat(np.arange(len(queries)), near)
         of = cells[np.concatenate([np.asarray(x, dtype=np.int64) for x in lists]).astype(np.int64)]
-        found = _first_inside(mesh, queries, which, of, outer, edge)
+        found = _find_intruding_point(mesh, queries, which, of, outer, edge)
         if found is not None:
             return found
     return None
@@ -393,13 +393,13 @@ def _interior_points(mesh: Mesh, cells: Ints) -> Floats:
     return points
 
 
-def _group_by_size(radii: Floats) -> list[Ints]:
+def _group_cells_by_size(radii: Floats) -> list[Ints]:
     """Return groups of cells of similar size, so that one large cell does not widen the search for all."""
     group = np.floor(np.log2(radii / radii.min())).astype(np.int64)
     return [np.flatnonzero(group == g) for g in np.unique(group)]
 
 
-def _first_inside(mesh: Mesh, queries: Floats, which: Ints, of: Ints, outer: Ints, edge: Ints
+def _find_intruding_point(mesh: Mesh, queries: Floats, which: Ints, of: Ints, outer: Ints, edge: Ints
                   ) -> tuple[Floats, int] | None:  # fmt: skip
     """Return the first query point that lies inside a cell to which it is not connected, and that cell."""
     corners = mesh.points[mesh.cells]

@@ -44,18 +44,18 @@ def read_groups(data: Any, path: Path, kind: str, cells: Ints, element: type[Ele
     if path.suffix.lower() == ".inp":
         from softmark.solvers.mesh.files.abaqus.deck_groups import DeckGroups
 
-        return _groups_of_sets(DeckGroups(data.deck, kind, cells, element).named(), cells, element)
+        return _groups_from_deck_sets(DeckGroups(data.deck, kind, cells, element).named(), cells, element)
     found: dict[str, Group] = {}
     for name, which in group_masks(data):
-        own = _members(data, which, kind)
+        own = _members_from_masks(data, which, kind)
         if len(own.cells) or not own.facets:
             found[name] = Group("cells", own.cells)
         if own.facets:
-            found[name + FACES if len(own.cells) else name] = _faces(own.facets, cells, element)
+            found[name + FACES if len(own.cells) else name] = _group_of_cell_faces(own.facets, cells, element)
     return found
 
 
-def _groups_of_sets(sets: Mapping[str, Members], cells: Ints, element: type[Element]) -> dict[str, Group]:
+def _groups_from_deck_sets(sets: Mapping[str, Members], cells: Ints, element: type[Element]) -> dict[str, Group]:
     found = {}
     for name, own in sets.items():
         if own.nodes is not None:
@@ -65,20 +65,20 @@ def _groups_of_sets(sets: Mapping[str, Members], cells: Ints, element: type[Elem
         if len(own.cells) or not faces:
             found[name] = Group("cells", own.cells)
         if faces:
-            more = _faces(own.corners, cells, element)
+            more = _group_of_cell_faces(own.corners, cells, element)
             members = np.unique(np.concatenate([own.faces, more.members]), axis=0)
             found[name + FACES if len(own.cells) else name] = Group("faces", members, 0, own.foreign + more.foreign)
     return found
 
 
-def _faces(facets: tuple[Ints, ...], cells: Ints, element: type[Element]) -> Group:
+def _group_of_cell_faces(facets: tuple[Ints, ...], cells: Ints, element: type[Element]) -> Group:
     """Return the group of cell faces that coincide with facets of a file; each face occurs once."""
     own = [faces_of(cells, element, corners) for corners in facets]
     members = np.concatenate([faces for faces, _ in own]) if own else np.zeros((0, 2), dtype=np.int64)
     return Group("faces", members, foreign=sum(none for _, none in own))
 
 
-def _members(data: Any, masks: list[Any], kind: str) -> NamedMembers:
+def _members_from_masks(data: Any, masks: list[Any], kind: str) -> NamedMembers:
     cells, facets, before = [np.zeros(0, dtype=np.int64)], [], 0
     for block, mask in zip(data.cells, masks, strict=True):
         if block.type == kind:
@@ -98,7 +98,7 @@ def group_masks(data: Any, dims: tuple[int, int] = (3, 2)) -> Iterator[tuple[str
     for name, sets in getattr(data, "cell_sets", {}).items():
         if not name.startswith("gmsh:"):
             said.add(name)
-            yield name, [_mask(len(b.data), own) for b, own in zip(data.cells, sets, strict=True)]
+            yield name, [_membership_mask(len(b.data), own) for b, own in zip(data.cells, sets, strict=True)]
     arrays = getattr(data, "cell_data", {})
     for array, blocks in arrays.items():
         if array == PHYSICAL:
@@ -108,7 +108,7 @@ def group_masks(data: Any, dims: tuple[int, int] = (3, 2)) -> Iterator[tuple[str
             yield from _groups_of_array(array, blocks)
 
 
-def _mask(count: int, members: Any) -> Any:
+def _membership_mask(count: int, members: Any) -> Any:
     found = np.zeros(count, dtype=np.bool_)
     if members is not None and len(members):
         found[np.asarray(members, dtype=np.int64)] = True

@@ -45,18 +45,21 @@ def read_slice(path: str, unit: float, coincident: str = "refuse") -> Mesh:
     The slice is about as thick as the cells are wide. Clockwise cells are reversed. The named groups are included.
     Coincident nodes are refused, merged or kept. `unit` is the file's unit of length in m.
     """
-    data = _parse_file(Path(path))
-    kind = _one_kind(data)
+    data = _parse_plane_file(Path(path))
+    kind = _single_plane_cell_type(data)
     points, cells, number = drop_unused_points(
         points_in_metres(data, unit),
         np.concatenate([b.data for b in data.cells if b.type == kind]).astype(np.int64, order="C"),
     )
     _require_plane(points, number)
-    edges = _edges(data)
-    points, cells, ends = _check_points(points, cells, number, [own for _, own in edges], coincident)
-    cells = _orient_cells(points, cells, _corners(kind))
+    edges = _edge_blocks(data)
+    points, cells, ends = _check_coincident_nodes(points, cells, number, [own for _, own in edges], coincident)
+    cells = _orient_cells(points, cells, _corner_count(kind))
     mesh = _build_slice(points, cells, kind)
-    return replace(mesh, groups=_groups(data, kind, mesh, cells, dict(zip((n for n, _ in edges), ends, strict=True))))
+    return replace(
+        mesh,
+        groups=_named_groups_of_slice(data, kind, mesh, cells, dict(zip((n for n, _ in edges), ends, strict=True))),
+    )
 
 
 def extrude_cells(points: Floats, cells: Ints, kind: str) -> Mesh:
@@ -66,13 +69,13 @@ def extrude_cells(points: Floats, cells: Ints, kind: str) -> Mesh:
     """
     known, own, number = drop_unused_points(points, cells)
     _require_plane(known, number)
-    return _build_slice(known, _orient_cells(known, own, _corners(kind)), kind)
+    return _build_slice(known, _orient_cells(known, own, _corner_count(kind)), kind)
 
 
 def convert_slice(mesh: Mesh, kind: str) -> Mesh:
     """Return a slice from a file with its cells converted to the element `kind`. Raises UnreadableMesh."""
     if kind == Tetrahedron.linear:
-        return _tetrahedra(mesh)
+        return _split_slice_into_tetrahedra(mesh)
     if (own := mesh.element.family) != (other := element_of(kind).family):
         raise UnreadableMesh(
             f"it has {OF_THE_PLANE[own]}, but the model needs {OF_THE_PLANE.get(other, other)}", NO_REGION,
@@ -81,11 +84,11 @@ def convert_slice(mesh: Mesh, kind: str) -> Mesh:
     return convert_cells(mesh, kind, "")
 
 
-def _corners(kind: str) -> int:
+def _corner_count(kind: str) -> int:
     return next(many for name, many in CORNERS.items() if kind.startswith(name))
 
 
-def _parse_file(path: Path) -> Any:
+def _parse_plane_file(path: Path) -> Any:
     """Return the file as read by meshio. Raises UnreadableMesh."""
     if path.suffix.lower() not in ENDINGS:
         raise UnreadableMesh(
@@ -95,7 +98,7 @@ def _parse_file(path: Path) -> Any:
     return parse(path)
 
 
-def _one_kind(data: Any) -> str:
+def _single_plane_cell_type(data: Any) -> str:
     """Return meshio's name of the only type of plane cell in a file.
 
     Raises UnreadableMesh if there is none, or several.
@@ -134,12 +137,12 @@ def _require_plane(points: Floats, number: Ints) -> None:
     )  # fmt: skip
 
 
-def _edges(data: Any) -> list[tuple[int, Ints]]:
+def _edge_blocks(data: Any) -> list[tuple[int, Ints]]:
     """Return the edges (e, 2) of each block of a file, with the number of the block."""
     return [(i, block.data[:, :2].astype(np.int64)) for i, block in enumerate(data.cells) if block.type in EDGES]
 
 
-def _check_points(points: Floats, cells: Ints, number: Ints, edges: list[Ints], coincident: str
+def _check_coincident_nodes(points: Floats, cells: Ints, number: Ints, edges: list[Ints], coincident: str
            ) -> tuple[Floats, Ints, list[Ints]]:  # fmt: skip
     """Return points, cells and edges, with coincident nodes refused or merged. Raises UnreadableMesh.
 
@@ -172,7 +175,7 @@ def _orient_cells(points: Floats, cells: Ints, corners: int) -> Ints:
 
 def _build_slice(points: Floats, cells: Ints, kind: str) -> Mesh:
     """Return the checked slice of plane cells of a type. Raises UnreadableMesh."""
-    c, n, element = _corners(kind), len(points), element_of(SLICED[kind])
+    c, n, element = _corner_count(kind), len(points), element_of(SLICED[kind])
     half = 0.5 * float(np.linalg.norm(np.ptp(points, axis=0))) / max(1.0, np.sqrt(len(cells)))
     layers = np.concatenate([points, points])
     layers[:, 2] = np.repeat((-half, half), n)
@@ -193,7 +196,7 @@ def _build_slice(points: Floats, cells: Ints, kind: str) -> Mesh:
         raise UnreadableMesh(said, wrong.code, wrong.remedy) from wrong
 
 
-def _groups(data: Any, kind: str, mesh: Mesh, cells: Ints, edges: dict[int, Ints]) -> dict[str, Group]:
+def _named_groups_of_slice(data: Any, kind: str, mesh: Mesh, cells: Ints, edges: dict[int, Ints]) -> dict[str, Group]:
     """Return the named groups of a file: cells, and sides of the slice above edges.
 
     If a name has both, the group of sides is called `NAME:edges`.
@@ -224,7 +227,7 @@ def _sides_above_edges(mesh: Mesh, cells: Ints, edges: Ints, element: Any) -> Gr
     return replace(own, inside=len(members) - there)
 
 
-def _tetrahedra(mesh: Mesh) -> Mesh:
+def _split_slice_into_tetrahedra(mesh: Mesh) -> Mesh:
     """Return tetrahedra with matching faces made from a slice, for probes of volumes.
 
     Diagonals start at the node with the lower number.

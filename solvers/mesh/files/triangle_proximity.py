@@ -53,13 +53,13 @@ def find_intersecting_triangles(points: Floats, triangles: Ints) -> NDArray[np.b
     for e, t in find_near_triangles(edge.mean(axis=1), half, X):
         apart = (ends[e][:, :, None] != triangles[t][:, None, :]).all(axis=(1, 2))
         e, t = e[apart], t[apart]
-        meet = _do_intersect(edge[e], X[t])
+        meet = _do_edges_pierce_triangles(edge[e], X[t])
         pierced[t[meet]] = True
         through[e[meet]] = True
     return pierced | through[of].any(axis=1)
 
 
-def _do_intersect(edge: Floats, X: Floats) -> NDArray[np.bool_]:
+def _do_edges_pierce_triangles(edge: Floats, X: Floats) -> NDArray[np.bool_]:
     """Return whether each edge (n, 2, 3) passes through the interior of its triangle (n, 3, 3), a mask (n,)."""
     d, ab, ac, o = edge[:, 1] - edge[:, 0], X[:, 1] - X[:, 0], X[:, 2] - X[:, 0], edge[:, 0] - X[:, 0]
     h, q = np.cross(d, ac), np.cross(o, ab)

@@ -91,7 +91,7 @@ def close_surface(points: Floats, triangles: Ints) -> ClosedSurface:
     points, triangles, _ = drop_unused_points(points, triangles)
     repairs: list[str] = []
     points, triangles = merge_points(points, triangles, repairs)
-    triangles = _drop_duplicates(triangles, repairs)
+    triangles = _drop_duplicate_triangles(triangles, repairs)
     triangles = _orient_triangles(points, triangles, repairs)
     whole = float(areas(points, triangles).sum())
     points, triangles, capped = _cap_holes(points, triangles, repairs)
@@ -106,12 +106,13 @@ def close_surface(points: Floats, triangles: Ints) -> ClosedSurface:
     if through.any():
         first = points[triangles[int(np.argmax(through))]].mean(axis=0)
         repairs.append(
-            f"{_count(int(through.sum()), 'triangle')} that intersect others united, near {format_position(first)}"
+            f"{_count_phrase(int(through.sum()), 'triangle')} that intersect others united, near "
+            f"{format_position(first)}"
         )
     return ClosedSurface(points, triangles, tuple(repairs), int(through.sum()), capped)
 
 
-def _count(number: int, what: str) -> str:
+def _count_phrase(number: int, what: str) -> str:
     return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
@@ -140,11 +141,11 @@ def merge_points(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[F
     if len(pairs):
         part = find_components(len(exact), *pairs.T)
         first = np.unique(part, return_index=True)[1]
-        repairs.append(f"{_count(len(exact) - len(first), 'point')} merged with neighbours")
+        repairs.append(f"{_count_phrase(len(exact) - len(first), 'point')} merged with neighbours")
         exact, triangles = exact[first], part[triangles]
         flat = _is_degenerate(triangles)
     if flat.any():
-        repairs.append(f"{_count(int(flat.sum()), 'triangle')} without area removed")
+        repairs.append(f"{_count_phrase(int(flat.sum()), 'triangle')} without area removed")
     return exact, triangles[~flat]
 
 
@@ -154,7 +155,7 @@ def _is_degenerate(triangles: Ints) -> NDArray[np.bool_]:
     return found
 
 
-def _drop_duplicates(triangles: Ints, repairs: list[str]) -> Ints:
+def _drop_duplicate_triangles(triangles: Ints, repairs: list[str]) -> Ints:
     """Return each triangle once, without pairs of opposite orientation.
 
     Two coinciding triangles of opposite orientation are a flap without thickness, and both are dropped.
@@ -170,9 +171,9 @@ def _drop_duplicates(triangles: Ints, repairs: list[str]) -> Ints:
     np.add.at(total, which, sense)
     flaps, again = (count > 1) & (total == 0), (count > 1) & (total != 0)
     if flaps.any():
-        repairs.append(f"{_count(int(count[flaps].sum()), 'triangle')} of walls without thickness removed")
+        repairs.append(f"{_count_phrase(int(count[flaps].sum()), 'triangle')} of walls without thickness removed")
     if again.any():
-        repairs.append(f"{_count(int((count[again] - 1).sum()), 'triangle')} removed as duplicates")
+        repairs.append(f"{_count_phrase(int((count[again] - 1).sum()), 'triangle')} removed as duplicates")
     kept = np.zeros(len(triangles), dtype=bool)
     kept[first[~flaps]] = True
     if not kept.any():
@@ -183,7 +184,7 @@ def _drop_duplicates(triangles: Ints, repairs: list[str]) -> Ints:
 # ------------------------------------------------------------------ which way they look
 
 
-def _edges(triangles: Ints) -> tuple[Ints, NDArray[np.bool_], Ints]:
+def _edge_numbers_and_counts(triangles: Ints) -> tuple[Ints, NDArray[np.bool_], Ints]:
     """Return for all triangle edges (3 t,): their number, whether point numbers ascend, and how often each occurs."""
     ends = edges_of_triangles(triangles)
     number, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)[1:]
@@ -192,7 +193,7 @@ def _edges(triangles: Ints) -> tuple[Ints, NDArray[np.bool_], Ints]:
 
 def _neighbour_pairs(triangles: Ints) -> tuple[Ints, Ints, NDArray[np.bool_]]:
     """Return pairs of triangles that share an edge with no third one, and whether both have the same orientation."""
-    number, up, count = _edges(triangles)
+    number, up, count = _edge_numbers_and_counts(triangles)
     order = np.argsort(number, kind="stable")
     pairs = order[count[number[order]] == 2].reshape(-1, 2)
     return pairs[:, 0] // 3, pairs[:, 1] // 3, up[pairs[:, 0]] != up[pairs[:, 1]]
@@ -216,7 +217,7 @@ def _orient_triangles(points: Floats, triangles: Ints, repairs: list[str]) -> In
     total = np.bincount(patch, ways, minlength=2 * n)
     wrong = ways * total[patch] < 0
     if wrong.any():
-        repairs.append(f"{_count(int(wrong.sum()), 'triangle')} reoriented to match neighbours")
+        repairs.append(f"{_count_phrase(int(wrong.sum()), 'triangle')} reoriented to match neighbours")
     triangles = triangles.copy()
     triangles[wrong] = triangles[wrong][:, ::-1]
     return triangles
@@ -227,11 +228,11 @@ def _orient_triangles(points: Floats, triangles: Ints, repairs: list[str]) -> In
 
 def _cap_holes(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Floats, Ints, float]:
     """Close each hole by a fan of triangles around its centre; return also the total area of the caps, m^2."""
-    number, _, count = _edges(triangles)
+    number, _, count = _edge_numbers_and_counts(triangles)
     ends = edges_of_triangles(triangles)[count[number] == 1]
     if not len(ends):
         return points, triangles, 0.0
-    loops = _loops(ends[:, ::-1])
+    loops = _close_edge_loops(ends[:, ::-1])
     new, fans = [points], [triangles]
     for loop in loops:
         ring = np.array(loop)
@@ -244,11 +245,13 @@ def _cap_holes(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Flo
     found = np.concatenate(new), np.concatenate(fans)
     missing = float(areas(found[0], np.concatenate(fans[1:])).sum())
     share, place = missing / float(areas(points, triangles).sum()), format_position(points[loops[0]].mean(axis=0))
-    repairs.append(f"{_count(len(loops), 'hole')} closed, with {100 * share:.2g} % of the area, the first at {place}")
+    repairs.append(
+        f"{_count_phrase(len(loops), 'hole')} closed, with {100 * share:.2g} % of the area, the first at {place}"
+    )
     return *found, missing
 
 
-def _loops(ends: Ints) -> list[list[int]]:
+def _close_edge_loops(ends: Ints) -> list[list[int]]:
     """Return directed edges (e, 2) as closed loops of points.
 
     Chains that end at an edge of three triangles are closed, too.
@@ -292,7 +295,7 @@ def _orient_shells(points: Floats, triangles: Ints, repairs: list[str]) -> Ints:
     specks = np.abs(volumes) < SPECK * abs(volumes[main])
     if specks.any():
         share = float(np.abs(volumes[specks]).sum() / abs(volumes[main]))
-        repairs.append(f"{_count(int(specks.sum()), 'speck')} removed, with {100 * share:.2g} % of the volume")
+        repairs.append(f"{_count_phrase(int(specks.sum()), 'speck')} removed, with {100 * share:.2g} % of the volume")
     rest = [int(k) for k in order[1:] if not specks[k]]
     for k in rest:
         _refuse_separate_shell(points, shells[main], shells[k], volumes[main] * volumes[k] < 0.0)
@@ -308,9 +311,9 @@ def _orient_shells(points: Floats, triangles: Ints, repairs: list[str]) -> Ints:
 
 def _shell_of_triangles(triangles: Ints) -> Ints:
     """Return the shell of each triangle (t,); a shell is a set of triangles connected by edges."""
-    found: Ints = np.unique(components_of_rows(_edges(triangles)[0].reshape(-1, 3)), return_inverse=True)[1].astype(
-        np.int64
-    )
+    found: Ints = np.unique(
+        components_of_rows(_edge_numbers_and_counts(triangles)[0].reshape(-1, 3)), return_inverse=True
+    )[1].astype(np.int64)
     return found
 
 

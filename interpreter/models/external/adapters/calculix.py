@@ -71,11 +71,11 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     if problem.element not in elements:
         found.append((problem.element, f"it does not have this element; it has {', '.join(elements)}"))
     for stuff in problem.stuff:
-        found += _of_law(stuff, problem.strain)
+        found += _unsupported_material_features(stuff, problem.strain)
     return found
 
 
-def _of_law(stuff: ExternalMaterial, strain: str) -> Iterator[tuple[str, str]]:
+def _unsupported_material_features(stuff: ExternalMaterial, strain: str) -> Iterator[tuple[str, str]]:
     """Yield the features of a material that CalculiX does not support, with reasons."""
     known = laws.get(strain, ())
     if stuff.law not in known:
@@ -115,7 +115,7 @@ def deck(problem: Problem, sets: Sequence[str] = ()) -> Iterator[str]:
         yield f"*SOLID SECTION, ELSET=PART{number}, MATERIAL=M{number}"
     yield from (*sets, *_sets(problem))
     yield "*RESTART, WRITE, FREQUENCY=1"
-    for share, period in zip(problem.shares, _periods(problem), strict=True):
+    for share, period in zip(problem.shares, _step_durations(problem), strict=True):
         yield from _step(problem, share, period)
 
 
@@ -184,7 +184,7 @@ def _sets(problem: Problem) -> Iterator[str]:
             yield from ("*BOUNDARY", f"HELD{c + 1},{c + 1},{c + 1}")
 
 
-def _periods(problem: Problem) -> list[float]:
+def _step_durations(problem: Problem) -> list[float]:
     """Return the duration of each step: differences of the times of the states if these increase, else 1."""
     rising = [b - a for a, b in pairwise((0.0, *problem.values_of_states))]
     return rising if len(rising) == len(problem.shares) and min(rising) > 0.0 else [1.0] * len(problem.shares)
@@ -236,8 +236,8 @@ def read(folder: Path) -> Answer:
     told = executables.text(folder / f"{JOB}.inp")
     periods = [float(own) for own in _PERIOD.findall(told)]
     asked, count = len(periods), told.partition("*ELEMENT")[0].count("\n") - 2
-    iterations, reached = _progress(folder / f"{JOB}.sta")
-    printed = list(_printed(folder / f"{JOB}.dat")) if (folder / f"{JOB}.dat").exists() else []
+    iterations, reached = _iterations_and_time_reached(folder / f"{JOB}.sta")
+    printed = list(_printed_displacements(folder / f"{JOB}.dat")) if (folder / f"{JOB}.dat").exists() else []
     if not iterations:
         raise NoAnswer(f"it did not start to solve{': ' if said else ''}{said}")
     if reached < sum(periods) * (1.0 - CLOCK):
@@ -247,7 +247,7 @@ def read(folder: Path) -> Answer:
         raise NoAnswer(f"it wrote {len(printed)} of {asked} states{': ' if said else ''}{said}")
     if short := [len(own) for own in printed if len(own) != count]:
         raise NoAnswer(f"it wrote displacements of {short[0]} of {count} nodes")
-    whole = _doubles(folder / f"{JOB}.rout", printed)
+    whole = _double_precision_displacements(folder / f"{JOB}.rout", printed)
     rounding = PRINTED if any(u is own for u, own in zip(whole, printed, strict=True)) else 0.0
     u = np.array(whole)
     if not np.isfinite(u).all():
@@ -265,7 +265,7 @@ def _join_messages(log: str) -> str:
     return make_visible("; ".join(text for _, text in found[:SAID]) + more)
 
 
-def _progress(path: Path) -> tuple[int, float]:
+def _iterations_and_time_reached(path: Path) -> tuple[int, float]:
     """Return the total number of iterations, and the time that the analysis reached. Raises NoAnswer."""
     rows = [line.split() for line in executables.text(path).splitlines()[2:]]
     try:
@@ -275,7 +275,7 @@ def _progress(path: Path) -> tuple[int, float]:
         raise NoAnswer(f"{path.name} is not a table of increments") from error
 
 
-def _printed(path: Path) -> Iterator[Floats]:
+def _printed_displacements(path: Path) -> Iterator[Floats]:
     """Yield the printed displacements of each state (n, 3), mm, with 7 digits. Raises NoAnswer."""
     blocks = re.split(r"^ displacements[^\n]*\n", executables.text(path), flags=re.M)[1:]
     for block in blocks:
@@ -289,7 +289,7 @@ def _printed(path: Path) -> Iterator[Floats]:
         yield table[:, 1:]
 
 
-def _doubles(path: Path, printed: Sequence[Floats]) -> list[Floats]:
+def _double_precision_displacements(path: Path, printed: Sequence[Floats]) -> list[Floats]:
     """Return the displacements of each state (n, 3) in double precision, from the restart file.
 
     The file has four values per node: a temperature and three displacements. `printed` are the displacements with 7

@@ -61,13 +61,13 @@ class Found:
 
 def version() -> str | None:
     """Return the version of DOLFINx in the Python that has it; None if no Python has it."""
-    found = _found()
+    found = _find_installation()
     return None if found is None else found.version
 
 
 def places() -> tuple[Path, ...]:
     """Return the path of the Python that has DOLFINx, and the folders of DOLFINx; empty if it is not installed."""
-    found = _found()
+    found = _find_installation()
     return () if found is None else tuple(map(Path, (found.python, *found.folders)))
 
 
@@ -89,15 +89,15 @@ def command(folder: Path) -> Sequence[str]:
 
     The script is copied because a module in its own folder has the name of DOLFINx.
     """
-    found = _found()
+    found = _find_installation()
     if found is None:
         raise NoAnswer(f"no Python has it: {install}")
     return [found.python, str(folder / DRIVER), str(folder)]
 
 
-def _found() -> Found | None:
+def _find_installation() -> Found | None:
     """Return the first Python that has DOLFINx; None if no Python has it."""
-    return _first(tuple(candidates()))
+    return _first_with_dolfinx(tuple(candidates()))
 
 
 def candidates() -> Iterator[str]:
@@ -110,7 +110,7 @@ def candidates() -> Iterator[str]:
 
 
 @cache
-def _first(pythons: tuple[str, ...]) -> Found | None:
+def _first_with_dolfinx(pythons: tuple[str, ...]) -> Found | None:
     """Return the first of these Python executables that has DOLFINx; None if none has it."""
     return next((found for python in pythons if (found := find_dolfinx(python)) is not None), None)
 

@@ -48,7 +48,7 @@ def solved(problem: Problem) -> Answer:
     first = 1 if ends[0] else 0  # of our nodes among its vertices, and of our segments among its edges
     u, turned = np.zeros((len(motion.after), count, 3)), np.tile(section.axes, (len(motion.after), count, 1, 1))
     energies = np.zeros(len(motion.after))
-    twists = [model.joint(name).qposadr[0] for name in _twists(count - 1, ends)]
+    twists = [model.joint(name).qposadr[0] for name in _twist_joint_names(count - 1, ends)]
 
     def look(i: int) -> None:
         """Store the displacements and section axes of state i."""
@@ -56,7 +56,7 @@ def solved(problem: Problem) -> Answer:
         x = data.flexvert_xpos[first : first + count]
         u[i] = x @ section.axes.T + problem.points[0] - problem.points
         frames = np.array(data.plastic[: 6 * (count - 1 + sum(ends))]).reshape(-1, 2, 3)[first : first + count - 1]
-        turned[i] = section.axes @ nodal_axes(_axes(x, frames, data.qpos[twists]))
+        turned[i] = section.axes @ nodal_axes(_edge_axes(x, frames, data.qpos[twists]))
         turned[i][[0, -1]] = np.where(np.array(ends)[:, None, None], section.axes, turned[i][[0, -1]])
         energies[i] = data.energy[1]  # of motion alone: what is stored besides is no less than nothing
 
@@ -91,12 +91,12 @@ def deck(problem: Problem, motion: Motion, section: Section) -> str:
     twist, drag = section.inertia[0] * lengths, motion.damping_mass
     slowed = (
         joint_actuator(name, 0.0, drag * own)
-        for name, own in zip(_twists(len(lengths), ends), twist.tolist(), strict=True)
+        for name, own in zip(_twist_joint_names(len(lengths), ends), twist.tolist(), strict=True)
     )
     return f"""<mujoco>
 <option timestep="{motion.step!r}" integrator="discrete" gravity="{row(g)}">
 <flag contact="disable" autoreset="disable" energy="enable"/></option>
-<worldbody>{"".join(nodes(X, motion.masses, free))}{"".join(_turning(twist, ends))}</worldbody>
+<worldbody>{"".join(nodes(X, motion.masses, free))}{"".join(_edge_bodies(twist, ends))}</worldbody>
 <deformable><flex name="rod" dim="1" body="{names}" vertex="{vertex}" element="{edges}">
 <contact contype="0" conaffinity="0" selfcollide="none"/>
 <elasticity young="{young!r}" shear="{shear!r}" section="box" sectionsize="{high!r} {wide!r}"/></flex></deformable>
@@ -123,20 +123,20 @@ def _vertices(X: Floats, lengths: Floats, ends: tuple[bool, bool]) -> tuple[str,
     return " ".join(names), " ".join(map(row, places)), edges
 
 
-def _twists(count: int, ends: tuple[bool, bool]) -> list[str]:
+def _twist_joint_names(count: int, ends: tuple[bool, bool]) -> list[str]:
     """Return MuJoCo's names of the joints that twist the edges."""
     names = [f"rod_twist_{i + ends[0]}" for i in range(count)]
     return names if ends[1] else [*names[:-1], "rod_twist"]
 
 
-def _turning(inertia: Floats, ends: tuple[bool, bool]) -> Iterator[str]:
+def _edge_bodies(inertia: Floats, ends: tuple[bool, bool]) -> Iterator[str]:
     """Yield a body for each edge, with inertia (m,), kg m^2, about the axis and a joint for the section's twist."""
-    for name, own in zip(_twists(len(inertia), ends), inertia.tolist(), strict=True):
+    for name, own in zip(_twist_joint_names(len(inertia), ends), inertia.tolist(), strict=True):
         about = f'<inertial pos="0 0 0" mass="{SMALL}" diaginertia="{own!r} {own!r} {own!r}"/>'
         yield f'<body name="{name}">{about}<joint name="{name}" axis="1 0 0"/></body>'
 
 
-def _axes(x: Floats, frames: Floats, angles: Floats) -> Floats:
+def _edge_axes(x: Floats, frames: Floats, angles: Floats) -> Floats:
     """Return the axes of the edges as columns (m, 3, 3), for nodes x (n, 3), m, and twist `angles`, rad.
 
     `frames` (m, 2, 3) are the tangent and a transverse direction of each edge in the previous step, which are

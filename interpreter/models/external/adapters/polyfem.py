@@ -53,16 +53,16 @@ def places() -> tuple[Path, ...]:
 
 def refuses(problem: Problem) -> list[tuple[str, str]]:
     """Return features of a problem, including loads, that a PolyFEM deck cannot express."""
-    return deck.refuses(problem) or deck.unsupported_loads(problem, _named(problem))
+    return deck.refuses(problem) or deck.unsupported_loads(problem, _require_named_parts(problem))
 
 
 def write(problem: Problem, folder: Path) -> None:
     """Write the deck and the mesh to a folder."""
-    deck.export(problem, _named(problem), folder)
+    deck.export(problem, _require_named_parts(problem), folder)
     executables.write_nodes(problem, folder)
 
 
-def _named(problem: Problem) -> Named:
+def _require_named_parts(problem: Problem) -> Named:
     """Return the named parts of a problem, which PolyFEM's deck needs."""
     assert problem.named is not None  # as its line in PROGRAMS asks for
     return problem.named
@@ -88,11 +88,11 @@ def read(folder: Path) -> Answer:
             raise ExternalNotConverged(said)
         raise NoAnswer(f"it wrote no {deck.ANSWER}{': ' if said else ''}{said}")
     told, found = executables.results(folder / deck.ANSWER, FIELD)
-    u = _matched(told.points, found, executables.read_nodes(folder))
-    return Answer(u[None], settled, None, _clocks(folder / deck.STATISTICS), said)
+    u = _match_displacements(told.points, found, executables.read_nodes(folder))
+    return Answer(u[None], settled, None, _read_timings(folder / deck.STATISTICS), said)
 
 
-def _matched(points: Floats, found: Floats, nodes: Floats) -> Floats:
+def _match_displacements(points: Floats, found: Floats, nodes: Floats) -> Floats:
     """Return the displacements (n, 3), m, of our `nodes` from those `found` at `points`, matched by position.
 
     Raises NoAnswer if a node has no match.
@@ -110,7 +110,7 @@ def _matched(points: Floats, found: Floats, nodes: Floats) -> Floats:
     return u
 
 
-def _clocks(path: Path) -> dict[str, float]:
+def _read_timings(path: Path) -> dict[str, float]:
     """Return the times in a file of PolyFEM's statistics, s; empty if there are none."""
     try:
         told = json.loads(executables.text(path))

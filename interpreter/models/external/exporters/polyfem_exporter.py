@@ -45,31 +45,31 @@ def refuses(problem: Problem) -> list[tuple[str, str]]:
     found = []
     if (why := PROGRAMS["polyfem"].save.get((problem.element, problem.strain))) is not None:
         found.append((f"{problem.element} at {problem.strain} strain", why))
-    if problem.element == "tet10" and not _straight(problem):
+    if problem.element == "tet10" and not _has_straight_edges(problem):
         found.append(("curved edges", "its mesh is defined by corner nodes only"))
     if len(problem.shares) > 1:
         found.append(("several states", "its loads are those of one state"))
     for stuff in problem.stuff:
         if stuff.law not in LAWS:
             found.append((stuff.law, f"of the laws of softmark it has {', '.join(LAWS)}"))
-    if _whole_facet_displacements(problem, _facets(problem)) is None:
+    if _whole_facet_displacements(problem, _boundary_facets(problem)) is None:
         found.append(("the supports", "it holds whole facets only, with one displacement for each"))
     return found
 
 
 def unsupported_loads(problem: Problem, named: Named) -> list[tuple[str, str]]:
     """Return loads that are neither a force on the whole body nor a traction on whole facets."""
-    facets = _facets(problem)
+    facets = _boundary_facets(problem)
     why = "its forces act on the whole body, or as uniform tractions or pressures on whole facets"
     acting = {name: _convert_load(problem, named, name, facets) for name in named.loads}
     found = [(f"load `{name}`", why) for name, own in acting.items() if own is None]
     told = sum(named.loads.values(), np.zeros_like(problem.points))
-    return found if found or _same(told, problem.forces) else [("the loads", why)]
+    return found if found or _are_nearly_equal(told, problem.forces) else [("the loads", why)]
 
 
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
     """Write the mesh and the deck. Return the file names."""
-    corners, names = _corners(problem, named)
+    corners, names = _reduce_to_corner_nodes(problem, named)
     mesh = gmsh_exporter.export(corners, names, folder)
     text = json.dumps(deck(problem, named), indent=1)
     (folder / FILE).write_text(text + "\n", encoding="ascii")
@@ -78,7 +78,7 @@ def export(problem: Problem, named: Named, folder: Path) -> list[str]:
 
 def deck(problem: Problem, named: Named) -> dict[str, Any]:
     """Return the deck of a problem whose features and loads are all supported."""
-    facets = _facets(problem)
+    facets = _boundary_facets(problem)
     held = _whole_facet_displacements(problem, facets)
     assert held is not None
     body, tractions = np.zeros(3), np.zeros((len(facets), 3))
@@ -95,7 +95,7 @@ def deck(problem: Problem, named: Named) -> dict[str, Any]:
     acted = {number: own for number, own in enumerate(which.tolist(), start=1) if not plain[number - 1]}
     return {
         "units": {"length": "m", "mass": "kg", "time": "s"},
-        "geometry": [_geometry(problem, facets, numbers, acted)],
+        "geometry": [_geometry_entry(problem, facets, numbers, acted)],
         "materials": [_material(i, problem) for i in range(len(problem.stuff))],
         "space": {"discr_order": ORDERS[problem.element]},
         "boundary_conditions": _conditions(body, acted),
@@ -125,7 +125,7 @@ def _conditions(body: Floats, acted: Mapping[int, list[float]]) -> dict[str, Any
     )
 
 
-def _geometry(problem: Problem, facets: Ints, numbers: Ints, acted: Mapping[int, Any]) -> dict[str, Any]:
+def _geometry_entry(problem: Problem, facets: Ints, numbers: Ints, acted: Mapping[int, Any]) -> dict[str, Any]:
     """Return the mesh with its volumes, and a sphere around the centre of each selected facet to number it."""
     X = problem.points[facets[:, :3]]
     middles, short = X.mean(axis=1), np.linalg.norm(X - np.roll(X, 1, axis=1), axis=2).min(axis=1)
@@ -159,9 +159,9 @@ def _convert_load(problem: Problem, named: Named, name: str, facets: Ints) -> Ac
     if not F.any():
         return none
     if name not in named.facets:
-        w = _weights(problem)
+        w = _body_force_masses(problem)
         a = F.sum(axis=0) / w.sum() if w.sum() else np.zeros(3)
-        return replace(none, body=a) if _same(w[:, None] * a, F) else None
+        return replace(none, body=a) if _are_nearly_equal(w[:, None] * a, F) else None
     touched = {tuple(sorted(own)) for own in named.facets[name][:, :3].tolist()}
     on = np.array([tuple(sorted(own)) in touched for own in facets[:, :3].tolist()])
     areas = _areas(problem, facets) * on[:, None]
@@ -169,17 +169,19 @@ def _convert_load(problem: Problem, named: Named, name: str, facets: Ints) -> Ac
     whole = _uniform_facet_forces(problem, facets, areas)
     pressed = areas / np.maximum(np.linalg.norm(areas, axis=1), np.finfo(float).tiny)[:, None]
     for tractions in (uniform, float((F * whole).sum() / (whole * whole).sum()) * pressed):
-        if _same(_uniform_facet_forces(problem, facets, tractions * np.linalg.norm(areas, axis=1)[:, None]), F):
+        if _are_nearly_equal(
+            _uniform_facet_forces(problem, facets, tractions * np.linalg.norm(areas, axis=1)[:, None]), F
+        ):
             return replace(none, tractions=tractions)
     return None
 
 
-def _same(one: Floats, other: Floats) -> bool:
+def _are_nearly_equal(one: Floats, other: Floats) -> bool:
     """Return whether two arrays are equal up to rounding."""
     return bool(np.abs(one - other).max(initial=0.0) <= SAME * np.abs(other).max(initial=0.0))
 
 
-def _weights(problem: Problem) -> Floats:
+def _body_force_masses(problem: Problem) -> Floats:
     """Return the mass (n,), kg, by which each node takes part in a body force.
 
     A linear shape function has 1/4 of the mass of a cell; a quadratic one has -1/20 at a corner and 1/5 at a
@@ -210,7 +212,7 @@ def _areas(problem: Problem, facets: Ints) -> Floats:
     return found
 
 
-def _facets(problem: Problem) -> Ints:
+def _boundary_facets(problem: Problem) -> Ints:
     """Return the nodes of the boundary facets (f, 3) or (f, 6), oriented outwards."""
     return Mesh(problem.points, problem.cells, problem.element).facets
 
@@ -230,13 +232,13 @@ def _whole_facet_displacements(problem: Problem, facets: Ints) -> Floats | None:
     return found if np.array_equal(covered, np.isfinite(values)) else None
 
 
-def _straight(problem: Problem) -> bool:
+def _has_straight_edges(problem: Problem) -> bool:
     """Return whether all edges are straight, with mid-edge nodes in the middle."""
     X = problem.points[problem.cells]
-    return _same(X[:, np.array(EDGES)].mean(axis=2), X[:, 4:])
+    return _are_nearly_equal(X[:, np.array(EDGES)].mean(axis=2), X[:, 4:])
 
 
-def _corners(problem: Problem, named: Named) -> tuple[Problem, Named]:
+def _reduce_to_corner_nodes(problem: Problem, named: Named) -> tuple[Problem, Named]:
     """Return the problem and its named parts with only corner nodes, renumbered."""
     used, cells = np.unique(problem.cells[:, :4], return_inverse=True)
     number = np.full(len(problem.points), -1, dtype=np.int64)

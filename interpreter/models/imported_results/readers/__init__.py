@@ -44,7 +44,7 @@ def read(file: Path) -> ResultFile:
         reason = f"results can be read from {', '.join(known)} and {last} files"
         raise Unreadable(file.name, reason, INSTEAD.get(suffix, "convert the file to one of them, such as .vtu"))
     _check_file(file)
-    reader = import_module(f"{__name__}.{_by_content(file, READERS[suffix])}")
+    reader = import_module(f"{__name__}.{_reader_by_content(file, READERS[suffix])}")
     from softmark.resource_limits import describe_read_error, process_lock
 
     try:
@@ -65,7 +65,7 @@ def read(file: Path) -> ResultFile:
     return told
 
 
-def _by_content(file: Path, reader: str) -> str:
+def _reader_by_content(file: Path, reader: str) -> str:
     """Return the reader of a VTK file by its content, because both formats occur with both file endings."""
     if reader not in ("vtk", "vtu"):
         return reader

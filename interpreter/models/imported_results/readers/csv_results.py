@@ -50,13 +50,13 @@ def read(file: Path) -> ResultFile:
         if worded := next(filter(None, map(UNIT.fullmatch, words)), None):
             remedy = f"name it `{worded[1]}`, and write the unit in the scene"
             raise Unreadable(file.name, f"the name of its column `{worded[0]}` contains a unit", remedy)
-        places = _first(PLACES, words)
+        places = _first_matching_triple(PLACES, words)
         if places is None:
             reason = f"its columns do not contain positions: {', '.join(f'`{w}`' for w in words[:12])}"
             raise Unreadable(
                 file.name, reason, "name the columns `X`, `Y` and `Z`, and displacements `ux`, `uy` and `uz`"
             )
-        moved = _first(tuple(t for t in MOVED if t != places), words)
+        moved = _first_matching_triple(tuple(t for t in MOVED if t != places), words)
         vectors = _vectors(file.name, words, {*places, *(moved or ())})
         clock = [word for word in TIMES if word in words][:1]
         asked = [*places, *(moved or ()), *(w for triple in vectors.values() for w in triple), *clock]
@@ -65,7 +65,7 @@ def read(file: Path) -> ResultFile:
         return _group_by_time(file.name, found, places, moved, vectors, clock, left)
 
 
-def _first(triples: Sequence[Triple], words: Sequence[str]) -> Triple | None:
+def _first_matching_triple(triples: Sequence[Triple], words: Sequence[str]) -> Triple | None:
     """Return the first of these triples of columns whose name is one of the `words`, else None."""
     return next((triple for triple in triples if set(triple) <= set(words)), None)
 
@@ -101,7 +101,7 @@ def _group_by_time(
     """Return the rows grouped by time. Raises Unreadable."""
     X, arrays = _stack_vectors(found, places), {word: _stack_vectors(found, triple) for word, triple in vectors.items()}
     times = np.array(found.numbers[clock[0]]) if clock else np.zeros(len(X))
-    groups = _groups(times)
+    groups = _rows_by_time(times)
     every = combine_states(
         name,
         (
@@ -121,7 +121,7 @@ def _group_by_time(
     return replace(every, moved=np.stack([x[rows] for rows in groups]))
 
 
-def _groups(times: Floats) -> list[Ints]:
+def _rows_by_time(times: Floats) -> list[Ints]:
     """Return the rows of each time, in the order of times; rows of one time are in the order of the file."""
     order = np.argsort(times, kind="stable")
     return [rows.astype(np.int64) for rows in np.split(order, np.flatnonzero(np.diff(times[order])) + 1)]

@@ -94,7 +94,7 @@ def read(file: Path) -> ResultFile:
             if key == "3C":
                 blocks += _cells(lines, row, here, ids)
                 continue
-            time, word, values = _result(lines, row, here, ids)
+            time, word, values = _read_result_block(lines, row, here, ids)
             if values is None:
                 left[f"`{word}`"] = None
             elif word in steps.setdefault(time, {}):
@@ -105,17 +105,17 @@ def read(file: Path) -> ResultFile:
         if not steps:
             remedy = "write them: `*NODE FILE` and a line `U` in each step"
             raise Unreadable(file.name, "it has no vectors at nodes", remedy)
-        return combine_states(file.name, _moments(file.name, X, tuple(blocks), steps, tuple(left)), ids)
+        return combine_states(file.name, _states_of_increments(file.name, X, tuple(blocks), steps, tuple(left)), ids)
 
 
-def _moments(name: str, X: Floats, blocks: tuple[Block, ...], steps: dict[float, dict[str, Floats]],
+def _states_of_increments(name: str, X: Floats, blocks: tuple[Block, ...], steps: dict[float, dict[str, Floats]],
              left: tuple[str, ...]) -> list[Moment]:  # fmt: skip
     """Return the states of the increments `steps`, by time. Raises Unreadable."""
     mesh = checked_state(name, X, blocks, {})
     return [state_on_mesh(name, mesh, found, time, left) for time, found in steps.items()]
 
 
-def _width(name: str, row: bytes, here: int) -> int:
+def _node_number_width(name: str, row: bytes, here: int) -> int:
     """Return the number of characters of node numbers, from the format code at the end of a line. Raises Unreadable."""
     form = row.split()[-1] if row.split() else b""
     if form in (b"2", b"3"):
@@ -125,7 +125,7 @@ def _width(name: str, row: bytes, here: int) -> int:
     return WIDTHS[int(form)]
 
 
-def _table(name: str, rows: list[bytes], line: int, width: int, many: int) -> tuple[Ints, Floats]:
+def _number_value_table(name: str, rows: list[bytes], line: int, width: int, many: int) -> tuple[Ints, Floats]:
     """Return node numbers (k,) and values (k, many) of lines that begin with ` -1`. Raises Unreadable."""
     ends = np.cumsum([3, width, *[NUMBER] * many])
     rows = [row.rstrip() for row in rows]
@@ -145,9 +145,9 @@ def _table(name: str, rows: list[bytes], line: int, width: int, many: int) -> tu
 
 def _nodes(lines: Lines, row: bytes, here: int) -> tuple[Ints, Floats]:
     """Return node numbers (n,) and positions (n, 3). Raises Unreadable."""
-    width = _width(lines.name, row, here)
+    width = _node_number_width(lines.name, row, here)
     line, rows = lines.block()
-    ids, X = _table(lines.name, rows, line, width, 3)
+    ids, X = _number_value_table(lines.name, rows, line, width, 3)
     promised = row[6:36].strip()
     if not promised.isdigit() or int(promised) != len(ids):
         shown = promised.decode("latin-1")[:20]
@@ -159,7 +159,7 @@ def _nodes(lines: Lines, row: bytes, here: int) -> tuple[Ints, Floats]:
 
 def _cells(lines: Lines, row: bytes, here: int, ids: Ints) -> list[Block]:
     """Return cells from lines ` -1` with the cell type and lines ` -2` with the nodes. Raises Unreadable."""
-    width = _width(lines.name, row, here)
+    width = _node_number_width(lines.name, row, here)
     line, rows = lines.block()
     found: dict[str, list[list[int]]] = {}
     word, many = "", 0
@@ -196,12 +196,12 @@ def _node_indices(name: str, numbers: Ints, ids: Ints) -> Ints:
     return places
 
 
-def _result(lines: Lines, row: bytes, here: int, ids: Ints) -> tuple[float, str, Floats | None]:
+def _read_result_block(lines: Lines, row: bytes, here: int, ids: Ints) -> tuple[float, str, Floats | None]:
     """Return time, name and values (n, 3) of a result block. Raises Unreadable.
 
     Values are None if they are not a nodal vector.
     """
-    width, (line, rows) = _width(lines.name, row, here), lines.block()
+    width, (line, rows) = _node_number_width(lines.name, row, here), lines.block()
     try:
         time, kind = float(row[12:24]), int(row[56:58])
     except ValueError:
@@ -219,7 +219,7 @@ def _result(lines: Lines, row: bytes, here: int, ids: Ints) -> tuple[float, str,
     told = [each for each in rows[1:heads] if each[33:38].strip() in (b"", b"0")]  # others are found of these
     if [each[18:23].strip() for each in told] != [b"2"] * 3:
         return time, word, None
-    nodes, values = _table(lines.name, rows[heads:], line + heads, width, 3)
+    nodes, values = _number_value_table(lines.name, rows[heads:], line + heads, width, 3)
     if len(nodes) != len(ids) or not np.array_equal(np.sort(nodes), np.sort(ids)):
         reason = f"line {here}: `{word}` is given at {len(nodes)} nodes, but the mesh has {len(ids)}"
         raise Unreadable(lines.name, reason, "write it for all nodes: `*NODE FILE` without NSET")

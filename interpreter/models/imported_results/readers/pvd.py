@@ -40,7 +40,7 @@ def read(file: Path) -> ResultFile:
         reason = f"its files have {size / 2**30:.1f} GiB in total, more than the limit of {LARGEST >> 30} GiB"
         raise Unreadable(file.name, reason, "keep fewer times or fewer fields")
     with limited_resources(file, size):
-        return combine_states(file.name, _moments(file.name, files, [time for _, time, _ in entries]))
+        return combine_states(file.name, _states_of_files(file.name, files, [time for _, time, _ in entries]))
 
 
 def _distinct_files(file: Path, paths: list[str]) -> list[Path]:
@@ -57,7 +57,7 @@ def _distinct_files(file: Path, paths: list[str]) -> list[Path]:
     return list(found)
 
 
-def _moments(name: str, files: list[Path], times: list[str]) -> Iterator[Moment]:
+def _states_of_files(name: str, files: list[Path], times: list[str]) -> Iterator[Moment]:
     """Yield the states of the files of a series, at these times. Raises Unreadable."""
     for file, time in zip(files, times, strict=True):
         if time and not NUMBER.fullmatch(time.strip()):

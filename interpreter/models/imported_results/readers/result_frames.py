@@ -63,7 +63,7 @@ def checked_state(
     if P.ndim != 2 or P.shape[1] != 3 or not len(P):
         shape = " x ".join(map(str, P.shape))
         raise Unreadable(name, f"its points have {shape} numbers, not three for each of one or more points", AGAIN)
-    _finite(name, "a coordinate", P)
+    _check_finite(name, "a coordinate", P)
     whole = tuple(_checked_block(name, block, len(P)) for block in blocks)
     return state_on_mesh(name, Moment(P, whole, {}), arrays, time, left)
 
@@ -78,13 +78,13 @@ def state_on_mesh(name: str, mesh: Moment, arrays: Mapping[str, NDArray[np.gener
         known[word] = np.asarray(values).reshape(n, -1)
         if known[word].shape[1] == 3:
             known[word] = known[word].astype(np.float64)
-            _finite(name, f"`{word}`", known[word])
+            _check_finite(name, f"`{word}`", known[word])
     if time is not None and not np.isfinite(time):
         raise Unreadable(name, f"its time is {time}", "write a valid time")
     return Moment(mesh.points, mesh.blocks, known, None if time is None else float(time), left)
 
 
-def _finite(name: str, what: str, values: Floats) -> None:
+def _check_finite(name: str, what: str, values: Floats) -> None:
     """Raise Unreadable if a value (n, 3) is not finite, naming the first such point."""
     with np.errstate(invalid="ignore"):
         wrong = np.flatnonzero(~np.all(np.abs(values) <= LARGEST, axis=1))

@@ -58,7 +58,7 @@ def read_moment(file: Path) -> Moment:
     """Read one state of a series. Raises Unreadable."""
     with limited_resources(file):
         data = read_regular(file)
-        name, (root, appended) = file.name, _parts(data)
+        name, (root, appended) = file.name, _split_appended_data(data)
         top = parse_xml(name, root, "VTKFile")
         if top.get("type") != "UnstructuredGrid":
             raise Unreadable(name, f"it contains `{top.get('type')}`, not an unstructured grid", "save it as .vtu")
@@ -70,7 +70,7 @@ def read_moment(file: Path) -> Moment:
         return _join_pieces(source, grid, pieces)
 
 
-def _parts(data: bytes) -> tuple[bytes, tuple[bytes, bytes] | None]:
+def _split_appended_data(data: bytes) -> tuple[bytes, tuple[bytes, bytes] | None]:
     """Return the XML of a file, and the tag of its appended data with these data; None if there are none.
 
     The file is scanned once, however often the tag begins.
@@ -118,7 +118,7 @@ def _cells(source: Source, piece: ElementT) -> list[Block]:
         return []
     if lacking := {"connectivity", "offsets", "types"} - items.keys():
         raise Unreadable(source.name, f"its cells have no `{min(lacking)}`", AGAIN)
-    nodes, ends, types = (_whole(source, items[w]) for w in ("connectivity", "offsets", "types"))
+    nodes, ends, types = (_integer_array(source, items[w]) for w in ("connectivity", "offsets", "types"))
     starts = np.concatenate([[0], ends[:-1]])
     sizes = ends - starts
     if (types < 0).any() or (types > 255).any():
@@ -139,7 +139,7 @@ def _cells(source: Source, piece: ElementT) -> list[Block]:
     return found
 
 
-def _whole(source: Source, item: ElementT) -> Ints:
+def _integer_array(source: Source, item: ElementT) -> Ints:
     """Return an array of integers. Raises Unreadable."""
     found = source.array(item)
     if found.dtype.kind not in "iu" or (found.size and int(found.max()) >= 2**62):
@@ -214,7 +214,7 @@ class Source:
 
         if self.packed is None:
             (promised,) = sizes(0, 1)
-            return _full(data[wide : wide + promised], promised)
+            return _check_byte_count(data[wide : wide + promised], promised)
         (count,) = sizes(0, 1)
         if not count:
             return b""
@@ -226,7 +226,7 @@ class Source:
         parts = []
         for i, length in enumerate(lengths):
             promised = last if last and i == count - 1 else size
-            parts.append(_full(_unpack_block(self.packed, data[at : at + length], promised), promised))
+            parts.append(_check_byte_count(_unpack_block(self.packed, data[at : at + length], promised), promised))
             at += length
         return b"".join(parts)
 
@@ -263,7 +263,7 @@ def _unpack_block(packed: str, data: bytes, promised: int) -> bytes:
     return lzma.LZMADecompressor().decompress(data, promised + 1)
 
 
-def _full(found: bytes, promised: Any) -> bytes:
+def _check_byte_count(found: bytes, promised: Any) -> bytes:
     """Return bytes whose number is as declared. Raises Unreadable if it differs."""
     if len(found) != promised:
         raise ValueError(f"{promised} bytes are announced, but there are {len(found)} or more")

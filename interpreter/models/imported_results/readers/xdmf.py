@@ -119,40 +119,40 @@ def read(file: Path) -> ResultFile:
     size = file.stat().st_size + sum(path.stat().st_size for path in files.values())
     with limited_resources(file, size), ExitStack() as stack:
         try:
-            return combine_states(file.name, _moments(Source(file.name, files, stack), top))
+            return combine_states(file.name, _states_of_grids(Source(file.name, files, stack), top))
         except ModuleNotFoundError:
             remedy = 'run `pip install "softmark[xdmf]"`, or write the numbers as XML'
             raise Unreadable(file.name, "its numbers are stored in HDF5, and h5py is not installed", remedy) from None
 
 
-def _moments(source: Source, top: ElementT) -> list[Moment]:
+def _states_of_grids(source: Source, top: ElementT) -> list[Moment]:
     """Return the states of the grids; grids with equal times are combined. Raises Unreadable."""
     grids = top.findall("Domain/Grid")
     series = [grid for grid in grids if grid.get("GridType") == "Collection"]
     if wrong := next((g for g in series if g.get("CollectionType", "Spatial") != "Temporal"), None):
         reason = f"its collection `{wrong.get('Name', '')}` contains parts, not times"
         raise source.refused(reason, "merge the parts, and write one grid for each time")
-    whole = [grid for grid in top.iter("Grid") if _own(grid)]
+    whole = [grid for grid in top.iter("Grid") if _has_own_mesh(grid)]
     steps: dict[object, tuple[ElementT, float | None, list[ElementT]]] = {}
     for several in [s.findall("Grid") for s in series] or [grids]:
-        mesh = next((grid for grid in several if _own(grid)), next(iter(whole), None))
+        mesh = next((grid for grid in several if _has_own_mesh(grid)), next(iter(whole), None))
         for i, grid in enumerate(several):
-            time = _time(source, grid)
-            base = grid if _own(grid) else mesh
+            time = _time_of_grid(source, grid)
+            base = grid if _has_own_mesh(grid) else mesh
             if base is None or any(part.get("href") for tag in INCLUDES for part in grid.findall(tag)):
                 raise source.refused("it has no grid with its points and cells", "write them into the file itself")
             kept = steps.setdefault(i if time is None else ("at", time), (base, time, []))
             kept[2].extend(grid.findall("Attribute"))
     if not series and len(steps) > 1:
         raise source.refused(f"it has {len(steps)} separate grids", "write one grid, or a collection of times")
-    return [_moment(source, *step) for step in steps.values()]
+    return [_state_of_grid(source, *step) for step in steps.values()]
 
 
-def _own(grid: ElementT) -> bool:
+def _has_own_mesh(grid: ElementT) -> bool:
     return grid.find("Topology") is not None and grid.find("Geometry") is not None
 
 
-def _time(source: Source, grid: ElementT) -> float | None:
+def _time_of_grid(source: Source, grid: ElementT) -> float | None:
     told = grid.find("Time")
     if told is None:
         return None
@@ -162,10 +162,10 @@ def _time(source: Source, grid: ElementT) -> float | None:
         raise source.refused("one of its times is not given as a Value", "write times as Value") from None
 
 
-def _moment(source: Source, base: ElementT, time: float | None, attributes: list[ElementT]) -> Moment:
+def _state_of_grid(source: Source, base: ElementT, time: float | None, attributes: list[ElementT]) -> Moment:
     """Return the state of a grid: points, cells, and values at the points. Raises Unreadable."""
     if base not in source.known:  # which series share
-        source.known[base] = _mesh(source, base)
+        source.known[base] = _plane_flag_and_mesh(source, base)
     plane, mesh = source.known[base]
     arrays: dict[str, Array] = {}
     left = []
@@ -177,11 +177,11 @@ def _moment(source: Source, base: ElementT, time: float | None, attributes: list
             raise source.refused(f"it has `{word}` twice" + ("" if time is None else f" at time {time:g}"))
         else:
             values = source.numbers(each)
-            arrays[word] = _in_space(values) if plane else values
+            arrays[word] = _extend_to_3d(values) if plane else values
     return state_on_mesh(source.name, mesh, arrays, time, tuple(left))
 
 
-def _mesh(source: Source, base: ElementT) -> tuple[bool, Moment]:
+def _plane_flag_and_mesh(source: Source, base: ElementT) -> tuple[bool, Moment]:
     """Return whether a grid is plane, and a state with its points and cells. Raises Unreadable."""
     geometry, topology = (base.findall(word)[0] for word in ("Geometry", "Topology"))
     kind = geometry.get("GeometryType") or geometry.get("Type") or "XYZ"
@@ -189,10 +189,12 @@ def _mesh(source: Source, base: ElementT) -> tuple[bool, Moment]:
         raise source.refused(f"its geometry is `{kind[:40]}`, not XYZ or XY", "write points")
     X = source.numbers(geometry).astype(np.float64)
     X = X.reshape(-1, len(kind)) if X.ndim == 1 else X
-    return kind == "XY", checked_state(source.name, _in_space(X) if kind == "XY" else X, _cells(source, topology), {})
+    return kind == "XY", checked_state(
+        source.name, _extend_to_3d(X) if kind == "XY" else X, _cells(source, topology), {}
+    )
 
 
-def _in_space(values: Array) -> Array:
+def _extend_to_3d(values: Array) -> Array:
     """Return 2D vectors (n, 2) as (n, 3), with a third component of zero."""
     return np.pad(values, ((0, 0), (0, 1))) if values.ndim == 2 and values.shape[1] == 2 else values
 
@@ -206,7 +208,7 @@ def _cells(source: Source, topology: ElementT) -> list[Block]:
     kind = topology.get("TopologyType") or topology.get("Type") or ""
     data = source.numbers(topology)
     if data.dtype.kind not in "iu":
-        data = _whole(source, data)
+        data = _to_integers(source, data)
     if kind == "Mixed":
         return [(block.type, block.data.astype(np.int64)) for block in translate_mixed_cells(data.ravel())]
     word = {w.lower(): known for w, known in xdmf_to_meshio_type.items()}.get(kind.lower(), kind[:40])
@@ -215,7 +217,7 @@ def _cells(source: Source, topology: ElementT) -> list[Block]:
     return [(word, data.astype(np.int64).reshape(len(data), -1))]
 
 
-def _whole(source: Source, data: Array) -> Array:
+def _to_integers(source: Source, data: Array) -> Array:
     """Return integers from numbers that may be stored as floats, the default type of XDMF. Raises Unreadable."""
     found = np.asarray(data, dtype=np.float64)
     if not (np.isfinite(found).all() and (found == np.round(found)).all() and (np.abs(found) < 2**53).all()):

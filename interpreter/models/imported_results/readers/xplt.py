@@ -111,18 +111,18 @@ def read(file: Path) -> ResultFile:
         if order is None:
             raise Unreadable(file.name, "it does not begin like an FEBio plot file", AGAIN)
         whole = Chunk(file.name, order, data[4:])
-        root, mesh, states = _split(whole)
+        root, mesh, states = _root_mesh_and_rest(whole)
         version = root.number(HEADER, VERSION)
         if version not in VERSIONS:
             raise Unreadable(file.name, f"it has version {version:#x}, but only 0x30 to 0x35 can be read", VTK)
         ids, X = _nodes(mesh)
         blocks = [_cells(domain) for domain in mesh.all(DOMAINS, DOMAIN)]
-        names = [_item(item) for item in root.all(DICTIONARY, NODAL, ITEM)]
+        names = [_variable_name_and_type(item) for item in root.all(DICTIONARY, NODAL, ITEM)]
         packed = any(each.numbers("i").any() for each in root.all(HEADER, PACKED))
-        return combine_states(file.name, _moments(whole, states, packed, names, X, blocks), ids)
+        return combine_states(file.name, _converged_states(whole, states, packed, names, X, blocks), ids)
 
 
-def _split(whole: Chunk) -> tuple[Chunk, Chunk, memoryview]:
+def _root_mesh_and_rest(whole: Chunk) -> tuple[Chunk, Chunk, memoryview]:
     """Return the root chunk, the mesh chunk, and the remaining bytes of the file. Raises Unreadable."""
     at, found = 0, []
     for expected in (ROOT, MESH):
@@ -165,13 +165,13 @@ def _cells(domain: Chunk) -> Block:
     return word, table[:, 3:].astype(np.int64)
 
 
-def _item(item: Chunk) -> tuple[str, int]:
+def _variable_name_and_type(item: Chunk) -> tuple[str, int]:
     """Return the name and the type of a variable. Raises Unreadable."""
     word = bytes(item.one(ITEM_NAME).data).partition(b"\0")[0].decode("utf-8", "replace")
     return word.partition("=")[2] or word, item.number(ITEM_TYPE)
 
 
-def _moments(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str, int]],
+def _converged_states(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str, int]],
              X: Floats, blocks: list[Block]) -> list[Moment]:  # fmt: skip
     """Return the states that FEBio marks as converged. Raises Unreadable."""
     mesh, found, left = checked_state(whole.name, X, blocks, {}), list[Moment](), list[str]()
@@ -186,7 +186,7 @@ def _moments(whole: Chunk, rest: memoryview, packed: bool, names: list[tuple[str
         if any(status.numbers("i").any() for status in state.all(STATE_HEADER, STATUS)):
             left.append(f"the state at {times[0]:g}, which did not converge")
             continue
-        found.append(state_on_mesh(whole.name, mesh, dict(_variables(state, names, len(X))), float(times[0])))
+        found.append(state_on_mesh(whole.name, mesh, dict(_nodal_variables(state, names, len(X))), float(times[0])))
     if not found:
         raise Unreadable(whole.name, f"none of its {len(left)} states converged", "find the cause in the log of FEBio")
     return [replace(found[0], left=tuple(left)), *found[1:]]
@@ -217,7 +217,7 @@ def _unpack_streams(whole: Chunk, rest: memoryview) -> Iterator[tuple[int, Chunk
         yield from Chunk(whole.name, whole.order, memoryview(b"".join(parts))).parts()
 
 
-def _variables(state: Chunk, names: list[tuple[str, int]], n: int) -> Iterator[tuple[str, Floats]]:
+def _nodal_variables(state: Chunk, names: list[tuple[str, int]], n: int) -> Iterator[tuple[str, Floats]]:
     """Yield the nodal vectors (n, 3) and scalars (n,) of a state, by name. Raises Unreadable."""
     for variable in state.all(STATE_DATA, NODE_DATA, VARIABLE):
         at = variable.number(VARIABLE_ID)

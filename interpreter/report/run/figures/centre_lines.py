@@ -112,7 +112,7 @@ class Lines:
         return figure_block(self._chart(open_), prose(self._caption(open_)), self._columns(), self._save(), open_=open_)
 
     def _chart(self, open_: Sequence[str]) -> Chart:
-        across, up, width, height = _frame(self.all_points[:, self.plane])
+        across, up, width, height = _axis_ranges_with_plot_size(self.all_points[:, self.plane])
         x = linear(*across, self.axes[0], "m", round(width / 75))
         y = linear(*up, self.axes[1], "m", max(3, round(height / 60)))
         title = f"Centre lines at probe {self.probe} in the {'–'.join(self.axes)} plane"
@@ -181,7 +181,7 @@ class Lines:
             yield from (format_short(float(v)) for v in X[index]) if index < len(X) else (None,) * 3
 
 
-def _frame(X: Floats) -> tuple[Point, Point, float, float]:
+def _axis_ranges_with_plot_size(X: Floats) -> tuple[Point, Point, float, float]:
     """Return the ranges of both axes, m, and the plot size, pixels.
 
     Both axes have the same scale, and there is space for names on the right.

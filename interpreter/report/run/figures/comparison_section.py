@@ -43,7 +43,7 @@ def section_of(findings: ReportSummary) -> str:
     own = bodies(findings)
     tables = "".join(_table(findings, body, notes) for body in own)  # before the notes, which gather in it
     save = _csv(findings, columns)
-    about = _meanings(findings, columns)
+    about = _metric_and_reference_descriptions(findings, columns)
     return section(
         "table",
         "Comparison",
@@ -87,28 +87,28 @@ def _message(name: str, result: Result) -> str:
     return tag("div", who, tag("p", said), class_=f"callout {mood}")
 
 
-def _meanings(findings: ReportSummary, columns: Sequence[MetricColumn]) -> str:
+def _metric_and_reference_descriptions(findings: ReportSummary, columns: Sequence[MetricColumn]) -> str:
     """Return descriptions of the metrics and the references."""
-    items = [_meaning(m) for m in columns if m.summary]
-    items += [_source(n, r) for n, r in findings.report.references.items()]
+    items = [_metric_description(m) for m in columns if m.summary]
+    items += [_reference_description(n, r) for n, r in findings.report.references.items()]
     return tag("dl", *items, class_="meanings") if items else ""
 
 
-def _meaning(metric: MetricColumn) -> str:
+def _metric_description(metric: MetricColumn) -> str:
     where = f"At probe `{metric.probe}`" + (f", against `{metric.against}`." if metric.against else ".")
     part = f" Of {metric.part}." if metric.part else ""
-    return _defined(metric.name, f"{metric.summary} {where if metric.probe else ''}{part}")
+    return _definition_entry(metric.name, f"{metric.summary} {where if metric.probe else ''}{part}")
 
 
-def _source(name: str, reference: ReferenceResult) -> str:
+def _reference_description(name: str, reference: ReferenceResult) -> str:
     error, said_kind = reference.estimated_error, kind_of_reference(reference)
     own = "" if error is None else f" Error of the reference: {format_reference_error(error)}."
     said = str(reference.facts.get("said") or "")
     own += f" {said[:1].upper()}{said[1:]}." if said else ""
-    return _defined(name, f"{said_kind[:1].upper()}{said_kind[1:]}: {reference.source}.{own}")
+    return _definition_entry(name, f"{said_kind[:1].upper()}{said_kind[1:]}: {reference.source}.{own}")
 
 
-def _defined(name: str, words: str) -> str:
+def _definition_entry(name: str, words: str) -> str:
     return tag("div", tag("dt", tag("code", text(name))), tag("dd", prose(words)))
 
 
@@ -122,11 +122,11 @@ def _csv(findings: ReportSummary, columns: Sequence[MetricColumn]) -> str:
     header += [f"{m.name} stated error [{m.unit}]" for m in said]
     header += [*SIZES, "iterations", "residual"]
     header += [f"{clock.removesuffix('_s')} {part}" for clock in clocks for part in PARTS]
-    rows = [_record(n, r, columns, uncertain, said, clocks) for n, r in findings.everyone.items()]
+    rows = [_csv_row(n, r, columns, uncertain, said, clocks) for n, r in findings.everyone.items()]
     return csv_link("comparison", header, rows, "Save this table as CSV")
 
 
-def _record(
+def _csv_row(
     name: str,
     result: Result,
     columns: Sequence[MetricColumn],
@@ -135,7 +135,7 @@ def _record(
     clocks: Sequence[str],
 ) -> list[Cell]:
     metrics: list[Cell] = [value_of(result, m.name) for m in columns]
-    metrics += [_within(result, m) for m in uncertain]
+    metrics += [_within_uncertainty_cell(result, m) for m in uncertain]
     metrics += [stated_of(result, m) for m in said]
     if isinstance(result, ReferenceResult):
         none: list[Cell] = [None] * (len(SIZES) + 2 + len(PARTS) * len(clocks))
@@ -143,13 +143,13 @@ def _record(
     row: list[Cell] = [name, "model", result.status, result.message, result.outline, *metrics]
     row += [result.size.get(k) for k in SIZES]
     row += [result.solve.get("iterations"), result.solve.get("residual")]
-    return row + [cell for clock in clocks for cell in _clock(result.time.get(clock))]
+    return row + [cell for clock in clocks for cell in _timing_cells(result.time.get(clock))]
 
 
-def _within(result: Result, metric: MetricColumn) -> str | None:
+def _within_uncertainty_cell(result: Result, metric: MetricColumn) -> str | None:
     found = result.metrics.get(metric.name)
     return None if found is None or found.value is None else "no" if found.meaningful else "yes"
 
 
-def _clock(timing: Timing | None) -> list[Cell]:
+def _timing_cells(timing: Timing | None) -> list[Cell]:
     return [None] * len(PARTS) if timing is None else [*timing.to_json().values()]

@@ -146,7 +146,7 @@ class _Distribution:
             ("median", float(np.median(s))),
             ("high", float(np.percentile(s, 95))),
         ]
-        lines = [_stroke(kind, x.at(value)) for kind, value in strokes if value <= self.top]
+        lines = [_statistic_line(kind, x.at(value)) for kind, value in strokes if value <= self.top]
         return tag("g", self._band(x), bars, *lines, class_=f"histogram c{look.colour}")
 
     def _band(self, x: Axis) -> str:
@@ -160,7 +160,10 @@ class _Distribution:
         x, _ = self.axes
         factor = self.top / BINS
         heading = x.label.replace(f"distance from {self.metric.against}", "error")
-        middles = [(typeset_number(f"{_in_unit(factor * (i + 0.5), heading, self.unit):.4g}"),) for i in range(BINS)]
+        middles = [
+            (typeset_number(f"{_convert_to_heading_unit(factor * (i + 0.5), heading, self.unit):.4g}"),)
+            for i in range(BINS)
+        ]
         shares = [(typeset_number(f"{100 * float(c):.3g}"),) for c in self.counts[name]]
         return [PlateColumn(heading, (heading,), middles), PlateColumn(name, ("points / %",), shares)]
 
@@ -192,7 +195,7 @@ def _thin_values(ordered: Floats, most: int) -> Floats:
     return chosen
 
 
-def _in_unit(value: float, heading: str, unit: str) -> float:
+def _convert_to_heading_unit(value: float, heading: str, unit: str) -> float:
     """Return a value in SI converted to the unit named in a heading such as `error / mm`."""
     from softmark.interpreter.language import units
 
@@ -200,6 +203,6 @@ def _in_unit(value: float, heading: str, unit: str) -> float:
     return value / units.parse_unit(shown).factor
 
 
-def _stroke(kind: str, at: float) -> str:
+def _statistic_line(kind: str, at: float) -> str:
     x = LEFT + WIDTH * at
     return tag("path", d=f"M{x:.1f} {TOP:.1f}v{HEIGHT:.1f}", class_=f"stat {kind}")

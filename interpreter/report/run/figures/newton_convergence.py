@@ -90,38 +90,38 @@ def section_of(findings: ReportSummary) -> str:
         return ""
     names = dict.fromkeys(step.phase for course in courses for step in course.steps)
     phases = {phase: phase_look(i) for i, phase in enumerate(names)}
-    y = _residuals([row.residual for course in courses for row in course.rows])
-    charts = tag("div", *(_plate(i, c, phases, y) for i, c in enumerate(courses)), class_="small-plates")
+    y = _residual_axis([row.residual for course in courses for row in course.rows])
+    charts = tag("div", *(_convergence_figure(i, c, phases, y) for i, c in enumerate(courses)), class_="small-plates")
     lead = tag("p", prose(LEAD), class_="lead")
     silent = [f"`{course.name}`" for course in everyone if not course.steps]
-    return section("convergence", "Convergence", lead, _key(phases), charts, _missing(silent))
+    return section("convergence", "Convergence", lead, _phase_legend(phases), charts, _missing_histories_note(silent))
 
 
-def _missing(names: list[str]) -> str:
+def _missing_histories_note(names: list[str]) -> str:
     return tag("p", prose(f"No iterations were recorded for {join_names(names)}."), class_="quiet") if names else ""
 
 
-def _residuals(values: Sequence[float | None]) -> Axis:
+def _residual_axis(values: Sequence[float | None]) -> Axis:
     """Return the axis of residuals, which all charts share so that they can be compared."""
     positive = [v for v in values if v is not None and v > 0] or [1.0]
     return logarithmic(max(min(positive), 1e-17 * max(positive)), max(positive), "residual", "1", about=5)
 
 
-def _key(phases: Mapping[str, CurveStyle]) -> str:
+def _phase_legend(phases: Mapping[str, CurveStyle]) -> str:
     items = [tag("li", sample(look), tag("span", text(phase))) for phase, look in phases.items()]
     return tag("ul", *items, class_="key")
 
 
-def _plate(index: int, course: _IterationHistory, phases: Mapping[str, CurveStyle], y: Axis) -> str:
+def _convergence_figure(index: int, course: _IterationHistory, phases: Mapping[str, CurveStyle], y: Axis) -> str:
     last = course.first + len(course.steps)
     chart = Chart(
         f"newton-{index}", f"Convergence of {course.name}",
         f"{course.name} {course.words}. {_phases_in_words(course.steps)}",
         integer_axis(course.first, last, "iteration", 5), y, WIDTH, HEIGHT, tuple(_curves(course, phases, y)),
-        under=_not_finite(course.steps), labels=False, left=LEFT, top=TOP, right=14.0,
+        under=_nonfinite_residual_marks(course.steps), labels=False, left=LEFT, top=TOP, right=14.0,
     )  # fmt: skip
     caption = prose(f"`{course.name}`: {course.words}.")
-    return figure_block(chart, caption, _columns(course), _save(course), legend=False)
+    return figure_block(chart, caption, _columns(course), _csv_link(course), legend=False)
 
 
 def _phases_in_words(steps: Sequence[_Step]) -> str:
@@ -151,7 +151,7 @@ def _point(iteration: int, residual: float | None, y: Axis) -> Point | None:
     return None if residual is None or residual <= 0 else (float(iteration), max(residual, y.low))
 
 
-def _not_finite(steps: Sequence[_Step]) -> str:
+def _nonfinite_residual_marks(steps: Sequence[_Step]) -> str:
     """Return the SVG of a cross at the top of the chart for each residual that was not finite."""
     places = [LEFT + WIDTH * i / len(steps) for i, step in enumerate(steps) if step.residual is None]
     crosses = "".join(f"M{x - 4:.1f} {TOP - 4:.0f}l8 8m-8 0l8-8" for x in places)
@@ -160,11 +160,11 @@ def _not_finite(steps: Sequence[_Step]) -> str:
 
 def _columns(course: _IterationHistory) -> list[PlateColumn]:
     numbers = [(str(course.first + i),) for i in range(len(course.rows))]
-    cells = [(s.phase, _percent(s.load), _number(s.residual), _percent(s.length)) for s in course.rows]
+    cells = [(s.phase, _percent(s.load), _format_residual(s.residual), _percent(s.length)) for s in course.rows]
     return [PlateColumn("iteration", ("iteration",), numbers), PlateColumn(course.name, SYMBOLS, cells)]
 
 
-def _number(value: float | None) -> str:
+def _format_residual(value: float | None) -> str:
     return "–" if value is None else typeset_number(f"{value:.3g}")
 
 
@@ -172,7 +172,7 @@ def _percent(value: float | None) -> str:
     return "–" if value is None else typeset_number(f"{value * 100:.4g} %")
 
 
-def _save(course: _IterationHistory) -> str:
+def _csv_link(course: _IterationHistory) -> str:
     rows: list[list[Cell]] = [
         [course.first + i, s.phase, s.load, s.residual, s.length] for i, s in enumerate(course.rows)
     ]

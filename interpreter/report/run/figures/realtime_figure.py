@@ -30,7 +30,7 @@ def section_of(findings: ReportSummary) -> str:
     groups: dict[tuple[Any, ...], dict[MetricColumn, Judged]] = {}
     for metric in findings.metrics:
         if judged := _judged_models(findings, metric):
-            groups.setdefault(_clock_of(judged), {})[metric] = judged
+            groups.setdefault(_frame_times_key(judged), {})[metric] = judged
     parts = [_Clock(findings, number, judged).html() for number, judged in enumerate(groups.values())]
     return section("realtime", "Real time", *parts) if parts else ""
 
@@ -40,7 +40,7 @@ def _judged_models(findings: ReportSummary, metric: MetricColumn) -> Judged:
     return {n: m for n, m in found.items() if m is not None and "verdict" in m.details and "limit_s" in m.details}
 
 
-def _clock_of(judged: Judged) -> tuple[Any, ...]:
+def _frame_times_key(judged: Judged) -> tuple[Any, ...]:
     """Return a key that is equal for metrics with the same frame times."""
     return tuple((n, *(m.details.get(k) for k in TIMES), m.details.get("frames")) for n, m in judged.items())
 

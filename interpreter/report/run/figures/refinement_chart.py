@@ -42,10 +42,10 @@ def section_of(findings: ReportSummary) -> str:
         figures = [kind(findings, i, m, families).plate() for i, m in enumerate(findings.errors)]
         if found := [figure for figure in figures if figure]:
             parts += [tag("p", lead, class_="lead"), *found]
-    return section("refinement", "Refinement", *parts, _against_whom(findings)) if parts else ""
+    return section("refinement", "Refinement", *parts, _conflicting_references_sentence(findings)) if parts else ""
 
 
-def _against_whom(findings: ReportSummary) -> str:
+def _conflicting_references_sentence(findings: ReportSummary) -> str:
     """Return a sentence on families that refinement moves closer to one reference and away from another."""
     said: dict[tuple[str, str], list[str]] = {}
     lines = {m: _Sizes(findings, 0, m, families_by_size(findings)).lines for m in findings.errors}
@@ -56,13 +56,13 @@ def _against_whom(findings: ReportSummary) -> str:
         if closer and further and not set(closer) & set(further):
             said.setdefault((join_names(closer), join_names(further)), []).append(family)
     found = [
-        f"Under refinement, {_these(families)} closer to {to} and farther from {away}."
+        f"Under refinement, {_families_with_verb(families)} closer to {to} and farther from {away}."
         for (to, away), families in said.items()
     ]
     return tag("p", prose(" ".join(found)), class_="callout warn") if found else ""
 
 
-def _these(families: list[str]) -> str:
+def _families_with_verb(families: list[str]) -> str:
     """Return families as a list with a verb, such as `tet4 and hex8 come`, with semicolons if a name has a comma."""
     several = len(families) > 1
     names = "; ".join(families) if any("," in f for f in families) else join_names(families)
@@ -114,7 +114,7 @@ class _ErrorChart:
         name = f"{self.metric.name}, against {self.metric.against}"
         chart = Chart(
             f"{self.kind}-{self.number}", f"{self.metric.name} by {self.symbol}", self._words(), self.across,
-            _errors(errors, name, self.metric.unit), WIDTH, HEIGHT, tuple(self._curves()), left=84.0,
+            _error_axis(errors, name, self.metric.unit), WIDTH, HEIGHT, tuple(self._curves()), left=84.0,
         )  # fmt: skip
         return figure_block(chart, prose(self._caption()), self._columns(), self._save())
 
@@ -181,7 +181,7 @@ def _short_family_names(families: list[str]) -> list[str]:
     return short if all(short) and len(set(short)) == len(short) else families
 
 
-def _errors(errors: list[float], name: str, unit: str) -> Axis:
+def _error_axis(errors: list[float], name: str, unit: str) -> Axis:
     """Return a logarithmic axis of errors with ticks at powers of ten, and at 2 and 5 in between if there are few."""
     axis = logarithmic(min(errors) / 1.05, max(errors) * 1.05, name, unit)
     decades = math.log10(axis.high / axis.low)

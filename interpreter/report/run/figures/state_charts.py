@@ -137,7 +137,7 @@ def lines(findings: ReportSummary) -> Iterator[str]:
     for metric in findings.metrics:
         for n, (name, curve) in enumerate(curves_of(findings, metric.name).items()):
             values = [curve.values[i] for i in some]
-            shown = ["-" if v is None else _short(v, metric, findings.moved) for v in values]
+            shown = ["-" if v is None else _format_metric_value(v, metric, findings.moved) for v in values]
             rows.append([metric.name if n == 0 else "", name, *shown])
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     for row in rows:
@@ -147,7 +147,7 @@ def lines(findings: ReportSummary) -> Iterator[str]:
         yield f"all other results belong to the last state, {format_state(first.states[-1])}"
 
 
-def _short(value: float, metric: MetricColumn, moved: float) -> str:
+def _format_metric_value(value: float, metric: MetricColumn, moved: float) -> str:
     return (
         "0" if is_negligible(value, 0.0, metric.unit, moved) else format_quantity(value, metric.unit, 4, percent=True)
     )

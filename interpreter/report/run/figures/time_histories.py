@@ -121,13 +121,15 @@ class PointHistory:
             yield Curve(name, known[name], points, 1 + i, 1, named=name in open_)
 
     def _desc(self) -> str:
-        ends = (f"{n} from {_said(np.nanmin(v))} to {_said(np.nanmax(v))}" for n, v in self.values.items())
+        ends = (
+            f"{n} from {_format_length(np.nanmin(v))} to {_format_length(np.nanmax(v))}" for n, v in self.values.items()
+        )
         return "; ".join(ends) + "."
 
     def _caption(self) -> str:
         point, axis = self.followed
         at = next(iter(self.seen.values())).points[point]
-        place = ", ".join(f"{a} {_said(x)}" for a, x in zip(AXES, at, strict=True))
+        place = ", ".join(f"{a} {_format_length(x)}" for a, x in zip(AXES, at, strict=True))
         thin = (
             " Not every time is drawn."
             if any(len(p.times) > DRAWN for p in self.seen.values() if p.times is not None)
@@ -143,7 +145,7 @@ class PointHistory:
     def _columns(self) -> list[PlateColumn]:
         time, own = (
             choose_scale((float(self.moments[-1]),), "s"),
-            choose_scale([_largest(v) for v in self.values.values()], "m"),
+            choose_scale([_largest_magnitude(v) for v in self.values.values()], "m"),
         )
         decimals, places = (
             choose_decimals((float(self.moments[-1]),), time, 6),
@@ -171,11 +173,11 @@ class PointHistory:
         return csv_link(f"{self.probe}-course", ["name", "t [s]", "ux [m]", "uy [m]", "uz [m]"], rows)
 
 
-def _said(value: float) -> str:
+def _format_length(value: float) -> str:
     return format_quantity(float(value), "m", 3)
 
 
-def _largest(values: Floats) -> float:
+def _largest_magnitude(values: Floats) -> float:
     return float(np.nanmax(np.abs(values)))
 
 
@@ -188,7 +190,8 @@ def _events(findings: ReportSummary) -> str:
     if not rows:
         return ""
     items = [
-        tag("tr", tag("th", tag("code", text(n)), scope="row"), _when(t), tag("td", prose(str(w)))) for n, t, w in rows
+        tag("tr", tag("th", tag("code", text(n)), scope="row"), _time_cell(t), tag("td", prose(str(w))))
+        for n, t, w in rows
     ]
     head = tag("tr", *(tag("th", w, scope="col") for w in ("Model", "Time", "Event")))
     table = tag("table", tag("caption", "Events"), tag("thead", head), tag("tbody", *items))
@@ -196,5 +199,5 @@ def _events(findings: ReportSummary) -> str:
     return box + csv_link("events", ["name", "time [s]", "event"], rows)
 
 
-def _when(time: object) -> str:
+def _time_cell(time: object) -> str:
     return tag("td", text(format_quantity(float(time), "s", 4)) if isinstance(time, (int, float)) else "–", class_="n")

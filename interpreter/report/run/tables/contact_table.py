@@ -92,10 +92,10 @@ def lines(report: Report) -> Iterator[str]:
                 continue
             most = units.format_value(round_significant(own.touch.pressure, DIGITS), units.PRESSURE)
             yield f"{contact} presses with {force} on {_area(own.touch.area)}, largest pressure {most}, in {model}"
-    yield from _travels(report)
+    yield from _rigid_body_travel_lines(report)
 
 
-def _travels(report: Report) -> Iterator[str]:
+def _rigid_body_travel_lines(report: Report) -> Iterator[str]:
     """Yield lines such as `ball goes 1.39 mm along -z in hexes` for rigid bodies moved by loads in static analyses."""
     for name, model in report.models.items():
         for body, own in (model.solve.get("rigid") or {}).items():

@@ -45,17 +45,17 @@ def stated_error(value: float, found: MetricResult) -> str:
     """Return the stated error of a metric as text, `± 0.05`, in the unit in which the metric is shown."""
     dimension = units.parse_unit(found.unit).dimension
     if dimension == units.NONE:
-        return f"± {_two(100.0 * value)}"
+        return f"± {_format_two_digits(100.0 * value)}"
     unit = units.format_value(float(f"{found.value or 0.0:.6g}"), dimension).partition(" ")[2]
     shown = value / units.parse_unit(unit).factor if unit else 0.0
-    return f"± {_two(shown)}" if LEAST <= shown < MOST else f"± {amount(value, found.unit, found.value)}"
+    return f"± {_format_two_digits(shown)}" if LEAST <= shown < MOST else f"± {amount(value, found.unit, found.value)}"
 
 
 DIGITS = 1e-9  # smallest relative error shown, far below the six digits of a number
 LEAST, MOST = 1e-3, 1e3  # range of numbers shown without powers of ten
 
 
-def _two(value: float) -> str:
+def _format_two_digits(value: float) -> str:
     """Return a number with two digits as text, without a power of ten for whole numbers from 1 to 1e6."""
     shown = f"{value:.2g}"
     return f"{float(shown):.0f}" if 1.0 <= value < 1e6 and float(shown) == round(float(shown)) else shown

@@ -51,11 +51,11 @@ def _row(e: ExpectationResult, findings: ReportSummary) -> str:
         tag("td", verdict),
         said,
         tag("td", _value(e), class_="n"),
-        tag("td", _place(e.line, findings.lines), class_="n"),
+        tag("td", _line_number_link(e.line, findings.lines), class_="n"),
     )
 
 
-def _place(line: int, lines: Container[int]) -> str:
+def _line_number_link(line: int, lines: Container[int]) -> str:
     """Return a line number as HTML, with a link if the page has that line."""
     return tag("a", str(line), href=f"#L{line}", aria_label=f"line {line}") if line in lines else str(line)
 
@@ -83,7 +83,7 @@ def warning_list(warnings: Iterable[ReportWarning], lines: Container[int] = ()) 
 
 def _warning(group: list[ReportWarning], lines: Container[int]) -> str:
     first = group[0]
-    places = ", ".join(f"line {_place(w.line, lines)}" for w in group if w.line)
+    places = ", ".join(f"line {_line_number_link(w.line, lines)}" for w in group if w.line)
     said = [tag("span", text(first.code), class_="code"), " ", prose(first.message)]
     help_ = tag("p", prose(first.help), class_="quiet") if first.help else ""
     return tag("li", tag("p", *said, tag("span", f" ({places})", class_="place") if places else ""), help_)

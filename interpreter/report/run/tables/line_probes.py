@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 AXES = ("x", "y", "z")
 
 
-def _kind(findings: ReportSummary, probe: str) -> str:
+def _probe_constructor(findings: ReportSummary, probe: str) -> str:
     """Return the constructor of a probe, such as `line` or `point`; "" if it is not in the scene's own text."""
     return findings.declared.get(probe, UNKNOWN).word
 
@@ -27,7 +27,7 @@ def lines_of(findings: ReportSummary) -> dict[str, dict[str, ProbeResult]]:
     found = {}
     for name, seen in findings.probes.items():
         several = any(len(p.points) > 1 and p.triangles is None for p in seen.values())
-        if several and _kind(findings, name) in ("line", ""):
+        if several and _probe_constructor(findings, name) in ("line", ""):
             found[name] = seen
     return found
 

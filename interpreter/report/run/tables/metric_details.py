@@ -44,7 +44,7 @@ def unit_of(key: str) -> str:
     return UNITS.get(key.rpartition("_")[2], "") if "_" in key else ""
 
 
-def _name(key: str) -> str:
+def _detail_name(key: str) -> str:
     """Return a readable name of a detail: `p95` for `p95_m`, `relative mean` for `relative_mean`."""
     head, _, last = key.rpartition("_")
     return (head if head and last in UNITS else key).replace("_", " ")
@@ -61,7 +61,7 @@ def _table(findings: ReportSummary, metric: MetricColumn) -> str:
     if not known:
         return ""
     keys = list(dict.fromkeys(k for own in known.values() for k in own))
-    head = tag("tr", tag("th", "Name", scope="col"), *(tag("th", text(_name(k)), scope="col") for k in keys))
+    head = tag("tr", tag("th", "Name", scope="col"), *(tag("th", text(_detail_name(k)), scope="col") for k in keys))
     rows = [_row(name, own, keys) for name, own in known.items()]
     caption = tag("caption", tag("span", prose(f"Details of `{metric.name}`. {metric.summary}")))
     table = tag("table", caption, tag("thead", head), tag("tbody", *rows))
@@ -70,15 +70,15 @@ def _table(findings: ReportSummary, metric: MetricColumn) -> str:
 
 
 def _row(name: str, own: Mapping[str, Any], keys: list[str]) -> str:
-    cells = [tag("td", text(_cell(key, own.get(key))), class_=_align(own.get(key))) for key in keys]
+    cells = [tag("td", text(_format_detail(key, own.get(key))), class_=_alignment_class(own.get(key))) for key in keys]
     return tag("tr", tag("th", tag("code", text(name)), scope="row"), *cells)
 
 
-def _align(value: Any) -> str | None:
+def _alignment_class(value: Any) -> str | None:
     return "n" if isinstance(value, (int, float)) and not isinstance(value, bool) else None
 
 
-def _cell(key: str, value: Any) -> str:
+def _format_detail(key: str, value: Any) -> str:
     """Return the value of a detail as text."""
     if value is None or value == "":
         return "–"
@@ -94,7 +94,7 @@ def _cell(key: str, value: Any) -> str:
 
 def _csv(findings: ReportSummary) -> str:
     rows: list[list[Cell]] = [
-        [name, metric.name, key, _plain(value), unit_of(key) or None]
+        [name, metric.name, key, _csv_cell(value), unit_of(key) or None]
         for metric in findings.metrics
         for name, own in _details_by_result(findings, metric).items()
         for key, value in own.items()
@@ -102,5 +102,5 @@ def _csv(findings: ReportSummary) -> str:
     return csv_link("details", ["name", "metric", "detail", "value", "unit"], rows, "Save all details as CSV")
 
 
-def _plain(value: Any) -> Cell:
+def _csv_cell(value: Any) -> Cell:
     return value if value is None or isinstance(value, (int, float, str)) else str(value)

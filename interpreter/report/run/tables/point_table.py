@@ -15,7 +15,7 @@ from softmark.interpreter.results.run_report import ProbeResult
 
 def point_table(probe: str, seen: Mapping[str, ProbeResult]) -> str:
     """Return an HTML table of displacement and position of the point, by model and reference."""
-    numbers = {name: _numbers(p) for name, p in seen.items()}
+    numbers = {name: _displacement_and_position(p) for name, p in seen.items()}
     every = [v for row in numbers.values() for v in row]
     scale = choose_scale(every, "m")
     decimals = choose_decimals(every, scale, 6)
@@ -25,10 +25,10 @@ def point_table(probe: str, seen: Mapping[str, ProbeResult]) -> str:
     caption = tag("caption", tag("span", prose(words)))
     table = tag("table", caption, tag("thead", _head(scale)), tag("tbody", *rows))
     box = tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=f"Probe {probe}")
-    return tag("div", box, _save(probe, seen), class_="points")
+    return tag("div", box, _csv_link(probe, seen), class_="points")
 
 
-def _numbers(p: ProbeResult) -> list[float]:
+def _displacement_and_position(p: ProbeResult) -> list[float]:
     """Return displacement u, its magnitude |u| and position x of the point, m."""
     u, x = p.displacement[0], p.position[0]
     return [*(float(v) for v in u), float(np.sqrt(u @ u)), *(float(v) for v in x)]
@@ -45,7 +45,7 @@ def _row(name: str, cells: list[str]) -> str:
     return tag("tr", head, *(tag("td", text(cell), class_="n") for cell in cells))
 
 
-def _save(probe: str, seen: Mapping[str, ProbeResult]) -> str:
+def _csv_link(probe: str, seen: Mapping[str, ProbeResult]) -> str:
     header = ["name", *(f"{symbol} [m]" for symbol in ("X", "Y", "Z", "ux", "uy", "uz"))]
     rows: list[list[Cell]] = [[n, *(float(v) for v in (*p.points[0], *p.displacement[0]))] for n, p in seen.items()]
     return csv_link(f"{probe}-point", header, rows)

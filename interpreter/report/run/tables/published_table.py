@@ -24,7 +24,7 @@ HEADS = ("ours", "published", "difference")
 
 def section_of(findings: ReportSummary) -> str:
     """Return the HTML section with the table; empty if the scene has no published values."""
-    columns = [m for m in findings.metrics if any(_published(r, m) is not None for r in _models(findings))]
+    columns = [m for m in findings.metrics if any(_published_value(r, m) is not None for r in _models(findings))]
     if not columns:
         return ""
     pairs = _Pairs(findings, columns)
@@ -37,7 +37,7 @@ def _models(findings: ReportSummary) -> Sequence[ModelResult]:
     return list(findings.report.models.values())
 
 
-def _published(model: ModelResult, metric: MetricColumn) -> float | None:
+def _published_value(model: ModelResult, metric: MetricColumn) -> float | None:
     found = model.metrics.get(metric.name)
     return None if found is None else found.published
 
@@ -70,7 +70,7 @@ class _Pairs:
     def rows(self) -> dict[str, ModelResult]:
         """Models that have published values, by name."""
         known = self.findings.report.models.items()
-        return {n: m for n, m in known if any(_published(m, c) is not None for c in self.columns)}
+        return {n: m for n, m in known if any(_published_value(m, c) is not None for c in self.columns)}
 
     def html(self) -> str:
         """Return the HTML table with a row for each model and a group of columns for each metric."""
@@ -98,7 +98,7 @@ class _Pairs:
 
     def _scale(self, metric: MetricColumn) -> tuple[Scale, int]:
         values = [value_of(m, metric.name) for m in self.rows.values()]
-        values += [_published(m, metric) for m in self.rows.values()]
+        values += [_published_value(m, metric) for m in self.rows.values()]
         scale = choose_scale(values, metric.unit, metric.percent)
         return scale, choose_decimals(values, scale, 4)
 
@@ -118,7 +118,7 @@ class _Pairs:
         rows: list[list[Cell]] = []
         for name, model in self.rows.items():
             for metric in self.columns:
-                ours, theirs = value_of(model, metric.name), _published(model, metric)
+                ours, theirs = value_of(model, metric.name), _published_value(model, metric)
                 rows.append([name, metric.name, metric.unit, ours, theirs, *_differences(ours, theirs)])
         return csv_link("published", header, rows, "Save this table as CSV")
 

@@ -54,14 +54,14 @@ def _row(support: str, model: str, held: SupportResult, checks: Mapping[str, Any
     largest = max(abs(c) for c in own.force)
     force, moment = newtons(own.force, ROUNDING), f"{newtons(own.own_moment, ROUNDING)}\N{MIDDLE DOT}m"
     there = newtons(own.shared_force, ROUNDING, largest)
-    said = [f"{there} of it on the part shared with {_listed(own.shared)}"] if own.shared else []
+    said = [f"{there} of it on the part shared with {_quote_names(own.shared)}"] if own.shared else []
     said += [note] if (note := (checks.get("reactions") or {}).get("note")) else []
     return tag(
         "tr", *head, tag("td", text(force)), tag("td", text(moment)), tag("td", prose("; ".join(said) or NOTHING))
     )
 
 
-def _listed(names: Sequence[str]) -> str:
+def _quote_names(names: Sequence[str]) -> str:
     return ", ".join(f"`{n}`" for n in names)
 
 
@@ -71,28 +71,28 @@ def lines(report: Report) -> Iterator[str]:
     Forces that agree to three digits are merged.
     """
     everyone = {n: m.reactions for n, m in report.models.items()}
-    least = {n: ROUNDING * _largest(m) for n, m in report.models.items()}
+    least = {n: ROUNDING * _largest_force(m) for n, m in report.models.items()}
     for support, own in transpose_by_name(everyone).items():
         alike: dict[str, list[str]] = {}
         for name, held in own.items():
             if held.reaction is not None and report.models[name].status == "converged":
-                force = held.reaction.force if _size(held) > least[name] else (0.0, 0.0, 0.0)
+                force = held.reaction.force if _reaction_magnitude(held) > least[name] else (0.0, 0.0, 0.0)
                 alike.setdefault(format_force(force, 3, LITTLE), []).append(name)
         if alike:
-            each = (f"{size} in {_who(names)}" for size, names in alike.items())
+            each = (f"{size} in {_name_models(names)}" for size, names in alike.items())
             yield f"{support} carries {', '.join(each)}"
 
 
-def _largest(model: ModelResult) -> float:
+def _largest_force(model: ModelResult) -> float:
     """Return the largest force of all supports and contacts, N, relative to which small reactions count as zero."""
     pressed = (math.hypot(*own.reaction.force) for own in model.contacts.values())
-    return max((*map(_size, model.reactions.values()), *pressed), default=0.0)
+    return max((*map(_reaction_magnitude, model.reactions.values()), *pressed), default=0.0)
 
 
-def _size(held: SupportResult) -> float:
+def _reaction_magnitude(held: SupportResult) -> float:
     """Return the magnitude of a reaction force, N; 0 if it is unknown."""
     return 0.0 if held.reaction is None else math.hypot(*held.reaction.force)
 
 
-def _who(names: Sequence[str]) -> str:
+def _name_models(names: Sequence[str]) -> str:
     return ", ".join(names) if len(names) <= SEVERAL else f"{len(names)} models"

@@ -19,13 +19,13 @@ def lines(findings: ReportSummary) -> Iterator[str]:
     for name, reference in findings.report.references.items():
         if reference.status != "converged" or not ("value" in reference.facts or reference.drawn is not None):
             continue
-        held = [*_verdicts(findings, name)]
-        band = _band(reference.facts)
+        held = [*_agreement_phrases(findings, name)]
+        band = _format_band(reference.facts)
         line = f"{name} ({kind_of_reference(reference)}){': ' if band or held else ''}{'; '.join([*band, *held])}"
         yield line.replace("\N{NO-BREAK SPACE}", " ")
 
 
-def _band(facts: Mapping[str, Any]) -> list[str]:
+def _format_band(facts: Mapping[str, Any]) -> list[str]:
     """Return the value with its uncertainty, or the ends of its band, as text; empty for a curve."""
     if "value" not in facts:
         return []
@@ -38,7 +38,7 @@ def _band(facts: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _verdicts(findings: ReportSummary, name: str) -> Iterator[str]:
+def _agreement_phrases(findings: ReportSummary, name: str) -> Iterator[str]:
     """Yield phrases on models inside and outside, for every metric compared with a reference.
 
     For curves the fraction inside is given.
@@ -53,12 +53,12 @@ def _verdicts(findings: ReportSummary, name: str) -> Iterator[str]:
         found = {n: m.details for n, r in findings.everyone.items() if (m := r.metrics.get(metric.name)) is not None}
         shares = [f"{n} by {100.0 * float(d['inside_share']):.3g} %" for n, d in found.items() if "inside_share" in d]
         sides = {truth: [n for n, d in found.items() if d.get("within") is truth] for truth in words}
-        said = [f"{words[truth]}: {_some(names)}" for truth, names in sides.items() if names]
-        said += [f"{words[True]}: {_some(shares)}"] if shares else []
+        said = [f"{words[truth]}: {_join_first_names(names)}" for truth, names in sides.items() if names]
+        said += [f"{words[True]}: {_join_first_names(shares)}"] if shares else []
         if said:
             same.setdefault("; ".join(said), []).append(metric.name)
     yield from (f"{said} ({', '.join(metrics)})" for said, metrics in same.items())
 
 
-def _some(names: list[str]) -> str:
+def _join_first_names(names: list[str]) -> str:
     return ", ".join(names[:SEVERAL]) + (f" and {len(names) - SEVERAL} others" if len(names) > SEVERAL else "")

@@ -51,16 +51,18 @@ def _covered_fraction(own: Mapping[str, Mapping[str, Any]]) -> str:
 def bodies_of(findings: ReportSummary) -> str:
     """Return an HTML table of bodies whose volume and surface are known, with those of each mesh; empty if none."""
     known = {n: m.solve["body"] for n, m in findings.report.models.items() if "body" in m.solve}
-    rows = [tag("tr", row_head(name), *map(_cell, _volume_and_surface(own))) for name, own in known.items()]
+    rows = [
+        tag("tr", row_head(name), *map(_measure_cell, _exact_and_mesh_measures(own))) for name, own in known.items()
+    ]
     return table_section("Bodies", WHOLE, ("Model", "Volume", "Surface"), rows)
 
 
-def _volume_and_surface(own: Mapping[str, float]) -> tuple[tuple[float, float, units.Dimension], ...]:
+def _exact_and_mesh_measures(own: Mapping[str, float]) -> tuple[tuple[float, float, units.Dimension], ...]:
     """Return volume and surface area of the body and of the mesh, with their dimensions."""
     return (own["volume_m3"], own["mesh_m3"], VOLUME), (own["area_m2"], own["mesh_m2"], AREA)
 
 
-def _cell(one: tuple[float, float, units.Dimension]) -> str:
+def _measure_cell(one: tuple[float, float, units.Dimension]) -> str:
     exact, has, dimension = one
     off = has / exact - 1.0
     shown = units.format_value(float(f"{exact:.6g}"), dimension)
@@ -70,10 +72,10 @@ def _cell(one: tuple[float, float, units.Dimension]) -> str:
 def varying_constants(findings: ReportSummary) -> str:
     """Return an HTML table of all constants that vary in space; empty if there are none."""
     known = transpose_by_name({n: m.solve.get("graded") or {} for n, m in findings.report.models.items()})
-    return table_section("Varying", VARYING, HEADS, [_constant(*entry) for entry in known.items()])
+    return table_section("Varying", VARYING, HEADS, [_constant_row(*entry) for entry in known.items()])
 
 
-def _constant(name: str, own: Mapping[str, Mapping[str, Any]]) -> str:
+def _constant_row(name: str, own: Mapping[str, Mapping[str, Any]]) -> str:
     dimension = DIMENSIONS.get(name.rpartition(".")[2], units.NONE)
     least, most = min(v["least"] for v in own.values()), max(v["most"] for v in own.values())
     mean = next(iter(own.values()))["mean"]

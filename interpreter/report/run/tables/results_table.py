@@ -218,7 +218,7 @@ class ResultsTable:
         found = result.metrics[metric.name]
         shown = tag("data", text(self._text(value, metric)), value=repr(value)) + self._stated(result, metric)
         if metric.clock and "verdict" in found.details:
-            return _verdict(bool(found.details["verdict"])) + shown
+            return _verdict_symbol(bool(found.details["verdict"])) + shown
         if not found.meaningful:
             shown += self.notes.dagger(
                 metric.name, format_quantity(found.uncertainty or 0.0, metric.unit, 3, percent=True)
@@ -285,22 +285,22 @@ class ResultsTable:
         cpu, below = model.time.get(kind.replace("_s", "_cpu_s")), []
         setup = model.time.get("setup_s") if kind == "solve_s" else None
         if timing.runs > 1:
-            below.append(_range(min(timing.seconds), max(timing.seconds)))
+            below.append(_time_range(min(timing.seconds), max(timing.seconds)))
             below.append(count(timing.runs, "run" if kind == "solve_s" else "step"))
         if setup:
             below.append(f"setup {seconds(setup.median)}")
-        if cpu and _differ(cpu.median, timing.median):
+        if cpu and _is_wall_time_different(cpu.median, timing.median):
             below.append(f"CPU {seconds(cpu.median)}")
         below += [text(timing.basis)] if timing.basis else []
         return ("≤ " if timing.most else "") + seconds(timing.median) + _small("<br>".join(below))
 
 
-def _differ(cpu: float, wall: float) -> bool:
+def _is_wall_time_different(cpu: float, wall: float) -> bool:
     """Return whether CPU time and wall time differ, because of other programs or several threads."""
     return abs(cpu - wall) > 0.25 * wall
 
 
-def _range(low: float, high: float) -> str:
+def _time_range(low: float, high: float) -> str:
     """Return a range of times as text, `[14.2–15.9 ms]`, with the unit once if it is the same."""
     first, last = format_quantity(low, "s", 3), format_quantity(high, "s", 3)
     if first.split("\u00a0")[1:] == last.split("\u00a0")[1:]:
@@ -319,7 +319,7 @@ def status_of(result: Result) -> str:
     return tag("span", tag("span", symbol, aria_hidden="true"), said, class_=f"status {mood}")
 
 
-def _verdict(good: bool) -> str:
+def _verdict_symbol(good: bool) -> str:
     """Return ✓ or ✗ as HTML, shown before a fraction of the available time."""
     symbol, mood, words = ("✓", "good", "real time") if good else ("✗", "bad", "not real time")
     sign, said = tag("span", symbol, aria_hidden="true"), tag("span", f"{words} ", class_="spoken")

@@ -46,10 +46,10 @@ def _line(number: int, line: str, marked: bool) -> str:
 
 def colour_line(line: str) -> str:
     """Return one line of a scene as HTML, with a span for each token that names its kind."""
-    return "".join(_piece(match) for match in _PIECE.finditer(line))
+    return "".join(_colour_token(match) for match in _PIECE.finditer(line))
 
 
-def _piece(match: re.Match[str]) -> str:
+def _colour_token(match: re.Match[str]) -> str:
     kind, piece = match.lastgroup, match[0]
     if kind == "w" and piece in KINDS:
         return tag("span", text(piece), class_="k")
@@ -79,12 +79,12 @@ def _parameter(name: str, known: Mapping[str, Any], overridden: bool) -> str:
 
 def value_shown(known: Mapping[str, Any]) -> str:
     """Return the value of a parameter with its unit as text."""
-    return _value(known.get("value"), str(known.get("unit", "1")))
+    return _format_value(known.get("value"), str(known.get("unit", "1")))
 
 
-def _value(value: Any, unit: str) -> str:
+def _format_value(value: Any, unit: str) -> str:
     if isinstance(value, (list, tuple)):
-        return "(" + ", ".join(_value(v, unit) for v in value) + ")"
+        return "(" + ", ".join(_format_value(v, unit) for v in value) + ")"
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return str(value)
     return format_quantity(float(value), unit)

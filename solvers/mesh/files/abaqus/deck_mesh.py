@@ -175,7 +175,7 @@ class MeshBuilder:
             raise card.error(f"two instances are named `{name[:60]}`" if name else "*INSTANCE has no name",
                              "give each instance a different name")  # fmt: skip
         self.scope = Scope("instance", name)
-        self.spaces.append(Namespace(name, (self.scope, self.parts[part.upper()]), *_placement(card)))
+        self.spaces.append(Namespace(name, (self.scope, self.parts[part.upper()]), *_instance_placement(card)))
 
     def _endinstance(self, card: Card) -> None:
         self.scope = self.assembly
@@ -195,7 +195,7 @@ class MeshBuilder:
         return DeckMesh(name, [Namespace("", scopes), *self.spaces], self.assembly.name, self.ignored, unplaced)
 
 
-def _placement(card: Card) -> tuple[Floats | None, Floats | None]:
+def _instance_placement(card: Card) -> tuple[Floats | None, Floats | None]:
     """Return the rotation (3, 3) and translation (3,) of an instance, or None; translation is applied first."""
     rows = [[read_number(word, card) if word else 0.0 for word in row] for row in card.rows if row]
     moves, turns = [row for row in rows if len(row) <= 3], [row for row in rows if len(row) > 3]
@@ -426,7 +426,7 @@ class DeckMesh:
         """Yield each set of the assembly and of the instances: its scoped name, its definition and its members."""
         for space in self.spaces:
             for key, own in self._definitions(space, kind).items():
-                yield _scoped(space, own.name), own, self._members_in(space, kind, key, own.entries[0].card, ())
+                yield _scoped_name(space, own.name), own, self._members_in(space, kind, key, own.entries[0].card, ())
 
     def surface_names(self) -> Iterator[tuple[str, Surface, Sequence[tuple[Ints, str, str]]]]:
         """Yield each surface of the assembly and of the instances: its scoped name, its definition and its rows."""
@@ -436,7 +436,7 @@ class DeckMesh:
                 for key, own in scope.surfaces.items():
                     if key not in seen:
                         seen.add(key)
-                        yield _scoped(space, own.name), own, list(self._rows_in(space, own))
+                        yield _scoped_name(space, own.name), own, list(self._rows_in(space, own))
 
     def _definitions(self, space: Namespace, kind: Kind) -> dict[str, SetDefinition]:
         found: dict[str, SetDefinition] = {}
@@ -454,7 +454,7 @@ def _is_number(word: str) -> bool:
     return word.isascii() and word.isdigit()
 
 
-def _scoped(space: Namespace, name: str) -> str:
+def _scoped_name(space: Namespace, name: str) -> str:
     return f"{space.name}.{name}" if space.name else name
 
 

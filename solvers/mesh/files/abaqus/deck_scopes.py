@@ -107,7 +107,7 @@ class Scope:
             numbers.append(read_integer(row[0], card))
             x, y, z = (*(read_number(word, card) if word else 0.0 for word in row[1:4]), 0.0, 0.0, 0.0)[:3]
             places += [x, y, z]
-        own = _array(numbers, card)
+        own = _valid_number_array(numbers, card)
         self.node_numbers.append(own)
         self.coordinates.append(np.array(places, dtype=np.float64).reshape(-1, 3))
         if card.options.get("NSET"):
@@ -120,7 +120,9 @@ class Scope:
         cell = cell_of(kind)
         nodes: Ints | None = None
         if cell is None:
-            own = _array([read_integer(row[0], card) for row in _join_lines(card) if row and row[0].isdigit()], card)
+            own = _valid_number_array(
+                [read_integer(row[0], card) for row in _continued_rows(card) if row and row[0].isdigit()], card
+            )
         else:
             each = COUNTS[cell] + 1
             words, further = _element_words(card, each)
@@ -128,9 +130,9 @@ class Scope:
                 yield f"`{further} further nodes of {kind}`"
             scoped = any("." in word for word in words) if self.kind == "assembly" else False
             if scoped:  # elements between instances: connectors and springs, no cells
-                own = _array([read_integer(word, card) for word in words[::each]], card)
+                own = _valid_number_array([read_integer(word, card) for word in words[::each]], card)
             else:
-                table = _array([read_integer(word, card) for word in words], card).reshape(-1, each)
+                table = _valid_number_array([read_integer(word, card) for word in words], card).reshape(-1, each)
                 own, nodes = np.ascontiguousarray(table[:, 0]), np.ascontiguousarray(table[:, 1:])
         self.blocks.append(ElementBlock(kind, card, own, nodes))
         if card.options.get("ELSET"):
@@ -152,12 +154,12 @@ class Scope:
         if kind == "nodes" and card.options.get("ELSET"):
             own.entries.append(Entry(card, instance, name=card.options["ELSET"], of_elements=True))
         elif generate:
-            own.entries.extend(Entry(card, instance, range=found) for found in _ranges(card))
+            own.entries.extend(Entry(card, instance, range=found) for found in _read_ranges(card))
         else:
             words = [word for row in card.each_row() for word in row if word]
             numbers = [read_integer(word, card) for word in words if word.isascii() and word.isdigit()]
             if numbers:
-                own.entries.append(Entry(card, instance, numbers=_array(numbers, card)))
+                own.entries.append(Entry(card, instance, numbers=_valid_number_array(numbers, card)))
             for word in dict.fromkeys(word for word in words if not (word.isascii() and word.isdigit())):
                 own.entries.append(Entry(card, instance, name=word))
         yield from unknown
@@ -201,7 +203,7 @@ def _element_words(card: Card, each: int) -> tuple[list[str], int]:
     return found, further
 
 
-def _join_lines(card: Card) -> Iterator[list[str]]:
+def _continued_rows(card: Card) -> Iterator[list[str]]:
     """Yield the rows of a card; a line that ends with a comma continues on the next line."""
     words: list[str] = []
     for line, row in zip(card.lines, card.each_row(), strict=True):
@@ -213,7 +215,7 @@ def _join_lines(card: Card) -> Iterator[list[str]]:
         yield words
 
 
-def _array(numbers: list[int], card: Card) -> Ints:
+def _valid_number_array(numbers: list[int], card: Card) -> Ints:
     if numbers and (max(numbers) > MOST or min(numbers) < 1):
         raise card.error(
             f"{min(numbers) if min(numbers) < 1 else max(numbers)} is not a valid number of a node or element"
@@ -221,7 +223,7 @@ def _array(numbers: list[int], card: Card) -> Ints:
     return np.array(numbers, dtype=np.int64)
 
 
-def _ranges(card: Card) -> Iterator[tuple[int, int, int]]:
+def _read_ranges(card: Card) -> Iterator[tuple[int, int, int]]:
     for row in card.each_row():
         words = [word for word in row if word]
         if len(words) not in (2, 3) or not all(word.isascii() and word.isdigit() for word in words):

@@ -61,7 +61,7 @@ class Card:
     def each_row(self) -> Iterator[list[str]]:
         """Yield the words of each data line, without empty words at the end of the line."""
         for line in self.lines:
-            yield _trimmed(split_words(line))
+            yield _drop_trailing_blanks(split_words(line))
 
     @property
     def rows(self) -> list[list[str]]:
@@ -93,7 +93,7 @@ def read_cards(path: Path) -> Iterator[Card]:
                 card = Card("".join(title.split()), f"*{title}", file, number)
                 words = words[1:]
             assert card is not None
-            card.options.update(_option(word) for word in words if word)
+            card.options.update(_parse_option(word) for word in words if word)
             open_line = text.endswith(",")
         elif card is not None:
             card.lines.append(text)
@@ -157,7 +157,7 @@ class _Source:
                 continue
             if text.startswith("*") and "".join(text[1:9].split()).upper().startswith("INCLUDE"):
                 here = f"{path.name}:{number}"
-                told = dict(_option(word) for word in split_words(text)[1:] if word).get("INPUT", "")
+                told = dict(_parse_option(word) for word in split_words(text)[1:] if word).get("INPUT", "")
                 yield from self.lines_of(resolve_included(here, self.home, told), here, (*above, file))
             else:
                 yield text, number, path.name
@@ -178,13 +178,13 @@ def split_words(text: str) -> list[str]:
     return [word.strip().replace('"', "") for word in _WORD.findall(text)]
 
 
-def _trimmed(words: list[str]) -> list[str]:
+def _drop_trailing_blanks(words: list[str]) -> list[str]:
     while words and not words[-1]:
         words.pop()
     return words
 
 
-def _option(word: str) -> tuple[str, str]:
+def _parse_option(word: str) -> tuple[str, str]:
     name, _, value = word.partition("=")
     return "".join(name.upper().split()), value.strip()
 
