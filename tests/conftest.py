@@ -73,7 +73,7 @@ BROAD = {
     "plate-on-a-column", "sliding-block", "joined-blocks", "pin", "sphere-by-force",
     "known-stress", "pull", "pinch", "consolidation", "mandels-slab", "unconfined-disc", "confined-compression",
     "laws-at-the-extremes", "rates-at-the-extremes", "tapered-cantilevers", "what-supports-carry",
-    "hollow-cantilever", "silicone-beam-by-others", "beam-let-go-by-others",
+    "hollow-cantilever", "spinning-rings", "silicone-beam-by-others", "beam-let-go-by-others",
 }  # fmt: skip
 COMBINING = ("manifold3d", "pytetwild")  # what shapes are combined and filled with
 WORKERS = 8  # at most: each holds a few hundred MB

@@ -64,6 +64,7 @@ MANY = {  # and why
     "solvers/materials": "a law is a file, and what they share is beside them",
     "solvers/dynamics": "an integrator is a file, and what they share is beside them",
     "solvers/statics": "a way to an equilibrium is a file, and what asks of one",
+    "solvers/independent_forces": "the second formula for the forces of one kind of thing is a file",
     "references": "a reference is a file",
 }
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
 from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
+from softmark.interpreter.vocabulary.loads.torque import MomentLoad
 from softmark.solvers.mesh.shape import Prism, cross
 
 

@@ -13,8 +13,8 @@ from softmark.interpreter.problem.tendon_theory_setup import section_stiffness
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
 from softmark.interpreter.vocabulary.loads.point_force import PointLoad
+from softmark.interpreter.vocabulary.loads.torque import MomentLoad
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Pinned
 from softmark.references.straight_cantilever import Disc, NotApplicable, Rectangle, Ring
 from softmark.solvers.mesh.frame_shapes import Network

@@ -16,8 +16,8 @@ from softmark.interpreter.problem.out_of_plane_contact import missed_plane_error
 from softmark.interpreter.problem.symmetry_planes import led_fault
 from softmark.interpreter.validation.initial_overlap import check_initial_overlap
 from softmark.interpreter.vocabulary.contact_words import RigidContactPair
-from softmark.interpreter.vocabulary.loads.moment import Torque
 from softmark.interpreter.vocabulary.loads.point_force import PointForce
+from softmark.interpreter.vocabulary.loads.torque import Torque
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Rotated, Symmetric
 from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
 from softmark.solvers.mesh.extruded_shapes import Extruded

@@ -12,8 +12,8 @@ from softmark.interpreter.problem.body_case import case_of, free_directions, is_
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.contact_words import RigidContactPair
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce, Gravity
-from softmark.interpreter.vocabulary.loads.moment import Torque
 from softmark.interpreter.vocabulary.loads.point_force import PointForce
+from softmark.interpreter.vocabulary.loads.torque import Torque
 from softmark.interpreter.vocabulary.support_words import Rotated, Symmetric
 from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolved

@@ -199,7 +199,7 @@ def _out_of_plane(declared: Declared, revolved: bool) -> Reason | None:
         "",
         "moves a plane body out of its plane",
         "it has a component along z",
-        "remove the z component: the plane is that of x and y",
+        "remove the z component: the body lies in the x-y plane",
     )
 
 

@@ -14,12 +14,12 @@ from softmark.interpreter.vocabulary.contact_words import RigidContactPair
 from softmark.interpreter.vocabulary.loads.body_force import Gravity
 from softmark.interpreter.vocabulary.loads.centrifugal import Centrifugal
 from softmark.interpreter.vocabulary.loads.line_force import LineLoad
-from softmark.interpreter.vocabulary.loads.moment import Torque
 from softmark.interpreter.vocabulary.loads.point_force import PointForce
 from softmark.interpreter.vocabulary.loads.pressure import Pressure
 from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStressLoad
 from softmark.interpreter.vocabulary.loads.surface_traction import Traction
 from softmark.interpreter.vocabulary.loads.tendon import Tendon
+from softmark.interpreter.vocabulary.loads.torque import Torque
 from softmark.interpreter.vocabulary.probe_words import Line, Markers, MeshNodes, Point, Surface, Volume
 from softmark.interpreter.vocabulary.published_words import Column
 from softmark.interpreter.vocabulary.region_words import BodyGroup, BodyPart

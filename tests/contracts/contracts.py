@@ -42,14 +42,13 @@ from softmark.interpreter.verification.by_model import verifier_of
 from softmark.interpreter.verification.by_model.verifier import Verifier
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
-from softmark.interpreter.vocabulary.loads.line_force import LineForce
+from softmark.interpreter.vocabulary.loads.centrifugal import CentrifugalForce
 from softmark.interpreter.vocabulary.loads.load import Action, Load
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
-from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.interpreter.vocabulary.loads.pressure import PressureLoad
 from softmark.interpreter.vocabulary.loads.remote_stress import RemoteStress
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
+from softmark.interpreter.vocabulary.loads.torque import MomentLoad
 from softmark.interpreter.vocabulary.support_words import Support
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism, Section, Shape, Swept, transverse
@@ -197,10 +196,7 @@ def check_load(cls: type[Any], words: str) -> None:
     assert errors(found) == [], name
     push = scene.declared["push"].thing
     assert push.strength in {f.name for f in dataclasses.fields(cls)}, "which field says how much?"
-    assert isinstance(
-        push.action,
-        BodyForce | SurfaceTraction | RemoteStress | PressureLoad | MomentLoad | PointLoad | LineForce | TendonLoad,
-    )
+    assert isinstance(push.action, Action)
     np.testing.assert_allclose(_amount(push.part(0.5).action), 0.5 * _amount(push.action), rtol=1e-15)
     case = case_for(scene, scene.declared["m"])
     prepared = build(scene.declared["m"], case, BuildContext(scene=scene))
@@ -217,7 +213,7 @@ def _amount(action: Any) -> Any:
             return np.array(a)
         case SurfaceTraction(traction=t) | MomentLoad(moment=t):
             return np.array(t)
-        case RemoteStress(stress=s) | PressureLoad(pressure=s) | TendonLoad(tension=s):
+        case RemoteStress(stress=s) | PressureLoad(pressure=s) | TendonLoad(tension=s) | CentrifugalForce(speed=s):
             return np.array(s)
     return np.array(action.force)
 

@@ -121,6 +121,10 @@ TEXTS: dict[str, str] = {
     ),
     "Springs": BAR.format(nu=0.25, model="mass_spring(size = 5 mm, stiffness = from_material())"),
     "DeadForces": BAR.format(nu=0.3, model="fem(tet10, strain = small, size = 7 mm)"),
+    "AffineMassForces": BAR.format(nu=0.3, model="fem(hex8, strain = finite, size = 5 mm)").replace(
+        "traction(bar, where = x >= 20 mm, vector = (1000, 400, 0) Pa)",
+        "centrifugal(bar, axis = (0, 1, 2), speed = 20 rad/s)",
+    ),
     "FollowerPressure": ROUND.format(nu=0.3, element="quad8").replace(
         "axisymmetric(flat, gel)", "plane_strain(flat, gel, thickness = 5 mm)"
     ),

@@ -284,7 +284,7 @@ TWIST = (
     + '''
 from typing import Any
 from softmark.interpreter.vocabulary.loads.load import Load
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
+from softmark.interpreter.vocabulary.loads.torque import MomentLoad
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ HELD = {  # by the beginning of a sentence
     "They write nothing": "interpreter/test_sandbox.py:test_checking_and_planning_open_nothing",
     "They open the files": "interpreter/test_hostile_readers.py:test_only_regular_files_are_opened",
     "A text of more than 1 MB": "interpreter/test_trust.py:test_a_text_over_1_mb_is_refused",
-    "Memory grows": "interpreter/test_trust.py:test_memory_grows_with_the_text",
+    "The memory that a check needs": "interpreter/test_trust.py:test_memory_grows_with_the_text",
     "The editor shows": "interpreter/test_trust.py:test_an_editor_shows_a_report_that_came_along",
     "A file that names other": "interpreter/test_trust.py:test_files_lead_nowhere_but_into_their_folder",
     "Pipes and devices": "interpreter/test_hostile_readers.py:test_only_regular_files_are_opened",

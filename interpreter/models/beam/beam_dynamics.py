@@ -17,8 +17,8 @@ from softmark.interpreter.models.shared.solid_dynamics import (
     velocity,
 )
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad as Torque
 from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
+from softmark.interpreter.vocabulary.loads.torque import MomentLoad as Torque
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
 from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
+from softmark.interpreter.vocabulary.loads.torque import MomentLoad
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed
 from softmark.solvers.mesh.shape import Prism
 

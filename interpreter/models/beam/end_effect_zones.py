@@ -10,10 +10,10 @@ import numpy as np
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.cross_section_coverage import coverage, selects_whole_sections
 from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
 from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
+from softmark.interpreter.vocabulary.loads.torque import MomentLoad
 from softmark.solvers.mesh.frame_shapes import Network
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.shape import Swept, Vector3

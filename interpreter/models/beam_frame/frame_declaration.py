@@ -14,8 +14,8 @@ from softmark.interpreter.results.run_report import ModelKind
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
 from softmark.interpreter.vocabulary.loads.point_force import PointLoad
+from softmark.interpreter.vocabulary.loads.torque import MomentLoad
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Pinned
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import cross

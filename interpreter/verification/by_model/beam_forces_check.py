@@ -22,10 +22,10 @@ from softmark.interpreter.verification.reaction_balance import sum_by_support
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
 from softmark.interpreter.vocabulary.loads.point_force import PointLoad
 from softmark.interpreter.vocabulary.loads.surface_traction import SurfaceTraction
 from softmark.interpreter.vocabulary.loads.tendon import TendonLoad
+from softmark.interpreter.vocabulary.loads.torque import MomentLoad
 from softmark.records import dataclass
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.rod_forces import CheckedRod, frames_from_arms

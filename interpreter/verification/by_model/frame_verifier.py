@@ -31,8 +31,8 @@ from softmark.interpreter.verification.solution_under_test import SolutionUnderT
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
 from softmark.interpreter.vocabulary.loads.body_force import BodyForce
 from softmark.interpreter.vocabulary.loads.line_force import LineForce
-from softmark.interpreter.vocabulary.loads.moment import MomentLoad
 from softmark.interpreter.vocabulary.loads.point_force import PointLoad
+from softmark.interpreter.vocabulary.loads.torque import MomentLoad
 from softmark.interpreter.vocabulary.support_words import Pinned
 from softmark.records import dataclass
 from softmark.solvers.independent_forces.rod_forces import CheckedRod

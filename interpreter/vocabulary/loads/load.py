@@ -59,7 +59,7 @@ class SolidForces(Protocol):
 
 
 class IndependentForces(Protocol):
-    """The same operations by other formulas, for verification: nodal forces (n, 3), N, and their uncertainty, N."""
+    """Second form of these operations, for verification: nodal forces (n, 3), N, and their uncertainty, N."""
 
     small: bool
 
@@ -103,7 +103,7 @@ class BodySize(Protocol):
 
 
 class Action:
-    """How a load acts on a body. Each kind of load overrides what differs from these defaults."""
+    """Base class of the ways in which a load acts on a body. Each kind of load overrides what differs."""
 
     dead: ClassVar[bool] = False  # forces do not depend on the deformation
     conservative: ClassVar[bool] = False  # forces have an energy, so that the tangent is symmetric
@@ -123,7 +123,7 @@ class Action:
 
     @property
     def vector(self) -> Vector3:
-        """Its constant direction, with any size; zero if it has none."""
+        """Vector along the constant direction of the load; zero if it has none."""
         return NOTHING
 
     @property
@@ -142,7 +142,7 @@ class Action:
             "",
             "pulls a plane body out of its plane",
             "it has a component along z",
-            "remove the z component: the plane is that of x and y",
+            "remove the z component: the body lies in the x-y plane",
         )
 
     def axial_fault(self, body: str) -> Reason | None:
