@@ -94,9 +94,9 @@ class Slip:
     def expected(self) -> str:
         """Text such as `expected a value after `=``, which names the accepted tokens and the preceding one."""
         after = f" after {_show(self.tokens[self.index - 1])}" if self.index else ""
-        return f"expected {self._wanted()}{after}"
+        return f"expected {self._describe_accepted_tokens()}{after}"
 
-    def _wanted(self) -> str:
+    def _describe_accepted_tokens(self) -> str:
         if "NUMBER" in self.accepts:
             return "a version number" if self.accepts == {"NUMBER"} else "a value"
         kinds = ["COMMA", "RPAR", "RSQB", "EQUAL", "AS", "RANGE", "STRING", "NAME", END]

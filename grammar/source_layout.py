@@ -94,9 +94,9 @@ class _Layout:
 
     def lines(self, node: Expression | Argument, margin: str, lead: str, trail: str) -> list[str]:
         """Return the lines of a node, the first one after `lead` and the last one before `trail`."""
-        self._refuse_before(node.span.start)  # comments before an item are placed by now
+        self._refuse_comments_before(node.span.start)  # comments before an item are placed by now
         line = f"{margin}{lead}{format_on_one_line(node)}{trail}"
-        if len(line) <= WIDTH and not self.explode and not self._commented(node):
+        if len(line) <= WIDTH and not self.explode and not self._has_comment(node):
             return [line]
         match node:
             case Argument():
@@ -141,7 +141,7 @@ class _Layout:
         for item, following in zip(items, starts, strict=True):
             found += [inner + comment.text for comment in self._take(item.span.start)]
             found += self.lines(item, inner, "", ",")
-            self._refuse_before(item.span.end)
+            self._refuse_comments_before(item.span.end)
             if self._behind(item, following):
                 found[-1] += f"  {self.comments.pop(0).text}"
         found += [inner + comment.text for comment in self._take(node.span.end)]
@@ -153,11 +153,11 @@ class _Layout:
         taken, self.comments = self.comments[:count], self.comments[count:]
         return taken
 
-    def _refuse_before(self, offset: int) -> None:
+    def _refuse_comments_before(self, offset: int) -> None:
         if self.comments and self.comments[0].span.start < offset:
             raise LayoutError(f"no place for the comment of line {self.comments[0].span.line}")
 
-    def _commented(self, node: Expression | Argument) -> bool:
+    def _has_comment(self, node: Expression | Argument) -> bool:
         return bool(self.comments) and self.comments[0].span.start < node.span.end
 
     def _behind(self, item: Expression | Argument, following: int) -> bool:

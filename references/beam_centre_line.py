@@ -46,7 +46,7 @@ class CentreLine:
         points = as_points(X)
         a, d = np.asarray(self.cantilever.axis), np.asarray(self.cantilever.down)  # (3,) each
         from_root = points - np.asarray(self.cantilever.root)
-        s = self._stations(from_root @ a)  # (n,)
+        s = self._axis_positions(from_root @ a)  # (n,)
         y = from_root @ d
         along, across = self._section(self.rotation(s))
         return np.outer(self.axial(s) + y * along, a) + np.outer(self.transverse(s) + y * across, d)
@@ -56,7 +56,7 @@ class CentreLine:
             return -phi, np.zeros_like(phi)
         return -np.sin(phi), -2 * np.sin(phi / 2) ** 2  # cos(phi) - 1 without cancellation
 
-    def _stations(self, s: Array) -> Array:
+    def _axis_positions(self, s: Array) -> Array:
         L = self.cantilever.length
         outside = (s < -BEYOND * L) | (s > (1 + BEYOND) * L)
         if outside.any():

@@ -112,13 +112,13 @@ class CollocatedLayer:
     count: int
 
     @cached_property
-    def _matrices(self) -> tuple[Array, Array, Array]:
+    def _collocation_matrices(self) -> tuple[Array, Array, Array]:
         Y, D = chebyshev_matrix(self.count)
         return Y, D, D @ D
 
     def whole(self, t: float, inner: Array) -> Array:
         """Return the displacements u (n,) at all points at time t, s, from those between the ends, `inner`."""
-        _, D, _ = self._matrices
+        _, D, _ = self._collocation_matrices
         end = self.layer.at_end(t)
         if self.layer.force:  # u_Y there is given
             end = (end - 1.0 - float(D[-1, 1:-1] @ inner)) / D[-1, -1]
@@ -126,14 +126,14 @@ class CollocatedLayer:
 
     def rate(self, t: float, inner: Array) -> Array:
         """Return the rate of displacement u_t between the ends (n - 2,), 1/s."""
-        _, D, D2 = self._matrices
+        _, D, D2 = self._collocation_matrices
         u = self.whole(t, inner)
         found: Array = (self.layer.loss(1.0 + D @ u) * (D2 @ u))[1:-1]
         return found
 
     def jacobian(self, t: float, inner: Array) -> Array:
         """Return the derivative of the rate by the unknowns (n - 2, n - 2), 1/s."""
-        _, D, D2 = self._matrices
+        _, D, D2 = self._collocation_matrices
         u = self.whole(t, inner)
         J = 1.0 + D @ u
         h = 1e-6
@@ -253,10 +253,10 @@ class PressedColumn(ConfinedColumn):
         """Return the fluid pressure (n,), Pa, at points X (n, 3), m."""
         y, _, _ = self._folded(X)
         _, J = self._at(y)
-        found: Array = self.skeleton.stress(J) - self._total()
+        found: Array = self.skeleton.stress(J) - self._total_stress()
         return found
 
-    def _total(self, which: int = 1) -> float:
+    def _total_stress(self, which: int = 1) -> float:
         """Return the total stress of skeleton and fluid, Pa, which is the stress of the skeleton at the open end."""
         if self.force:
             return self.amount * self.driven.left(0.0, self.now)
@@ -266,7 +266,7 @@ class PressedColumn(ConfinedColumn):
     @property
     def pull(self) -> float:
         """Present force on the driven end along the axis, N."""
-        return self.area * self._total()
+        return self.area * self._total_stress()
 
     @cached_property
     def estimated_error(self) -> float:
@@ -278,7 +278,7 @@ class PressedColumn(ConfinedColumn):
     @property
     def pull_error(self) -> float:
         """Error of the force, N: the difference from a solution on a coarser grid with larger time steps."""
-        return self.area * abs(self._total() - self._total(0))
+        return self.area * abs(self._total_stress() - self._total_stress(0))
 
 
 @dataclass(frozen=True)

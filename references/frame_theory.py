@@ -59,7 +59,7 @@ class FrameMember:
         places, weights = s[:, None] * t, s[:, None] * w  # (n, g)
         arm = _axial_cross_matrices(self.length - places)  # (n, g, 3, 3)
         n = np.broadcast_to(force[:3], (*places.shape, *force[:3].shape))
-        return self._integrated(s, places, weights, n, force[3:] + arm @ n)
+        return self._integrate_motions(s, places, weights, n, force[3:] + arm @ n)
 
     def motions_under_own_load(self, s: Array) -> Array:
         """Return displacements and rotations (n, 6) at distances s (n,), m, under the distributed load only.
@@ -75,9 +75,9 @@ class FrameMember:
         share = rest[..., None] * also
         n = np.einsum("ngf,ngfi->ngi", share, q)
         m = np.einsum("ngf,ngfij,ngfj->ngi", share, _axial_cross_matrices(there - places[..., None]), q)
-        return self._integrated(s, places, weights, n[..., None], m[..., None])[..., 0]
+        return self._integrate_motions(s, places, weights, n[..., None], m[..., None])[..., 0]
 
-    def _integrated(self, s: Array, places: Array, weights: Array, n: Array, m: Array) -> Array:
+    def _integrate_motions(self, s: Array, places: Array, weights: Array, n: Array, m: Array) -> Array:
         C = self.stiffness(places.ravel()).reshape(*places.shape, 6, 1)
         gamma, kappa = n / C[..., :3, :], m / C[..., 3:, :]
         lever = -_axial_cross_matrices(s[:, None] - places)  # kappa x (s - t) e1
@@ -277,7 +277,7 @@ class Frame:
         S = np.zeros_like(self._stiffness)
         for (member, at), force in zip(self._places(), forces, strict=True):
             S[np.ix_(at, at)] += member.second(force, loaded)
-        Z, root = self._free
+        Z, root = self._free_motions_with_factor
         eased = np.linalg.solve(root, np.linalg.solve(root, Z.T @ (S * self._scales) @ Z).T)
         return float(np.abs(np.linalg.eigvalsh(0.5 * (eased + eased.T))).max(initial=0.0))
 
@@ -323,7 +323,7 @@ class Frame:
         return y
 
     @cached_property
-    def _free(self) -> tuple[Array, Array]:
+    def _free_motions_with_factor(self) -> tuple[Array, Array]:
         """Return a basis of the free motions, as columns, and the Cholesky factor of their stiffness.
 
         Raises NotApplicable if the supports allow rigid motions.
@@ -341,7 +341,7 @@ class Frame:
 
         Raises NotApplicable.
         """
-        Z, root = self._free
+        Z, root = self._free_motions_with_factor
         own = self._stiffness * self._scales
         y = y + Z @ np.linalg.solve(root.T, np.linalg.solve(root, Z.T @ (self._scale * P - own @ y)))
         found: Array = self._scale * y

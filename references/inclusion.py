@@ -99,7 +99,7 @@ class RoundCore:
         return sum(self.stress[: self.n]) / self.n
 
     @cached_property
-    def _even(self) -> tuple[float, float, float]:
+    def _mean_stress_coefficients(self) -> tuple[float, float, float]:
         """Coefficients of the mean stress: P of the core and of the matrix, Pa, and C of the matrix."""
         stiff = 2.0 * (self.n - 1) * self.matrix.shear_modulus
         soft = self.matrix.softness(self.n)
@@ -112,7 +112,7 @@ class RoundCore:
         return matrix * (1.0 - stiff * share), matrix, share * matrix
 
     @cached_property
-    def _uneven(self) -> tuple[tuple[tuple[float, Mode], ...], tuple[tuple[float, Mode], ...], float]:
+    def _deviator_coefficients(self) -> tuple[tuple[tuple[float, Mode], ...], tuple[tuple[float, Mode], ...], float]:
         """Coefficients c of the deviator, 1/Pa, with their modes, for the core and for the matrix.
 
         The third item is the amplification of rounding errors.
@@ -157,7 +157,7 @@ class RoundCore:
         """
         H, sigma = np.zeros((2, len(as_points(X)), 3, 3))
         for some, x, inside in self._sides(X):
-            H[some], sigma[some] = self._fields(x, inside)
+            H[some], sigma[some] = self._scaled_gradient_and_stress(x, inside)
         return H, sigma
 
     def gradient(self, X: Array) -> Array:
@@ -178,7 +178,7 @@ class RoundCore:
         """Rounding error of a displacement, m."""
         ends = [self.inner, self.outer if math.isfinite(self.outer) else self.inner]
         far = np.concatenate([r * np.eye(3)[: self.n] for r in ends]) + np.array(self.centre)
-        return ROUNDING * self._uneven[2] * float(np.abs(self.displacement(far)).max())
+        return ROUNDING * self._deviator_coefficients[2] * float(np.abs(self.displacement(far)).max())
 
     @cached_property
     def size_matters(self) -> float:
@@ -190,18 +190,20 @@ class RoundCore:
         """
         if not math.isfinite(self.outer) or not any(self.stress):
             return 0.0
-        away, free, most = self._away, replace(self, outer=math.inf), 0.0
+        away, free, most = self._off_axis_directions, replace(self, outer=math.inf), 0.0
         for inside in self._beside:
-            apart = self._fields(away, inside)[1] - free._fields(away, inside)[1]
+            apart = (
+                self._scaled_gradient_and_stress(away, inside)[1] - free._scaled_gradient_and_stress(away, inside)[1]
+            )
             most = max(most, float(np.linalg.norm(apart, axis=(1, 2)).max()))
         return most / math.hypot(*self.stress)
 
     @cached_property
     def largest_gradient(self) -> float:
         """Largest norm of the displacement gradient at the borders of core (on both sides) and body."""
-        ends = [self._fields(self._away, inside)[0] for inside in self._beside]
+        ends = [self._scaled_gradient_and_stress(self._off_axis_directions, inside)[0] for inside in self._beside]
         if math.isfinite(self.outer):
-            ends.append(self._fields(self.outer / self.inner * self._away, False)[0])
+            ends.append(self._scaled_gradient_and_stress(self.outer / self.inner * self._off_axis_directions, False)[0])
         return max(float(np.linalg.norm(H, axis=(1, 2)).max()) for H in ends)
 
     @property
@@ -210,7 +212,7 @@ class RoundCore:
         return (False,) if self.core is None else (False, True)
 
     @property
-    def _away(self) -> Array:
+    def _off_axis_directions(self) -> Array:
         """Unit vectors (k, 3) in directions between the axes."""
         t = np.linspace(0.0, 0.5 * math.pi, 13)
         turn, tilt = (a.ravel() for a in np.meshgrid(t, t if self.n == 3 else t[:1]))
@@ -231,7 +233,9 @@ class RoundCore:
         x, on = self._own(X), self.on_border(X)
         within = (np.linalg.norm(x, axis=1) < 1.0) & (self.core is not None)
         if on.any():
-            outside, inside = (np.linalg.norm(self._fields(x[on], side)[1], axis=(1, 2)) for side in (False, True))
+            outside, inside = (
+                np.linalg.norm(self._scaled_gradient_and_stress(x[on], side)[1], axis=(1, 2)) for side in (False, True)
+            )
             within[on] = inside > outside
         for side in (False, True):
             some = within == side
@@ -243,16 +247,16 @@ class RoundCore:
         """One for each axis of the problem, zero for the others (3,)."""
         return np.array([1.0, 1.0, float(self.n == 3)])
 
-    def _layer(self, inside: bool) -> tuple[Hookean, float, float, tuple[tuple[float, Mode], ...]]:
+    def _coefficients_of_side(self, inside: bool) -> tuple[Hookean, float, float, tuple[tuple[float, Mode], ...]]:
         """Return the solid of core or matrix, its P and C of the mean stress, and its c with modes of the deviator."""
-        core, matrix, beyond = self._even
+        core, matrix, beyond = self._mean_stress_coefficients
         if inside and self.core is not None:
-            return self.core, core, 0.0, self._uneven[0]
-        return self.matrix, matrix, beyond, self._uneven[1]
+            return self.core, core, 0.0, self._deviator_coefficients[0]
+        return self.matrix, matrix, beyond, self._deviator_coefficients[1]
 
     def _moved(self, x: Array, inside: bool) -> Array:
         """Return displacements (k, 3) at scaled points x (k, 3), in units of the core's radius."""
-        solid, P, C, modes = self._layer(inside)
+        solid, P, C, modes = self._coefficients_of_side(inside)
         S, r = self._deviator, np.linalg.norm(x, axis=1)
         q = (x**2 @ S)[:, None]
         u = P * solid.softness(self.n) * x
@@ -265,9 +269,9 @@ class RoundCore:
         found: Array = u
         return found
 
-    def _fields(self, x: Array, inside: bool) -> tuple[Array, Array]:
+    def _scaled_gradient_and_stress(self, x: Array, inside: bool) -> tuple[Array, Array]:
         """Return the displacement gradient and the stress, Pa, (k, 3, 3) each, at scaled points x (k, 3)."""
-        solid, P, C, modes = self._layer(inside)
+        solid, P, C, modes = self._coefficients_of_side(inside)
         mu, r, eye = solid.shear_modulus, np.linalg.norm(x, axis=1), np.diag(self._axes)
         H = np.broadcast_to(P * solid.softness(self.n) * eye, (len(x), 3, 3)).copy()
         pressed = np.full(len(x), P - 2.0 * mu * P * solid.softness(self.n))  # lam times the change of volume, Pa

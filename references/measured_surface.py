@@ -101,9 +101,11 @@ class SurfaceScan(Reference):
         frame = Frame(self.unit, self.x, self.z, self.origin)
         points, triangles, notes = clean_surface(self.path, frame.points(points, self.path), triangles, self.keep)
         by = source_of(self.citation, self.path, Path(self.path).name)
-        return self._registered(MeasuredSurface(points, triangles, self.uncertainty, by, notes=notes), held, target)
+        return self._register_surface(
+            MeasuredSurface(points, triangles, self.uncertainty, by, notes=notes), held, target
+        )
 
-    def _registered(
+    def _register_surface(
         self, measured: MeasuredSurface, held: Triangulated | None, target: Triangulated | None
     ) -> MeasuredSurface:
         onto = {"none": None, "clamp": held, "icp": target}[self.register]
@@ -114,7 +116,9 @@ class SurfaceScan(Reference):
             raise Unreadable(self.path, f"`register = {self.register}` needs {what}, but there is none",
                              "remove `register`, or add what it needs")  # fmt: skip
         found = (
-            self._clamped(measured, onto) if self.register == "clamp" else icp(measured.points, SurfaceSearch(*onto))
+            self._register_clamped_face(measured, onto)
+            if self.register == "clamp"
+            else icp(measured.points, SurfaceSearch(*onto))
         )
         note = (
             f"registered ({self.register}): moved by {_describe_registration(found, measured)}, {found.residual.words}"
@@ -124,19 +128,19 @@ class SurfaceScan(Reference):
             measured, points=found.motion(measured.points), residual=found.residual, notes=(*measured.notes, note)
         )
 
-    def _clamped(self, measured: MeasuredSurface, held: Triangulated) -> Registration:
+    def _register_clamped_face(self, measured: MeasuredSurface, held: Triangulated) -> Registration:
         """Return the rigid motion of the measured face onto the fixed face `held` of the body.
 
         After the motion the measured face is identified again.
         """
         near = self.near or 0.1 * float(np.ptp(held[0][np.unique(held[1])], axis=0).max())
         placed, triangles = measured.points, measured.triangles
-        first = face_to_face(placed, self._face(placed, triangles, held, near), *held)
+        first = face_to_face(placed, self._find_clamped_face(placed, triangles, held, near), *held)
         placed = first.motion(measured.points)
-        second = face_to_face(placed, self._face(placed, triangles, held, near), *held)
+        second = face_to_face(placed, self._find_clamped_face(placed, triangles, held, near), *held)
         return replace(second, motion=first.motion.then(second.motion))
 
-    def _face(self, points: Array, triangles: Ints, held: Triangulated, near: float) -> Ints:
+    def _find_clamped_face(self, points: Array, triangles: Ints, held: Triangulated, near: float) -> Ints:
         """Return the triangles (m, 3) near the fixed face `held` that have its orientation. Raises Unreadable."""
         outward, area = area_vectors(*held).sum(axis=0), float(areas(*held).sum())
         if np.linalg.norm(outward) < FLAT * area:

@@ -72,7 +72,7 @@ class CompressedPorousBody:
         return self.half**2 / (self.modulus * self.permeability)
 
     @property
-    def _drive(self) -> float:
+    def _prescribed_load(self) -> float:
         """Prescribed axial strain, or prescribed mean axial stress over the shear modulus."""
         return self.amount / (self.area * self.shear) if self.force else self.amount / self.length
 
@@ -100,7 +100,7 @@ class CompressedPorousBody:
         rates: Array = self.roots**2 / self.time
         return rates
 
-    def _volume(self, shape: Array, at_once: Array) -> ModalResponse:
+    def _volume_strain_response(self, shape: Array, at_once: Array) -> ModalResponse:
         """Return the modal response of k volume strains, from mode shapes (k, n) and instantaneous response (k,)."""
         g = self.g
         if self.dimension == 1:
@@ -109,7 +109,7 @@ class CompressedPorousBody:
             part, end = (g, g / (3.0 - 4.0 * g)) if self.force else (g, g / (1.0 - g))
         return ModalResponse(np.full(len(shape), end), part * shape / self._weights, at_once)
 
-    def _axial(self) -> ModalResponse:
+    def _axial_strain_response(self) -> ModalResponse:
         """Modal response of the axial strain."""
         one = np.ones(1)
         if not self.force:
@@ -125,7 +125,7 @@ class CompressedPorousBody:
         """Return the mode shapes (k, n) at distances r from the axis or middle plane (k,), m."""
         return _mode_functions(self.dimension, self.roots * (r / self.half)[:, None])[0]
 
-    def _within(self, r: Array) -> Array:
+    def _mean_mode_shapes(self, r: Array) -> Array:
         """Return the means (k, n) of the mode shapes over the region within distances r (k,), m."""
         arguments = self.roots * (r / self.half)[:, None]
         small = arguments == 0.0
@@ -134,28 +134,28 @@ class CompressedPorousBody:
         return found
 
     def _told(self, followed: ModalResponse) -> Array:
-        return self._drive * followed.at(self.driven, self._rates, self.now)
+        return self._prescribed_load * followed.at(self.driven, self._rates, self.now)
 
     @property
     def axial(self) -> float:
         """Present axial strain."""
-        return float(self._told(self._axial())[0])
+        return float(self._told(self._axial_strain_response())[0])
 
-    def _swelling(self, r: Array) -> Array:
+    def _mean_volume_strain(self, r: Array) -> Array:
         """Return the mean volume strain (k,) of the region within distances r (k,), m."""
-        return self._told(self._volume(self._within(r), np.zeros_like(r)))
+        return self._told(self._volume_strain_response(self._mean_mode_shapes(r), np.zeros_like(r)))
 
-    def _at_side(self) -> float:
+    def _side_volume_strain(self) -> float:
         """Volume strain at the open side."""
         if self.dimension == 1:
             return 2.0 * self.g * self.axial
-        return self.g * (self.axial + float(self._swelling(np.array([self.half]))[0]))
+        return self.g * (self.axial + float(self._mean_volume_strain(np.array([self.half]))[0]))
 
     def pressure(self, X: Array) -> Array:
         """Return the fluid pressure (n,), Pa, at points X (n, 3), m."""
         r = self._across(as_points(X))[1]
-        own = self._told(self._volume(self._shape(r), np.where(r < self.half, 0.0, np.nan)))
-        side = self._at_side()
+        own = self._told(self._volume_strain_response(self._shape(r), np.where(r < self.half, 0.0, np.nan)))
+        side = self._side_volume_strain()
         found: Array = self.modulus * np.where(r >= self.half, 0.0, own - side)
         return found
 
@@ -175,7 +175,7 @@ class CompressedPorousBody:
         points = as_points(X)
         n, e = np.asarray(self.axis), self.axial
         away, r = self._across(points)
-        grows = (self._swelling(r) - e) / self.dimension
+        grows = (self._mean_volume_strain(r) - e) / self.dimension
         along = (points - np.asarray(self.root)) @ n
         found: Array = e * along[:, None] * n + grows[:, None] * away
         return found
@@ -185,29 +185,29 @@ class CompressedPorousBody:
         """Present force on the driven plate along the axis, N."""
         if self.force:
             return self.amount * self.driven.left(0.0, self.now)
-        e, mean = self.axial, float(self._swelling(np.array([self.half]))[0])
+        e, mean = self.axial, float(self._mean_volume_strain(np.array([self.half]))[0])
         stress = 2.0 * (2.0 * e - mean) if self.dimension == 1 else 3.0 * e - mean
         return self.area * self.shear * stress
 
     @property
     def lost(self) -> float:
         """Volume of fluid that has left since the start, m^3."""
-        return -self.area * self.length * float(self._swelling(np.array([self.half]))[0])
+        return -self.area * self.length * float(self._mean_volume_strain(np.array([self.half]))[0])
 
     @property
     def estimated_error(self) -> float:
         """Error of a displacement, m, due to modes beyond the last and to rounding."""
-        swells = self._volume(self._within(np.array([self.half])), np.zeros(1))
-        missed = [f.missed(self.driven, self._rates, self.now) for f in (swells, self._axial())]
-        size = abs(self._drive) / (3.0 if self.force else 1.0)
-        return abs(self._drive) * (self.half * sum(missed) + self.length * missed[1]) + ROUNDING * size * (
+        swells = self._volume_strain_response(self._mean_mode_shapes(np.array([self.half])), np.zeros(1))
+        missed = [f.missed(self.driven, self._rates, self.now) for f in (swells, self._axial_strain_response())]
+        size = abs(self._prescribed_load) / (3.0 if self.force else 1.0)
+        return abs(self._prescribed_load) * (self.half * sum(missed) + self.length * missed[1]) + ROUNDING * size * (
             self.length + self.half
         )
 
     @property
     def strained(self) -> float:
         """Largest strain in the final state under the whole amplitude."""
-        return abs(self._drive) * float(np.abs(self._axial().lasting[0]))
+        return abs(self._prescribed_load) * float(np.abs(self._axial_strain_response().lasting[0]))
 
 
 def find_mode_roots(dimension: int, g: float, force: bool, count: int) -> Array:

@@ -66,26 +66,26 @@ class TwistedCylinder:
     @property
     def torque(self) -> float:
         """Torque on the rotated end about the axis, N m."""
-        r, w, e, (along, _, across) = self._sheared
+        r, w, e, (along, _, across) = self._quadrature_stresses
         sine = 1.0 / np.cosh(e)  # of twice the angle between theta and the axis that is stretched
         return float(2.0 * math.pi * math.copysign(1.0, self.angle) * w @ (r**2 * 0.5 * (along - across) * sine))
 
     @property
     def thrust(self) -> float:
         """Compressive force on both ends, N."""
-        r, w, e, (along, radial, across) = self._sheared
+        r, w, e, (along, radial, across) = self._quadrature_stresses
         cosine, mean, half = np.tanh(e), 0.5 * (along + across) - radial, 0.5 * (along - across)
         return float(-math.pi * w @ (r * (2.0 * (mean - half * cosine) - (mean + half * cosine))))
 
     @property
     def energy(self) -> float:
         """Stored energy, J."""
-        r, w, e, _ = self._sheared
+        r, w, e, _ = self._quadrature_stresses
         W = self.rubber.energy(np.stack([e, 0.0 * e, -e]))
         return float(2.0 * math.pi * self.length * w @ (r * W))
 
     @property
-    def _sheared(self) -> tuple[Array, Array, Array, Array]:
+    def _quadrature_stresses(self) -> tuple[Array, Array, Array, Array]:
         """Gauss radii and weights (n,), m, logarithms of the principal stretch e (n,), and stresses (3, n), Pa."""
         x, w = np.polynomial.legendre.leggauss(POINTS)
         r = 0.5 * self.radius * (x + 1.0)

@@ -171,25 +171,25 @@ class SurfaceSearch:
             which.append(np.repeat(np.arange(len(queries)), [len(n) for n in near]))
             triangle.append(members[np.concatenate(near).astype(np.int64)])
         q, t = np.concatenate(which), np.concatenate(triangle)
-        gap = np.linalg.norm(queries[q] - self._centres[t], axis=1) - self._radii[t]
+        gap = np.linalg.norm(queries[q] - self._triangle_centres[t], axis=1) - self._radii[t]
         near_enough = gap <= bound[q]
         return q[near_enough], t[near_enough]
 
     @cached_property
-    def _centres(self) -> Array:
+    def _triangle_centres(self) -> Array:
         return np.asarray(self.points[self.triangles].mean(axis=1))
 
     @cached_property
     def _radii(self) -> Array:
         """Radius of the bounding ball of each triangle about its centre, (t,), m."""
-        apart = self.points[self.triangles] - self._centres[:, None]
+        apart = self.points[self.triangles] - self._triangle_centres[:, None]
         return np.asarray(np.linalg.norm(apart, axis=2).max(axis=1) * (1 + SLACK))
 
     @cached_property
     def _centre_tree(self) -> Any:
         from scipy.spatial import cKDTree
 
-        return cKDTree(self._centres)
+        return cKDTree(self._triangle_centres)
 
     @cached_property
     def _classes(self) -> list[tuple[Any, Ints, float]]:
@@ -201,7 +201,7 @@ class SurfaceSearch:
 
         octave = np.round(np.log2(np.maximum(self._radii, 1e-300)))
         groups = [np.flatnonzero(octave == o) for o in np.unique(octave)]
-        return [(cKDTree(self._centres[g]), g, float(self._radii[g].max())) for g in groups]
+        return [(cKDTree(self._triangle_centres[g]), g, float(self._radii[g].max())) for g in groups]
 
 
 def _first_minimum(which: Ints, values: Array, count: int) -> Ints:

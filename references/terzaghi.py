@@ -105,7 +105,7 @@ class Column(ConfinedColumn):
         return self.way**2 / (self.modulus * self.permeability)
 
     @cached_property
-    def _waves(self) -> Array:
+    def _wave_numbers(self) -> Array:
         """Wave numbers of the modes times the drainage path (n,)."""
         count = count_needed_modes(self.driven, self.now, self.time, kinks=not self.force)
         first = 0.5 if self.force else 1.0
@@ -114,7 +114,7 @@ class Column(ConfinedColumn):
 
     @property
     def _rates(self) -> Array:
-        rates: Array = self._waves**2 / self.time
+        rates: Array = self._wave_numbers**2 / self.time
         return rates
 
     @property
@@ -124,7 +124,7 @@ class Column(ConfinedColumn):
 
     def _followed(self, y: Array) -> ModalResponse:
         """Return the modal response of the displacements `_outward` at distances y (k,), m."""
-        M, h = self._waves, self.way
+        M, h = self._wave_numbers, self.way
         sign = np.where(np.arange(len(M)) % 2 == 0, 1.0, -1.0)
         shape = np.sin(M * (y / h)[:, None])
         shares = -shape * (2.0 * sign / M**2) if self.force else -shape * (2.0 * sign / M)
@@ -137,7 +137,7 @@ class Column(ConfinedColumn):
     def pressure(self, X: Array) -> Array:
         """Return the fluid pressure (n,), Pa, at points X (n, 3), m."""
         y, _, _ = self._folded(X)
-        M, none = self._waves, np.zeros_like(y)
+        M, none = self._wave_numbers, np.zeros_like(y)
         sign = np.where(np.arange(len(M)) % 2 == 0, 1.0, -1.0)
         shape = np.cos(M * (y / self.way)[:, None])
         inside = np.where(y < self.way, 1.0, 0.0)
@@ -152,7 +152,9 @@ class Column(ConfinedColumn):
         """Present force on the driven end along the axis, N."""
         if self.force:
             return self.amount * self.driven.left(0.0, self.now)
-        modes = ModalResponse(np.ones(1), np.full((1, len(self._waves)), 2.0), np.zeros(1), np.full(1, self.time / 3.0))
+        modes = ModalResponse(
+            np.ones(1), np.full((1, len(self._wave_numbers)), 2.0), np.zeros(1), np.full(1, self.time / 3.0)
+        )
         return self.area * self.modulus * self._strain * float(modes.at(self.driven, self._rates, self.now)[0])
 
     @property

@@ -187,7 +187,7 @@ class _Reader:
         """Accumulate supports and loads up to the end of the last static step. Raises DeckError."""
         if self.steps and not self.steps[-1].ended:
             raise self.steps[-1].card.error("the step that starts here has no *END STEP")
-        kept = [step for i, step in enumerate(self.steps) if self._is_kept(step, i)]
+        kept = [step for i, step in enumerate(self.steps) if self._is_imported(step, i)]
         total = sum(step.period for step in kept) or 1.0
         self.loads = AccumulatedLoads(self.amplitudes, StepTimes(0.0, total))
         for card in self.before:
@@ -205,7 +205,7 @@ class _Reader:
             )
         self.taken += self.loads.taken
 
-    def _is_kept(self, step: _Step, number: int) -> bool:
+    def _is_imported(self, step: _Step, number: int) -> bool:
         what = step.other
         if what is None and "PERTURBATION" in step.card.options:
             if number == 0 and step.static is not None:  # linear, and no load acts before it
@@ -234,8 +234,8 @@ class _Reader:
             found.parts = [abaqus_materials.with_finite_strain_law(part) for part in found.parts]
         found.left += [NotImported(own.what, own.why, own.line) for own in mesh.ignored]
         found.left += [NotImported(f"the part `{name[:60]}`", "no instance of it exists") for name in mesh.unplaced]
-        self._explain(found)
-        self._act(body)
+        self._note_assumptions(found)
+        self._apply_loads(body)
         self._name_sets(body)
         found.taken += mesh.taken
         return found
@@ -273,7 +273,7 @@ class _Reader:
         reason = self.left[-1] if law is None and len(self.left) > before else None
         return law, f"{reason.what}: {reason.why}" if reason is not None else ""
 
-    def _explain(self, found: Deck) -> None:
+    def _note_assumptions(self, found: Deck) -> None:
         laws = [p.law for p in found.parts if p.law is not None]
         if found.strain == "finite" and any(law.word == "st_venant_kirchhoff" for law in laws):
             found.taken.append(
@@ -286,7 +286,7 @@ class _Reader:
             found.taken.append(ONLY_C3D8)
         found.taken += self.taken
 
-    def _act(self, body: _Body) -> None:
+    def _apply_loads(self, body: _Body) -> None:
         found = body.deck
         found.holds = self.loads.holds(body.nodes)
         found.forces = self.loads.forces(body.nodes)
@@ -299,9 +299,9 @@ class _Reader:
                 found.left.append(NotImported(f"pressure on {len(faces) - len(border)} faces", why, press.card.line))
             if len(border):
                 found.pushes.append(FaceLoad(press.who or "surface", border, press.value))
-        self._weigh(body)
+        self._merge_gravity_loads(body)
 
-    def _weigh(self, body: _Body) -> None:
+    def _merge_gravity_loads(self, body: _Body) -> None:
         """Replace gravity loads on sets that together form the whole body by one load on the body."""
         cells: dict[tuple[float, float, float], list[Ints]] = {}
         cards: dict[tuple[float, float, float], tuple[Card, str]] = {}
@@ -395,7 +395,7 @@ class _Body:
             raise NotImportable(f"{name} has several kinds of cells: {', '.join(sorted(PLAIN[c] for c in solids))}",
                           "a model has cells of one kind: write one deck for each")  # fmt: skip
 
-    def _use(self, kind: str, word: str, card: Card) -> None:
+    def _mark_set_used(self, kind: str, word: str, card: Card) -> None:
         for space, name in self.mesh.find_sets("nodes" if kind == "nodes" else "elements", word, card, card.scope):
             own = space.definition("nodes" if kind == "nodes" else "elements", name.upper())
             if own is not None:
@@ -411,7 +411,7 @@ class _Body:
         """Return the cells (k,) of a named set, or all cells without a name. Raises DeckError."""
         if not name:
             return np.arange(len(self.deck.cells))
-        self._use("elements", name, card)
+        self._mark_set_used("elements", name, card)
         return self.places(self.mesh.members("elements", name, card, card.scope))
 
     def nodes(self, name: str, card: Card) -> Ints:
@@ -419,7 +419,7 @@ class _Body:
 
         Nodes outside the body are listed as not imported.
         """
-        self._use("nodes", name, card)
+        self._mark_set_used("nodes", name, card)
         own = self.mesh.members("nodes", name, card, card.scope)
         if not len(own):
             self.deck.left.append(NotImported(f"{card.title} on `{name[:60]}`", "it has no nodes", card.line))

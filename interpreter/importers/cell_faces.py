@@ -31,7 +31,7 @@ class CellSides:
         _, inverse, counts = np.unique(self.corners, axis=0, return_inverse=True, return_counts=True)
         self.border = (counts == 1)[inverse.reshape(-1)]  # for each side, whether it is on the body's surface
 
-    def _pair(self, flat: Ints) -> Ints:
+    def _cell_and_side_indices(self, flat: Ints) -> Ints:
         each = len(self.nodes)
         return np.stack([flat // each, flat % each], axis=1).astype(np.int64)
 
@@ -43,7 +43,7 @@ class CellSides:
         known = asked[asked[:, 0] >= 0]  # a node outside all cells is -1
         border = np.flatnonzero(self.border)
         chosen = border[is_known_row(known, self.corners[border])]
-        return self._pair(chosen), len(asked) - len(chosen)
+        return self._cell_and_side_indices(chosen), len(asked) - len(chosen)
 
     def within(self, nodes: Ints) -> tuple[Ints, Ints]:
         """Return the surface sides (f, 2) whose nodes all belong to `nodes`, and the remaining nodes (k,)."""
@@ -54,4 +54,4 @@ class CellSides:
         whole = np.flatnonzero(self.border & inside[each].all(axis=1))
         inside[each[whole]] = False
         alone = known[inside[known]]
-        return self._pair(whole), np.union1d(alone, nodes[nodes >= len(inside)])
+        return self._cell_and_side_indices(whole), np.union1d(alone, nodes[nodes >= len(inside)])

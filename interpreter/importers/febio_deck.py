@@ -90,7 +90,7 @@ class _Reader:
             raise NotImportable(f"{self.name} has version {version[:20] or 'none'} of the FEBio format",
                           f"save it in version {' or '.join(VERSIONS)}")  # fmt: skip
         self.left += [NotImported(f"`{own.tag}`", "not supported") for own in self.top if own.tag not in ROOM]
-        self._kind_of_analysis()
+        self._check_analysis_kind()
         found = self._mesh()
         found.parts = list(self._parts(found))
         self._boundary(found)
@@ -105,14 +105,14 @@ class _Reader:
             found.taken.append(f"values that follow a load curve are taken {where}")
         found.taken += self.below
         found.left, found.ended, found.units = self.left, self.ended, self._units()
-        self._something_acts(found)
+        self._check_acting_loads(found)
         return found
 
     def _section(self, tag: str) -> Iterator[ElementT]:
         own = self.top.find(tag)
         yield from () if own is None else own
 
-    def _leave(self, what: str, why: str) -> None:
+    def _add_not_imported(self, what: str, why: str) -> None:
         self.left.append(NotImported(what, why))
 
     def _units(self) -> DeclaredUnits | None:
@@ -120,7 +120,7 @@ class _Reader:
         same = {theirs.lower(): ours for theirs, ours in UNITS.items()}
         return DeclaredUnits(own, same.get(own.lower().replace("_", "-"))) if own else None
 
-    def _something_acts(self, found: Deck) -> None:
+    def _check_acting_loads(self, found: Deck) -> None:
         """Check that a load or motion acts at the imported time. Raises NotImportable if all have ended."""
         moves = any(any(hold.values) for hold in found.holds)
         if not found.ended or moves or found.pushes or found.forces or found.weights:
@@ -129,14 +129,14 @@ class _Reader:
         raise NotImportable(f"{self.name}: no load acts at the end: {own.described}",
                       f"choose a time: `--at {own.when:g}` has the largest load", "E758")  # fmt: skip
 
-    def _kind_of_analysis(self) -> None:
+    def _check_analysis_kind(self) -> None:
         module = self.top.find("Module")
         kind = "solid" if module is None else module.get("type", "solid")
         if kind != "solid":
             raise NotImportable(f"{self.name} uses the module `{kind[:40]}`", "only `solid` models are imported")
         self.static = (child_text(self.top.find("Control"), "analysis") or "STATIC").strip().upper() in ("STATIC", "0")
         if not self.static:
-            self._leave("a dynamic analysis", "only static analyses are imported")
+            self._add_not_imported("a dynamic analysis", "only static analyses are imported")
 
     # ------------------------------------------------------------------ mesh
 
@@ -156,7 +156,9 @@ class _Reader:
         for elements in mesh.findall("Elements"):
             kind, name = elements.get("type", ""), elements.get("name", "")
             if kind not in KINDS:
-                self._leave(f"{len(elements)} elements `{kind[:40]}` (`{name[:60]}`)", "not supported as solid cells")
+                self._add_not_imported(
+                    f"{len(elements)} elements `{kind[:40]}` (`{name[:60]}`)", "not supported as solid cells"
+                )
                 continue
             rows = blocks.setdefault(kind, [])
             first = len(rows)
@@ -164,8 +166,10 @@ class _Reader:
             self.domains.append((name, first, len(rows)))
             self.ids += [self.words.whole(e.get("id")) for e in elements]
         if len(blocks) != 1 or not any(blocks.values()):
-            raise NotImportable(f"{self.name} has {'no' if not blocks else 'several kinds of'} solid cells",
-                          f"use one kind of {', '.join(KINDS)}")  # fmt: skip
+            raise NotImportable(
+                f"{self.name} has {'no' if not blocks else 'several kinds of'} solid cells",
+                f"use one kind of {', '.join(KINDS)}",
+            )
         ((kind, rows),) = blocks.items()
         if any(len(row) != KINDS[kind] for row in rows):
             raise self.words.wrong(f"an element `{kind}` does not have {KINDS[kind]} nodes")
@@ -183,7 +187,7 @@ class _Reader:
         of = {own.get("name", ""): own.get("mat", "") for own in self._section("MeshDomains")}
         for domain in self._section("MeshDomains"):
             for odd in (*sorted(domain.attrib.keys() - {"name", "mat"}), *(inner.tag for inner in domain)):
-                self._leave(
+                self._add_not_imported(
                     f"`{odd[:40]}` of the domain `{domain.get('name', '')[:60]}`",
                     "cells use softmark's own formulation",
                 )
@@ -193,22 +197,24 @@ class _Reader:
         for name, cells in together_.items():
             own = materials.get(name)
             if own is None:
-                self._leave(f"the material of {len(cells)} cells", "not given in `MeshDomains`")
+                self._add_not_imported(f"the material of {len(cells)} cells", "not given in `MeshDomains`")
             law = None if own is None else self._law(own)
             yield MaterialPart(name or "rest", np.array(cells, dtype=np.int64), law)
 
     def _law(self, own: ElementT) -> ImportedLaw | None:
         kind, name = own.get("type", ""), own.get("name", "")[:60]
         if kind not in LAWS:
-            self._leave(f"the material `{name}`, `{kind[:60]}`", "this law is not supported")
+            self._add_not_imported(f"the material `{name}`, `{kind[:60]}`", "this law is not supported")
             return None
         word, stresses, plain, choices = LAWS[kind]
         known = {"density", *stresses, *plain}
         if odd := [c.tag for c in own if c.tag not in known or c.attrib]:
-            self._leave(f"the material `{name}`, `{kind}`", f"its `{odd[0]}` is not supported, or is not a number")
+            self._add_not_imported(
+                f"the material `{name}`, `{kind}`", f"its `{odd[0]}` is not supported, or is not a number"
+            )
             return None
         if missing := [n for n in (*stresses, *plain) if own.find(n) is None]:
-            self._leave(f"the material `{name}`, `{kind}`", f"`{missing[0]}` is missing")
+            self._add_not_imported(f"the material `{name}`, `{kind}`", f"`{missing[0]}` is missing")
             return None
         density = child_text(own, "density")
         return ImportedLaw(
@@ -226,7 +232,7 @@ class _Reader:
             if all(apart):
                 found.formulation = "mean_dilatation"
             else:
-                self._leave("three fields of `Mooney-Rivlin` in hex8", "not supported for other materials")
+                self._add_not_imported("three fields of `Mooney-Rivlin` in hex8", "not supported for other materials")
 
     # ------------------------------------------------------------------ sets
 
@@ -286,7 +292,7 @@ class _Reader:
         rows = np.array([f[:many] for f in facets if len(f) >= many], dtype=np.int64).reshape(-1, many)
         faces, foreign = found.sides.of(rows)
         if foreign:
-            self._leave(f"{foreign} facets of `{name[:60]}`", "they are not faces on the surface")
+            self._add_not_imported(f"{foreign} facets of `{name[:60]}`", "they are not faces on the surface")
         return faces
 
     def _sets(self, found: Deck) -> None:
@@ -312,10 +318,12 @@ class _Reader:
                     found, name, np.zeros((0, 2), dtype=np.int64) if faces is None else faces
                 )
             elif own.tag not in ("Nodes", "Elements", "NodeSet", "Surface"):
-                self._leave(f"`{own.tag[:40]}` `{name[:60]}` of the mesh", "not supported")
+                self._add_not_imported(f"`{own.tag[:40]}` `{name[:60]}` of the mesh", "not supported")
         for own in self._section("MeshData"):
             if own.tag != "NodeData":
-                self._leave(f"`{own.tag[:40]}` `{own.get('name', '')[:60]}`", "only nodal values are supported")
+                self._add_not_imported(
+                    f"`{own.tag[:40]}` `{own.get('name', '')[:60]}`", "only nodal values are supported"
+                )
 
     # ------------------------------------------------------- what acts on it
 
@@ -354,7 +362,7 @@ class _Reader:
                 return None
             value = self._at(own, rows, end)
             if value is not None:
-                self._watch(number, value, rows[rows[:, 0] <= end * (1.0 + 1e-9)], end)
+                self._record_ended_load(number, value, rows[rows[:, 0] <= end * (1.0 + 1e-9)], end)
             return value
         return None
 
@@ -370,7 +378,7 @@ class _Reader:
         inside = rows[0, 0] <= end <= rows[-1, 0]
         return float(np.interp(end, rows[:, 0], rows[:, 1])) if straight and inside else None
 
-    def _watch(self, number: str, value: float, before: Floats, end: float) -> None:
+    def _record_ended_load(self, number: str, value: float, before: Floats, end: float) -> None:
         """Record a load curve that is smaller at the imported time than before; `before` are earlier points (n, 2)."""
         if not len(before):
             return
@@ -389,12 +397,12 @@ class _Reader:
         for own in self._section("Boundary"):
             what = self.reading = f"the support `{own.get('name', own.get('type', ''))[:60]}`"
             nodes = self._nodes(own.get("node_set", ""))
-            acts = self._mapped(own) or self._prescribed(own)
+            acts = self._mapped_displacements(own) or self._prescribed_displacements(own)
             if own.tag != "bc" or nodes is None or acts is None:
-                self._leave(what, "not a nodal displacement in x, y or z")
+                self._add_not_imported(what, "not a nodal displacement in x, y or z")
                 continue
             if (nodes < 0).any():
-                self._leave(f"{what} on nodes of no cell", "only nodes of cells are supported")
+                self._add_not_imported(f"{what} on nodes of no cell", "only nodes of cells are supported")
             for component, values in acts.items():
                 for node, value in zip(nodes.tolist(), np.broadcast_to(values, len(nodes)).tolist(), strict=True):
                     if node < 0:
@@ -405,7 +413,7 @@ class _Reader:
                         )
         found.holds = group_equal_supports(told)
 
-    def _mapped(self, own: ElementT) -> dict[int, Floats] | None:
+    def _mapped_displacements(self, own: ElementT) -> dict[int, Floats] | None:
         """Return displacements prescribed by a map, by direction, at each node of a set; None without a map."""
         dof = (child_text(own, "dof") or "").strip()
         values = self._map(own.find("value"), own.get("node_set", ""))
@@ -415,7 +423,7 @@ class _Reader:
             return None
         return {"xyz".index(dof): values[:, 0]}
 
-    def _prescribed(self, own: ElementT) -> dict[int, Floats] | dict[int, float] | None:
+    def _prescribed_displacements(self, own: ElementT) -> dict[int, Floats] | dict[int, float] | None:
         """Return the prescribed displacement in each direction: one value, or one for each node of a set."""
         kind = own.get("type", "")
         if any(c.tag not in INSIDE for c in own) or (child_text(own, "relative") or "0").strip() not in ("0", "false"):
@@ -436,27 +444,27 @@ class _Reader:
     def _load(self, own: ElementT, found: Deck) -> None:
         what = self.reading = f"the load `{own.get('name', own.get('type', ''))[:60]}`"
         if own.tag == "nodal_load" and own.get("type") == "nodal_force":
-            self._at_nodes(own, what, found)
+            self._read_nodal_force(own, what, found)
         elif own.tag == "surface_load":
-            self._on_surface(own, what, found)
+            self._read_surface_load(own, what, found)
         elif own.tag == "body_load" and own.get("type") in ("const", "body force"):
             self._body_force(own, what, found)
         else:
-            self._leave(what, "only pressures, dead tractions, nodal forces and body forces are supported")
+            self._add_not_imported(what, "only pressures, dead tractions, nodal forces and body forces are supported")
 
-    def _at_nodes(self, own: ElementT, what: str, found: Deck) -> None:
+    def _read_nodal_force(self, own: ElementT, what: str, found: Deck) -> None:
         nodes, node = self._nodes(own.get("node_set", "")), own.find("value")
         mapped = self._map(node, own.get("node_set", ""))
         one = self._value(node) if mapped is None and (node is None or node.get("type") != "map") else None
         rows = mapped if one is None else one[None, :]
         if nodes is None or rows is None or rows.shape[1] != 3 or (nodes < 0).any():
-            self._leave(what, "its nodes or its final vectors are missing")
+            self._add_not_imported(what, "its nodes or its final vectors are missing")
             return
         found.forces += group_equal_forces(
             zip(nodes.tolist(), np.broadcast_to(rows, (len(nodes), 3)).tolist(), strict=True)
         )
 
-    def _on_surface(self, own: ElementT, what: str, found: Deck) -> None:
+    def _read_surface_load(self, own: ElementT, what: str, found: Deck) -> None:
         kind, name = own.get("type", ""), own.get("surface", "")
         dead = (child_text(own, "linear") or "0").strip() in ("1", "true")
         if kind == "pressure" and not dead:
@@ -468,13 +476,17 @@ class _Reader:
             value, count = (vector * (1.0 if scale is None else scale) if known and vector is not None else None), 3
         else:
             if kind not in ("pressure", "traction"):
-                self._leave(what, f"surface load `{kind[:40]}` is not supported, only pressures and tractions")
+                self._add_not_imported(
+                    what, f"surface load `{kind[:40]}` is not supported, only pressures and tractions"
+                )
                 return
-            self._leave(what, "pressures must be follower loads (`linear` 0) and tractions dead loads (`linear` 1)")
+            self._add_not_imported(
+                what, "pressures must be follower loads (`linear` 0) and tractions dead loads (`linear` 1)"
+            )
             return
         faces = self._faces(name, found)
         if value is None or len(value) != count or faces is None or not len(faces):
-            self._leave(what, "its surface or its final magnitude is missing")
+            self._add_not_imported(what, "its surface or its final magnitude is missing")
             return
         x, *yz = value.tolist()
         if not any(value.tolist()):
@@ -488,7 +500,7 @@ class _Reader:
             each = [np.zeros(1) if own.find(c) is None else self._value(own.find(c)) for c in "xyz"]
             vector = None if any(e is None or len(e) != 1 for e in each) else np.concatenate(each)  # type: ignore[arg-type]
         if vector is None or len(vector) != 3 or own.get("elem_set"):
-            self._leave(what, "not a uniform vector on the whole body at the end")
+            self._add_not_imported(what, "not a uniform vector on the whole body at the end")
             return
         x, y, z = (-vector).tolist()
         if any((x, y, z)):

@@ -230,7 +230,7 @@ class _Writer:
         if not (deck.holds or deck.pushes or deck.forces or deck.weights):
             return
         for hold in deck.holds:
-            yield from self._hold(hold)
+            yield from self._support_lines(hold)
         for push in deck.pushes:
             yield from self._push(push)
         yield from self._forces(deck.forces)
@@ -268,7 +268,7 @@ class _Writer:
         fields += [f"density = {density}", *(f"{name} = {word}" for name, word in law.choices.items())]
         return f"{law.word}({', '.join(fields)})"
 
-    def _hold(self, hold: NodeSupport) -> Iterator[str]:
+    def _support_lines(self, hold: NodeSupport) -> Iterator[str]:
         faces, alone = self.deck.sides.within(hold.nodes)
         where = self.name("at", hold.name)
         if len(alone):
@@ -309,7 +309,7 @@ class _Writer:
             yield f"load {name} = traction(body, where = {region}, vector = ({items}))"
 
     def _forces(self, forces: Sequence[NodeForces]) -> Iterator[str]:
-        known = self._apart(self._sized(forces))
+        known = self._apart(self._without_roundoff_forces(forces))
         many = sum(len(force.nodes) for force in known)
         if many > FORCES:
             total = np.sum([len(f.nodes) * np.array(f.force) for f in known], axis=0) * self.units.of_force(1.0)
@@ -332,7 +332,7 @@ class _Writer:
         told = (replace(force, nodes=force.nodes[~double]) for force, double in zip(forces, own, strict=True))
         return [force for force in told if len(force.nodes)]
 
-    def _sized(self, forces: Sequence[NodeForces]) -> list[NodeForces]:
+    def _without_roundoff_forces(self, forces: Sequence[NodeForces]) -> list[NodeForces]:
         """Return the forces without round-off residues, which may be smaller than any quantity of a scene."""
         least = DUST * max((abs(v) for force in forces for v in force.force), default=0.0)
         if any(0.0 < abs(v) < least for force in forces for v in force.force):

@@ -64,8 +64,8 @@ class Binder:
         Raises EvaluationError.
         """
         constructor = self._constructor(kind, node)
-        self._decimal_comma(constructor, node)
-        bound, broken = self._match(constructor, node, outermost)
+        self._refuse_decimal_comma(constructor, node)
+        bound, broken = self._match_arguments(constructor, node, outermost)
         values: dict[str, Any] = dict(whole := field_parsers.default_selection(self, constructor, bound))
         for field in constructor.fields:
             if field.name not in bound:
@@ -74,7 +74,7 @@ class Binder:
                 values[field.attribute] = self.value(field, *bound[field.name])
             except EvaluationError:
                 broken = True
-        broken |= self._missing(constructor, {**bound, **dict.fromkeys(whole, (node, self.place))}, node)
+        broken |= self._has_missing_fields(constructor, {**bound, **dict.fromkeys(whole, (node, self.place))}, node)
         broken |= field_parsers.check_alternatives(self, constructor, bound, node)
         if broken:
             raise EvaluationError
@@ -109,7 +109,9 @@ class Binder:
 
     # ------------------------------------------------------------------ arguments to fields
 
-    def _match(self, constructor: Constructor, node: tree.Call, outermost: bool) -> tuple[dict[str, Bound], bool]:
+    def _match_arguments(
+        self, constructor: Constructor, node: tree.Call, outermost: bool
+    ) -> tuple[dict[str, Bound], bool]:
         bound: dict[str, Bound] = {}
         broken = False
         for position, argument in enumerate(node.arguments):
@@ -127,7 +129,7 @@ class Binder:
             broken |= self._override(constructor, bound)
         return bound, broken
 
-    def _decimal_comma(self, constructor: Constructor, node: tree.Call) -> None:
+    def _refuse_decimal_comma(self, constructor: Constructor, node: tree.Call) -> None:
         """Refuse a decimal comma as in `gravity(9,81 m/s^2)`, which reads as two arguments."""
         arguments = [a.value for a in node.arguments if a.name is None]
         for field, a, b in zip(constructor.fields, arguments[:-1], arguments[1:], strict=False):
@@ -149,13 +151,13 @@ class Binder:
             if owner != self.full:
                 continue
             if constructor.field(attribute) is None:
-                self._unknown_field(constructor, attribute, override)
+                self._report_unknown_override(constructor, attribute, override)
                 broken = True
             else:
                 bound[attribute] = (override.node, override.place)
         return broken
 
-    def _unknown_field(self, constructor: Constructor, attribute: str, override: Override) -> None:
+    def _report_unknown_override(self, constructor: Constructor, attribute: str, override: Override) -> None:
         hint = self._field_hint(constructor, attribute)
         message = f"`{constructor.name}` has no field `{attribute}`"
         override.place.fail("E205", override.name_span, message, "not a field", hint)
@@ -178,7 +180,7 @@ class Binder:
             fields = f"{count} field" + ("s" if count != 1 else "")
             self.place.fail("E211", argument.span, f"`{constructor.name}` has {fields}; this value is one too many",
                             "too many",
-                            self._listing(constructor))  # fmt: skip
+                            self._list_fields(constructor))  # fmt: skip
             return None
         field = constructor.field(argument.name)
         if field is None:
@@ -191,10 +193,10 @@ class Binder:
     def _field_hint(self, constructor: Constructor, name: str) -> str | Remedy:
         if name in foreign_aliases.MODULI and constructor.field("young"):
             return f"`{constructor.name}` takes `young` and `poisson`: {foreign_aliases.MODULI[name]}"
-        meant = self._meant(constructor, name)
+        meant = self._guess_field(constructor, name)
         field = constructor.field(meant or "")
         if field is None:
-            return self._listing(constructor)
+            return self._list_fields(constructor)
         if field.name == renamed_words.find_renamed_field(constructor.name, name):
             return renamed_words.remedy(field.name)
         if nearest(name, [field.name]):
@@ -204,15 +206,15 @@ class Binder:
         return Remedy(f"the field is called `{field.name}`: {field.doc}", Fix(field.name))
 
     @staticmethod
-    def _listing(constructor: Constructor) -> str:
+    def _list_fields(constructor: Constructor) -> str:
         if not constructor.fields:
             return f"`{constructor.name}` has no fields"
         return f"fields of `{constructor.name}`: " + ", ".join(f.name for f in constructor.fields)
 
-    def _missing(self, constructor: Constructor, bound: dict[str, Bound], node: tree.Call) -> bool:
+    def _has_missing_fields(self, constructor: Constructor, bound: dict[str, Bound], node: tree.Call) -> bool:
         """Report missing required fields and return whether there are any; a misspelt field counts as given."""
         unknown = [a.name for a in node.arguments if a.name and constructor.field(a.name) is None]
-        meant = [self._meant(constructor, name) for name in unknown]
+        meant = [self._guess_field(constructor, name) for name in unknown]
         missing = [f for f in constructor.fields if f.required and f.name not in bound]
         unexplained = [f for f in missing if f.name not in meant]
         if len(unexplained) <= meant.count(None):
@@ -223,7 +225,7 @@ class Binder:
         return True
 
     @staticmethod
-    def _meant(constructor: Constructor, name: str) -> str | None:
+    def _guess_field(constructor: Constructor, name: str) -> str | None:
         """Return the field that a wrong name probably means: an alias from another program, or a similar spelling."""
         names = [f.name for f in constructor.fields]
         renamed = renamed_words.find_renamed_field(constructor.name, name)
@@ -281,9 +283,9 @@ class Binder:
         problem = f"expected {units.dimension_name(due)}, found {found}"
         named = self.compiler.scope.parameters.get(self.module.prefix + getattr(node, "text", ""))
         help = quotient_warnings.suggest_quotient(node, place.source.text, value.dimension, due, named) or hint
-        raise place.fail("E204", node.span, problem, label, help, self._origins(node))
+        raise place.fail("E204", node.span, problem, label, help, self._parameter_origins(node))
 
-    def _origins(self, node: tree.Expression) -> tuple[Second, ...]:
+    def _parameter_origins(self, node: tree.Expression) -> tuple[Second, ...]:
         """Return the places where the parameters in an expression get their values, for messages."""
         found: dict[str, Second] = {}
         for part, _ in tree.walk(node):
@@ -316,7 +318,7 @@ class Binder:
             f"`{field.name}` must be {limits}",
             "out of range" if literal else f"this is {shown}",
             help,
-            self._origins(node),
+            self._parameter_origins(node),
         )
 
     def _vector(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
@@ -380,7 +382,7 @@ class Binder:
     def _file(self, field: Field, node: tree.Expression, place: Place) -> str:
         name = self._text(field, node, place)
         if name.startswith("data:"):
-            return self._data_set(name, node, place)
+            return self._data_set_name(name, node, place)
         if not name.strip():
             raise place.fail("E401", node.span, "the name of the file is empty", "no name", HOME)
         path = self.module.folder / name
@@ -394,7 +396,7 @@ class Binder:
         hint = did_you_mean(meant, f'"{meant}"') if close else HOME
         raise place.fail("E401", node.span, f"there is no file `{name}`", "not found", hint)
 
-    def _data_set(self, name: str, node: tree.Expression, place: Place) -> str:
+    def _data_set_name(self, name: str, node: tree.Expression, place: Place) -> str:
         """Return the name of a public data set, which is downloaded when the scene runs. Raises EvaluationError."""
         from softmark.references.data_download import TABLE
 
@@ -417,10 +419,10 @@ class Binder:
                 found = f"the name `{node.text}`"
                 raise place.fail("E207", node.span, f"expected {field.expected}, found {found}", found, hint)
             case tree.Vector() | tree.Name() | tree.Unary() | tree.Binary():
-                return self._normalised(field, node, place)
+                return self._parse_normalised_vector(field, node, place)
         raise self.wrong(field, node, place)
 
-    def _normalised(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+    def _parse_normalised_vector(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if not isinstance(value, VectorValue) or len(value.values) != 3:
             found = evaluation.describe_value(value)
@@ -471,7 +473,7 @@ class Binder:
             self.within(field, item, place, number)
         return value
 
-    def _value_object(self, field: Field, node: tree.Expression, place: Place) -> Any:
+    def _parse_value_object(self, field: Field, node: tree.Expression, place: Place) -> Any:
         if field.kind == "element":
             return self._element(field, node, place)
         if isinstance(node, tree.Call):

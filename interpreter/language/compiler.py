@@ -255,7 +255,7 @@ class Compiler:
         if not isinstance(node, tree.Declare):
             raise EvaluationError
         if isinstance(node.value, tree.Name):
-            return self._alias(full, node, node.value, module)
+            return self._compile_alias(full, node, node.value, module)
         if not isinstance(node.value, tree.Call):
             found = describe_expression(node.value)
             raise module.place.fail(
@@ -267,7 +267,7 @@ class Compiler:
         location, name = Location(module.source, node.span), Location(module.source, node.name_span)
         return Declared(node.kind, full, constructor, thing, location, places, name)
 
-    def _alias(self, full: str, node: tree.Declare, name: tree.Name, module: Module) -> Declared:
+    def _compile_alias(self, full: str, node: tree.Declare, name: tree.Name, module: Module) -> Declared:
         """Compile an alias such as `material soft = tissue.liver`, a second name for the same object."""
         known = module.prefix + name.text in self.table.symbols
         known_words = self.table.vocabulary[node.kind]

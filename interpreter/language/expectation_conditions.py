@@ -99,7 +99,7 @@ class Expectations:
 
         The analysis must have that state exactly once. Raises EvaluationError.
         """
-        found, states = self._lookup(name), self._states()
+        found, states = self._lookup(name), self._analysis_states()
         if not states and (end := self._end()) is not None and name.text not in self.compiler.table.symbols:
             self._in_time(name, node, value, end)
             return found
@@ -125,7 +125,7 @@ class Expectations:
             raise self.place.fail("E313", node.span, problem, "which state?", f"its states are {listed}")
         return found
 
-    def _states(self) -> tuple[float, ...]:
+    def _analysis_states(self) -> tuple[float, ...]:
         """Return the states of the analysis. Raises EvaluationError if the analysis has an error."""
         own = self._own("analysis")
         known = self.compiler.declaration(own[0]).thing.situations if own else None
@@ -180,7 +180,7 @@ class Expectations:
     def _metric(self, name: tree.Name) -> Value:
         owner, metric = name.parts[0], ".".join(name.parts[1:])
         if self._kinds.get(metric) != "metric" or "." in metric:
-            raise self._no_metric(name, owner, metric)
+            raise self._report_unknown_metric(name, owner, metric)
         thing = self.compiler.declaration(metric).thing
         if thing.measured_from == owner:
             raise self.place.fail(
@@ -189,7 +189,7 @@ class Expectations:
             )  # fmt: skip
         return Quantity(math.nan, units.parse_unit(thing.unit).dimension)
 
-    def _no_metric(self, name: tree.Name, owner: str, metric: str) -> EvaluationError:
+    def _report_unknown_metric(self, name: tree.Name, owner: str, metric: str) -> EvaluationError:
         if self.compiler.table.is_broken(metric):
             return EvaluationError()
         close = nearest(metric, self._own("metric"))

@@ -115,9 +115,9 @@ class Evaluator:
             case tree.Unary(operator="+", operand=operand):
                 return self.value(operand)
             case tree.Binary(operator=op) if op not in ("and", "or"):
-                return self._binary(node)
+                return self._evaluate_binary(node)
             case tree.Call():
-                return self._call(node)
+                return self._evaluate_call(node)
         help = "a number may have a unit: `178 mm`, `2 * L + 5 mm`"
         raise self.place.fail(
             "E207", node.span, f"expected a number, found {describe_expression(node)}", "not a number", help
@@ -148,9 +148,9 @@ class Evaluator:
     def _number(self, node: tree.Number) -> Quantity:
         if node.unit is None:
             return Quantity(node.value, NONE)
-        return self._in_unit(Quantity(node.value, NONE), self.measure(node.unit), node.span)
+        return self._multiply_by_unit(Quantity(node.value, NONE), self.measure(node.unit), node.span)
 
-    def _in_unit(self, plain: Quantity, measure: units.Measure, span: Span) -> Quantity:
+    def _multiply_by_unit(self, plain: Quantity, measure: units.Measure, span: Span) -> Quantity:
         """Return a dimensionless number multiplied by the unit that follows it."""
         value = self._finite(Quantity(plain.value * measure.factor, measure.dimension), span)
         return self._kept(value, plain.value != 0.0, span)
@@ -183,7 +183,7 @@ class Evaluator:
             measure = self.measure(node.unit)
             # the unit applies to items that are plain numbers
             items = [
-                self._in_unit(q, measure, item.span) if q.dimension == NONE else q
+                self._multiply_by_unit(q, measure, item.span) if q.dimension == NONE else q
                 for q, item in zip(items, node.items, strict=True)
             ]
         for q, item in zip(items, node.items, strict=True):
@@ -196,10 +196,10 @@ class Evaluator:
                 raise self.place.fail("E218", item.span, problem, other, help)
         return VectorValue(tuple(q.value for q in items), items[0].dimension if items else NONE)
 
-    def _binary(self, node: tree.Binary) -> Value:
+    def _evaluate_binary(self, node: tree.Binary) -> Value:
         left, right = self.value(node.left), self.value(node.right)
         try:
-            value = self._finite(self._combine(node, left, right), node.span)
+            value = self._finite(self._combine_operands(node, left, right), node.span)
             factors = {"*": (left, right), "/": (left,), "^": (left, right)}.get(node.operator, ())
             return self._kept(value, bool(factors) and all(any(value_components(f)) for f in factors), node.span)
         except ZeroDivisionError:
@@ -207,7 +207,7 @@ class Evaluator:
         except (OverflowError, ValueError):
             raise self.place.fail("E219", node.span, "this has no finite value") from None
 
-    def _combine(self, node: tree.Binary, left: Value, right: Value) -> Value:
+    def _combine_operands(self, node: tree.Binary, left: Value, right: Value) -> Value:
         a, b = left.dimension, right.dimension
         match node.operator:
             case "+" | "-" if a == b and len(value_components(left)) == len(value_components(right)):
@@ -252,7 +252,7 @@ class Evaluator:
             raise ValueError
         return Quantity(value, dimension)
 
-    def _call(self, node: tree.Call) -> Value:
+    def _evaluate_call(self, node: tree.Call) -> Value:
         name = node.function.text
         owner = metric_before_at(node) if self.at is not None else None
         self.callable(node, known=owner is not None)
@@ -263,13 +263,13 @@ class Evaluator:
             self.alike(node, [q.dimension for q in arguments])
             return (min if name == "min" else max)(arguments, key=lambda q: q.value)
         self.single(node)
-        return self._finite(self._apply(node, name, arguments[0]), node.span)
+        return self._finite(self._apply_function(node, name, arguments[0]), node.span)
 
     def callable(self, node: tree.Call, known: bool = False) -> None:
         """Refuse an unknown function, or a function that has no value in this context. Raises EvaluationError."""
         name = node.function.text
         if name not in FUNCTIONS and name not in SPECIAL and not known:
-            raise self._unknown_function(node)
+            raise self._unknown_function_error(node)
         if any(a.name for a in node.arguments) or not node.arguments:
             raise self.place.fail("E211", node.span, f"`{name}` takes values without names",
                                   "no value to take",
@@ -283,7 +283,7 @@ class Evaluator:
                                   "too many values",
                                   f"write `{name}(a)`")  # fmt: skip
 
-    def _unknown_function(self, node: tree.Call) -> EvaluationError:
+    def _unknown_function_error(self, node: tree.Call) -> EvaluationError:
         name, span, all_functions = node.function.text, node.function.span, [*FUNCTIONS, *SPECIAL]
         listed = "functions: " + ", ".join(all_functions)
         if kinds := [kind for kind, table in self.vocabulary.items() if name in table]:
@@ -306,7 +306,7 @@ class Evaluator:
                                       other,
                                       "give all values in the same dimension")  # fmt: skip
 
-    def _apply(self, node: tree.Call, name: str, q: Quantity) -> Quantity:
+    def _apply_function(self, node: tree.Call, name: str, q: Quantity) -> Quantity:
         try:
             if name == "sqrt":
                 return self._square_root(q, node.arguments[0].span)

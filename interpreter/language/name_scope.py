@@ -52,14 +52,14 @@ class Scope:
 
         Neither the name nor any of its dependencies may have changed.
         """
-        if self.known is None or full in self._affected:
+        if self.known is None or full in self._changed_names:
             return False
         self.needs[full] = needs = self.known.needs[full]
         self.used |= needs
         return True
 
     @cached_property
-    def _affected(self) -> set[str]:
+    def _changed_names(self) -> set[str]:
         """Return the changed names, and all names that depend on one of them directly or indirectly."""
         dependents: dict[str, list[str]] = {}
         for name, needs in (self.known.needs if self.known is not None else {}).items():
@@ -103,7 +103,11 @@ class Scope:
         if self.table.is_broken(full):
             raise EvaluationError  # its own declaration is reported already
         raise place.fail(
-            "E201", name.span, f"`{name.text}` is not declared", "not found", self._hint(name, module, kind)
+            "E201",
+            name.span,
+            f"`{name.text}` is not declared",
+            "not found",
+            self._unknown_name_hint(name, module, kind),
         )
 
     def names(self, module: Module, kinds: Iterable[str]) -> list[str]:
@@ -114,7 +118,7 @@ class Scope:
             if n.startswith(module.prefix) and _kind_of_symbol(s) in wanted
         ]  # fmt: skip
 
-    def _hint(self, name: tree.Name, module: Module, kind: str) -> str | Remedy:
+    def _unknown_name_hint(self, name: tree.Name, module: Module, kind: str) -> str | Remedy:
         self._hints += 1
         if self._hints > MOST_HINTS:  # searching similar names among thousands is slow
             return ""
@@ -123,9 +127,9 @@ class Scope:
         if close := nearest(name.text, fitting) or nearest(name.text, everything):
             return did_you_mean(close)
         word = _explain_word(self.table.vocabulary, name.text, kind)
-        return self._dotted(name, module) or word or _unknown_name_advice(name, kind, fitting)
+        return self._dotted_name_hint(name, module) or word or _unknown_name_advice(name, kind, fitting)
 
-    def _dotted(self, name: tree.Name, module: Module) -> str:
+    def _dotted_name_hint(self, name: tree.Name, module: Module) -> str:
         first = name.parts[0]
         symbol = self.table.symbols.get(module.prefix + first)
         if len(name.parts) < 2:

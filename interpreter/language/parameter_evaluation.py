@@ -53,10 +53,10 @@ class _Order:
         done: dict[str, None] = {}
         for name, symbol in self.scope.table.symbols.items():
             if isinstance(symbol.node, tree.Param) and name not in done and name not in self.scope.parameters:
-                self._search(name, done)
+                self._search_depth_first(name, done)
         return list(done)
 
-    def _search(self, start: str, done: dict[str, None]) -> None:
+    def _search_depth_first(self, start: str, done: dict[str, None]) -> None:
         path, entered = [(start, self._needs(start))], {start}  # a dictionary would be slow to find its last key
         while path:
             last, needs = path[-1]
@@ -66,7 +66,7 @@ class _Order:
                 entered.discard(last)
                 done[last] = None
             elif need.full in entered:
-                self._report([name for name, _ in path], need)
+                self._report_circular_parameters([name for name, _ in path], need)
             elif need.full not in done and need.full not in self.scope.parameters:
                 path.append((need.full, self._needs(need.full)))
                 entered.add(need.full)
@@ -82,7 +82,7 @@ class _Order:
                 if known is not None and isinstance(known.node, tree.Param):
                     yield _Need(symbol.module.prefix + name.text, name.span, place)
 
-    def _report(self, path: list[str], need: _Need) -> None:
+    def _report_circular_parameters(self, path: list[str], need: _Need) -> None:
         members = path[path.index(need.full) :]
         if self.circular.isdisjoint(members):
             shown = [*members, need.full]
@@ -134,17 +134,17 @@ class _Evaluation:
         value = self.scope.evaluator(module).value(self.node.value)
         interval = self._interval(value)
         if self.override is None:
-            self._in_range(value, interval, self.node.value, module.place)
+            self._check_range(value, interval, self.node.value, module.place)
             location = Location(module.source, self.node.value.span)
             return Parameter(self.full, value, location.text, location, interval=interval)
         place, node = self.override.place, self.override.node
         new = self.scope.evaluator(module, place).value(node)
-        self._same_kind(value, new, node, place)
-        self._in_range(new, interval, node, place)
+        self._check_same_kind(value, new, node, place)
+        self._check_range(new, interval, node, place)
         location = Location(place.source, node.span)
         return Parameter(self.full, new, location.text, location, overridden=True, interval=interval)
 
-    def _same_kind(self, value: Value, new: Value, node: tree.Expression, place: Place) -> None:
+    def _check_same_kind(self, value: Value, new: Value, node: tree.Expression, place: Place) -> None:
         if new.dimension == value.dimension and len(value_components(new)) == len(value_components(value)):
             return
         found, due = describe_value(new), describe_value(value)
@@ -176,7 +176,7 @@ class _Evaluation:
                              "the larger one first", Remedy("write `in LOW .. HIGH`", Fix(turned)))  # fmt: skip
         return field_schema.Interval(ends[0], ends[1], False, False)
 
-    def _in_range(
+    def _check_range(
         self, value: Value, interval: field_schema.Interval | None, node: tree.Expression, place: Place
     ) -> None:
         outside = [v for v in value_components(value) if interval is not None and v not in interval]

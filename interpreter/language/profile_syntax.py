@@ -57,7 +57,7 @@ class Reader:
             field = self.fields.made(node)
             return Node("field", value=field), field.unit.dimension
         if not self.fields.vary(node):
-            return self._constant(node)
+            return self._read_constant(node)
         match node:
             case tree.Name(parts=(axis,)):
                 return Node("axis", value=COORDINATES.index(axis)), LENGTH
@@ -65,7 +65,7 @@ class Reader:
                 part, dimension = self.node(operand)
                 return (Node("negated", (part,)) if op == "-" else part), dimension
             case tree.Binary(operator="+" | "-" | "*" | "/" | "^"):
-                return self._combined(node)
+                return self._read_binary(node)
             case tree.Call():
                 return self._function(node)
         found = describe_expression(node)
@@ -74,7 +74,7 @@ class Reader:
             "write a constant that varies as arithmetic of x, y, z and fields: `10 kPa * (1 + z / 5 cm)`",
         )  # fmt: skip
 
-    def _constant(self, node: tree.Expression) -> tuple[Node, Dimension]:
+    def _read_constant(self, node: tree.Expression) -> tuple[Node, Dimension]:
         """Return the node of a number, or of arithmetic over numbers and parameters."""
         q = self.evaluator.quantity(node)
         for name, _ in tree.walk(node):
@@ -83,7 +83,7 @@ class Reader:
                 self.values[name.text] = f"{name.text} = {units.format_value(value.value, value.dimension)}"
         return constant_node(q.value), q.dimension
 
-    def _combined(self, node: tree.Binary) -> tuple[Node, Dimension]:
+    def _read_binary(self, node: tree.Binary) -> tuple[Node, Dimension]:
         (a, da), (b, db) = self.node(node.left), self.node(node.right)
         both = (a, b)
         match node.operator:

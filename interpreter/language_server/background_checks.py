@@ -49,7 +49,7 @@ class CheckScheduler:
         self._said: dict[str, PublishedState] = {}
         self._jobs: SimpleQueue[Callable[[], object]] = SimpleQueue()
         sys.setswitchinterval(NEWLY)
-        threading.Thread(target=self._work, name="checks", daemon=True).start()
+        threading.Thread(target=self._run_queued_jobs, name="checks", daemon=True).start()
 
     def warm(self, *jobs: Callable[[], object]) -> None:
         """Run jobs that prepare the server before the first text is opened."""
@@ -86,10 +86,10 @@ class CheckScheduler:
             self._publish(uri, document, describe_failure(error))
             return
         loop = asyncio.get_running_loop()
-        meanwhile = loop.call_later(PATIENCE, self._meanwhile, uri, document, at_once)
-        self._jobs.put(lambda: self._check(loop, uri, document, at_once, meanwhile))
+        meanwhile = loop.call_later(PATIENCE, self._publish_preliminary, uri, document, at_once)
+        self._jobs.put(lambda: self._run_slow_checks(loop, uri, document, at_once, meanwhile))
 
-    def _work(self) -> None:
+    def _run_queued_jobs(self) -> None:
         """Run queued jobs one after the other, in the thread."""
         while True:
             job = self._jobs.get()
@@ -98,7 +98,7 @@ class CheckScheduler:
             except (Exception, SystemExit) as error:  # reported; the next job still runs
                 report(error)
 
-    def _check(
+    def _run_slow_checks(
         self, loop: asyncio.AbstractEventLoop, uri: str, document: Document, at_once: list[types.Diagnostic],
         meanwhile: asyncio.TimerHandle,
     ) -> None:  # fmt: skip
@@ -116,7 +116,7 @@ class CheckScheduler:
             self._said[uri] = said
             self._publish(uri, said.document, said.found)
 
-    def _meanwhile(self, uri: str, document: Document, at_once: list[types.Diagnostic]) -> None:
+    def _publish_preliminary(self, uri: str, document: Document, at_once: list[types.Diagnostic]) -> None:
         if self.documents.get(uri) is document:
             before = self._said.get(uri)
             self._publish(uri, document, [*at_once, *(find_unchanged_diagnostics(before, document) if before else ())])

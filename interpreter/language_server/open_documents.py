@@ -28,12 +28,12 @@ class OpenDocuments:
         self.server = server
         self.documents: dict[str, Document] = {}
         self.checks = CheckScheduler(server, self.documents)
-        self.plugins = Plugins(server, plugins, self.checks.do, self._renew)
+        self.plugins = Plugins(server, plugins, self.checks.do, self._recheck_after_plugins)
         self._waiting: set[str] = set()  # for plugins
 
     def open(self, item: types.TextDocumentItem) -> None:
         """Add a text that the editor has opened."""
-        self._have(item.uri, self._document(item.uri, item.text, item.version))
+        self._store_document(item.uri, self._document(item.uri, item.text, item.version))
 
     def change(
         self, which: types.VersionedTextDocumentIdentifier, changes: Sequence[types.TextDocumentContentChangeEvent]
@@ -42,11 +42,11 @@ class OpenDocuments:
         now = before = self.documents.get(which.uri) or self._document(which.uri, "")
         for change in changes:
             now = self._document(which.uri, apply_change(now, change), which.version, before.read)
-        self._have(which.uri, now)
+        self._store_document(which.uri, now)
 
     def again(self, uri: str) -> None:
         """Discard cached results of a text and check it again, because files that it names may have changed."""
-        self._have(uri, replace(self.documents[uri], vocabulary=self.plugins.vocabulary))
+        self._store_document(uri, replace(self.documents[uri], vocabulary=self.plugins.vocabulary))
 
     def close(self, uri: str) -> None:
         """Remove a text that has been closed."""
@@ -54,12 +54,12 @@ class OpenDocuments:
         self.checks.forget(uri)
 
     @property
-    def _snippets(self) -> bool:
+    def _has_snippet_support(self) -> bool:
         known = self.server.client_capabilities.text_document
         item = known.completion.completion_item if known and known.completion else None
         return bool(item and item.snippet_support)
 
-    def _have(self, uri: str, now: Document) -> None:
+    def _store_document(self, uri: str, now: Document) -> None:
         self.documents[uri] = now
         if self.plugins.loading:
             self._waiting.add(uri)
@@ -67,9 +67,9 @@ class OpenDocuments:
             self.checks.due(uri)
 
     def _document(self, uri: str, text: str, version: int | None = None, earlier: Scene | None = None) -> Document:
-        return document(uri, text, version, self._snippets, earlier, self.plugins.vocabulary)
+        return document(uri, text, version, self._has_snippet_support, earlier, self.plugins.vocabulary)
 
-    def _renew(self, changed: bool) -> None:
+    def _recheck_after_plugins(self, changed: bool) -> None:
         """Check all texts again if loaded plugins `changed` the vocabulary, else only texts that waited for plugins."""
         waiting, self._waiting = self._waiting, set()
         for uri in list(self.documents if changed else waiting & self.documents.keys()):

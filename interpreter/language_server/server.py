@@ -146,7 +146,7 @@ class Server(LanguageServer):
         self.protocol: Protocol
         self.opened = OpenDocuments(self, plugins)
         for method, feature in FEATURES.items():
-            self.feature(method, feature.options)(self._answering(feature))
+            self.feature(method, feature.options)(self._make_handler(feature))
 
     def listen(self, incoming: BinaryIO, outgoing: BinaryIO) -> None:
         """Handle the messages of an editor until it exits.
@@ -170,7 +170,7 @@ class Server(LanguageServer):
             except Exception as error:  # the editor can continue without this answer
                 report(error)
 
-    def _answering(self, feature: Feature) -> Callable[[Any], Any]:
+    def _make_handler(self, feature: Feature) -> Callable[[Any], Any]:
         module, function = feature.answer.split(":")
 
         def answered(params: Any) -> Any:

@@ -66,7 +66,7 @@ class ProbePlace:
         """
         domain = self.domain or ProbeDomain()
         if over == "largest":
-            X = self._extremes(domain, field, number)
+            X = self._extreme_value_points(domain, field, number)
             inner = self._materials(domain, field)
             if number is None and len(X) > len(self.X):  # points on an interface have no unique side
                 rows = field.sides(X).rows
@@ -94,7 +94,7 @@ class ProbePlace:
         found: Ints = np.unique(field.sides(inner).materials)
         return found
 
-    def _extremes(self, domain: ProbeDomain, field: Stresses, number: Number | None) -> Floats:
+    def _extreme_value_points(self, domain: ProbeDomain, field: Stresses, number: Number | None) -> Floats:
         """Return the points (n, 3), m, among which the largest value is taken."""
         found = [self.X]
         if domain.border is not None:

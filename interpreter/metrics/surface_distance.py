@@ -70,7 +70,7 @@ class SurfaceDistance(DistanceStatistic):
         Raises Undefined without a surface, or if no normal intersects it.
         """
         target, x = find_target_surface(seen), seen.X + seen.u
-        found = self._along_normals if self.along == "normal" else self._nearest
+        found = self._distances_along_normals if self.along == "normal" else self._nearest
         signed, foot, more = found(seen, x, target)
         met = np.isfinite(signed)
         if not met.any():
@@ -92,7 +92,7 @@ class SurfaceDistance(DistanceStatistic):
         closest = target.closest(x)
         return closest.distances * side_of_surface(x, closest, target), closest.points, {}
 
-    def _along_normals(
+    def _distances_along_normals(
         self, seen: MetricInput, x: Floats, target: SurfaceSearch
     ) -> tuple[Floats, Floats, dict[str, Any]]:
         """Return signed distances along normals (n,), m, from points x (n, 3), intersections (n, 3) and further

@@ -122,8 +122,8 @@ class TensorMetric(Metric):
         row, value = self.reduced(values, sides.per_row(samples.shares))
         at = samples.X[sides.rows[row]][None]
         details = {
-            f"largest_{self._suffix}": float(values.max()),
-            f"least_{self._suffix}": float(values.min()),
+            f"largest_{self._unit_suffix}": float(values.max()),
+            f"least_{self._unit_suffix}": float(values.min()),
             "at_m": at[0].tolist(),
             "points": len(seen.X),
             "norm_Pa": float(np.linalg.norm(sides.tensors.cauchy[row])),
@@ -134,7 +134,7 @@ class TensorMetric(Metric):
         }
         here = values[sides.rows == sides.rows[row]]
         if len(here) > 1:
-            details[f"sides_{self._suffix}"] = here.tolist()
+            details[f"sides_{self._unit_suffix}"] = here.tolist()
         return Measurement(value, details, samples=values if len(values) > 1 else None)
 
     def _count_two_valued_points(
@@ -160,12 +160,12 @@ class TensorMetric(Metric):
             raise Undefined(f"`{self.measured_from}` has no values to compare with: {undefined}") from undefined
         far, size = np.abs(values - theirs), self.scale(right, samples)
         row, value = self.reduced(far, sides.per_row(samples.shares))
-        details = {f"difference_{self._suffix}": value, f"size_{self._suffix}": size}
+        details = {f"difference_{self._unit_suffix}": value, f"size_{self._unit_suffix}": size}
         details |= {"at_m": samples.X[sides.rows[row]].tolist(), "points": len(seen.X)}
         return Measurement(value / size, details, samples=far / size if len(far) > 1 else None)
 
     @property
-    def _suffix(self) -> str:
+    def _unit_suffix(self) -> str:
         return "Pa" if self.natural == "Pa" else "1"
 
     def _finite(self, tensors: Tensors) -> Floats:

@@ -79,7 +79,9 @@ class _ConditionInShape:
     def cuts(self) -> list[Cut]:
         """Return the cuts at which the mesh needs nodes."""
         where = [(axis, at) for border in self.condition.borders for axis, at in self.places(border)][:MOST]
-        found = [Cut(axis, at, self._held_to_the_end(axis, at)) for axis, at in where if self._bounds(axis, at, where)]
+        found = [
+            Cut(axis, at, self._is_selected_to_end(axis, at)) for axis, at in where if self._bounds(axis, at, where)
+        ]
         chords = (self.shape.chord(b.plane) for b in self.condition.borders if b.plane)
         return found + [chord for chord in chords if chord is not None and self._along(chord, where)]
 
@@ -97,13 +99,13 @@ class _ConditionInShape:
     def ends(self, border: Border) -> Iterator[tuple[str, float]]:
         """Yield the name of each coordinate that ends on a border, and its value there, m."""
         slack, spans = SAME * self.extent**border.power, self.shape.spans
-        rays = [self._ray(share) for share in RAYS]
+        rays = [self._scattered_coordinates(share) for share in RAYS]
         for axis in (name for name in spans if name not in ANGLES):
             for t in spans[axis]:
                 if all(abs(border.at(*self.shape.place(**{**ray, axis: t}))) <= slack for ray in rays):
                     yield axis, t
 
-    def _ray(self, share: float) -> Place:
+    def _scattered_coordinates(self, share: float) -> Place:
         """Return values of all coordinates at a scattered place; a ray along one coordinate keeps the others."""
         return {
             n: a + (b - a) * _scattered_fractions(share, i) for i, (n, (a, b)) in enumerate(self.shape.spans.items())
@@ -111,7 +113,7 @@ class _ConditionInShape:
 
     def _crossings(self, border: Border, axis: str, share: float) -> list[float]:
         """Return the values of a coordinate, m, at which a ray along it crosses a border in isolated points."""
-        others = self._ray(share)
+        others = self._scattered_coordinates(share)
 
         def at(t: float) -> tuple[float, float, float]:
             return self.shape.place(**{**others, axis: t})
@@ -161,7 +163,7 @@ class _ConditionInShape:
         near = [t for t in (at - aside, at, at + aside) if low <= t <= high]
         return any(len({self._holds({**others, axis: t}) for t in near}) == 2 for others in self._samples(axis, where))
 
-    def _held_to_the_end(self, axis: str, at: float) -> bool:
+    def _is_selected_to_end(self, axis: str, at: float) -> bool:
         """Return whether everything between the surface `axis` = `at` and the nearer end of the body is selected."""
         low, high = self.shape.spans[axis]
         end = low if at - low < high - at else high

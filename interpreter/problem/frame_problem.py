@@ -72,22 +72,22 @@ class _FrameBuilder:
     def __init__(self, case: Case, network: Network) -> None:
         self.case, self.network, self.near = case, network, NEAR * network.diagonal
         self.nodes = list(network.points)
-        self.cuts = [self._cuts(member) for member in network.members]
+        self.cuts = [self._division_stations(member) for member in network.members]
 
-    def _cuts(self, member: Member) -> list[float]:
+    def _division_stations(self, member: Member) -> list[float]:
         """Return the stations, m, at which a member is divided, including its ends."""
         found = {0.0, 0.5 * member.length, member.length}  # in its middle, as a member may buckle by itself
         for load in self.case.loads:
             action = load.thing.action
             places = [action.at] if isinstance(action, PointLoad) else []
             places += [action.begin, action.end] if isinstance(action, LineForce) else []
-            found |= {s for s in (self._on(member, p) for p in places) if s is not None}
+            found |= {s for s in (self._station_of_point(member, p) for p in places) if s is not None}
         if any(True in _interior_selection_values(member, self.network, support) for support in self.case.supports):
             found |= {k / HELD * member.length for k in range(1, HELD)}
         kept = [s for s in sorted(found) if self.near < s < member.length - self.near]
         return [0.0, *kept, member.length]
 
-    def _on(self, member: Member, point: Any) -> float | None:
+    def _station_of_point(self, member: Member, point: Any) -> float | None:
         s, u, v = member.own(point)
         return s if math.hypot(u, v) <= self.near and -self.near <= s <= member.length + self.near else None
 
@@ -118,9 +118,11 @@ class _FrameBuilder:
 
         ends = self._node(member.centre(a)), self._node(member.centre(b))
         lines = [
-            load.thing.action for load in self.case.loads
-            if isinstance(load.thing.action, LineForce) and self._covers(member, load.thing.action, 0.5 * (a + b))
-        ]  # fmt: skip
+            load.thing.action
+            for load in self.case.loads
+            if isinstance(load.thing.action, LineForce)
+            and self._is_under_line_load(member, load.thing.action, 0.5 * (a + b))
+        ]
         along = np.sum([line.force for line in lines], axis=0) if lines else np.zeros(3)
         material = self.case.material
         weight = material.density * np.array(self.case.gravity)
@@ -135,8 +137,8 @@ class _FrameBuilder:
 
         return FrameMember(ends, b - a, member.frame(0.0), stiffness, load)
 
-    def _covers(self, member: Member, line: LineForce, s: float) -> bool:
-        ends = [self._on(member, p) for p in (line.begin, line.end)]
+    def _is_under_line_load(self, member: Member, line: LineForce, s: float) -> bool:
+        ends = [self._station_of_point(member, p) for p in (line.begin, line.end)]
         known = [e for e in ends if e is not None]
         return len(known) == 2 and min(known) < s < max(known)
 
@@ -148,10 +150,10 @@ class _FrameBuilder:
                 case PointLoad(at=at, force=force):
                     found[self._node(at), :3] += force
                 case MomentLoad(moment=moment) as action:
-                    found[self._selected(action)[0], 3:] += moment
+                    found[self._selected_nodes(action)[0], 3:] += moment
         return found
 
-    def _selected(self, thing: Any) -> list[int]:
+    def _selected_nodes(self, thing: Any) -> list[int]:
         """Return the numbers of the nodes that a condition selects: joints first, then nodes within members."""
         return [i for i, node in enumerate(self.nodes) if thing.where.holds(*node, self.network.diagonal)]
 
@@ -162,7 +164,7 @@ class _FrameBuilder:
             thing = support.thing
             hinged = isinstance(thing, Pinned)
             turns = np.array(transverse(thing.axis)) if hinged and thing.axis is not None else np.eye(3)
-            for i in self._selected(thing):
+            for i in self._selected_nodes(thing):
                 ways = [(np.eye(3)[c], 0, thing.displacement[c]) for c in thing.components]
                 ways += [(way, 3, 0.0) for way in turns] if not hinged or thing.axis is not None else []
                 for way, first, value in ways:

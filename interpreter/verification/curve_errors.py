@@ -33,7 +33,7 @@ class CurveUnderTest(ProbeResultUnderTest):
     @property
     def size(self) -> float:
         """Factor that converts an error relative to displacements into an error of the metric."""
-        return self._of_curves(np.zeros_like(self._course(self)))
+        return self._curve_distance(np.zeros_like(self._course(self)))
 
     def change(self, other: ProbeResultUnderTest) -> float:
         """Return how much the metric may change with another solution; equal to `apart`. Raises NoErrorEstimate."""
@@ -43,7 +43,7 @@ class CurveUnderTest(ProbeResultUnderTest):
         """Return how much the metric may change with another solution. Raises NoErrorEstimate."""
         if not np.all(np.isfinite(other.u)):
             raise NoErrorEstimate("another solution has values that are not finite")
-        return self._of_curves(self._course(other))
+        return self._curve_distance(self._course(other))
 
     def _course(self, of: ProbeResultUnderTest) -> Floats:
         if self.contact is not None and self.times is not None:
@@ -55,7 +55,7 @@ class CurveUnderTest(ProbeResultUnderTest):
         seen: Floats = of.u[:, -1] @ np.array(self.along)
         return seen
 
-    def _of_curves(self, other: Floats) -> float:
+    def _curve_distance(self, other: Floats) -> float:
         if not isinstance(self.metric, CurveError) or self.times is None or self.reference is None:
             raise NoErrorEstimate(NO_ERROR)
         try:

@@ -102,10 +102,10 @@ class ErrorEstimate(SolutionUnderTest):
     def _parts(self) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
         """Return the functions that compute the parts of the error, by name."""
         found: dict[str, Callable[[ProbeResultUnderTest], float]] = {
-            "discretisation": self._discretisation,
+            "discretisation": self._discretisation_error,
             "model": self._model,
             "rounding": self._rounding,
-            "solver": self._solver,
+            "solver": self._solver_error,
         }
         found |= selection_errors(self)
         if self.case.contacts or self.case.pairs:
@@ -126,14 +126,14 @@ class ErrorEstimate(SolutionUnderTest):
             found["loads"] = lambda seen: verifier.loads_left(self, seen, own) * seen.size
         found |= facet_errors(self)
         if isinstance(self.case.analysis, Quasistatic) and self.case.remembers:
-            found["time"] = lambda seen: self._of_steps(seen, 2.0)
+            found["time"] = lambda seen: self._time_step_error_by_refinement(seen, 2.0)
         return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
 
-    def _discretisation(self, seen: ProbeResultUnderTest) -> float:
+    def _discretisation_error(self, seen: ProbeResultUnderTest) -> float:
         """Return the discretisation error. Raises NoErrorEstimate."""
         verifier = verifier_of(self.declared.thing)
         if not isinstance(seen.metric, TensorMetric):
-            self._must_have_limit(seen)
+            self._refuse_singular_results(seen)
             return self._of_mesh(verifier, seen)
         from softmark.interpreter.verification.stress_singularities import converged_mesh_error
         from softmark.interpreter.verification.surface_traction_check import mismatch
@@ -159,7 +159,7 @@ class ErrorEstimate(SolutionUnderTest):
                 raise
             return least
 
-    def _must_have_limit(self, seen: ProbeResultUnderTest) -> None:
+    def _refuse_singular_results(self, seen: ProbeResultUnderTest) -> None:
         """Raise NoErrorEstimate for singular results: pressure at sharp edges, results at point and line forces."""
         if self.case.contacts:
             from softmark.interpreter.verification.contact_singularities import singular_pressure
@@ -196,10 +196,10 @@ class ErrorEstimate(SolutionUnderTest):
             self.result, self.case, self.mesh, verifier_of(self.declared.thing).cells(self), seen
         )
 
-    def _solver(self, seen: ProbeResultUnderTest) -> float:
+    def _solver_error(self, seen: ProbeResultUnderTest) -> float:
         """Return the effect of the next Newton step with the full tangent, for a reduced model of the full model."""
         residual = float(self.result.solve.get("residual") or 0.0)
-        beyond, relative = self._reduction(seen)
+        beyond, relative = self._reduction_error(seen)
         if isinstance(self.case.analysis, Dynamic):
             return LEFT * beyond + 10.0 * residual * seen.size
         if seen.in_forces:
@@ -219,7 +219,7 @@ class ErrorEstimate(SolutionUnderTest):
             )
         return left + LEFT * relative * beyond  # the second term is of second order, like the error after one step
 
-    def _reduction(self, seen: ProbeResultUnderTest) -> tuple[float, float]:
+    def _reduction_error(self, seen: ProbeResultUnderTest) -> tuple[float, float]:
         """Return the largest displacement error due to model reduction, in the metric's unit, and its relative value.
 
         Both are zero for a model without reduction. Raises NoErrorEstimate.
@@ -248,9 +248,12 @@ class ErrorEstimate(SolutionUnderTest):
         smooth = not (self.case.contacts or self.case.pairs) and analysis.integrator not in FIRST_ORDER
         # a longer step that does not resolve an amplitude may miss it as this one does
         longer = not analysis.explicit and is_resolved_by_step(self.case, 2.0 * analysis.step)
-        return max(self._of_steps(seen, 2.0 if smooth else 1.0, longer), self._of_modes(seen))
+        return max(
+            self._time_step_error_by_refinement(seen, 2.0 if smooth else 1.0, longer),
+            self._time_step_error_of_modes(seen),
+        )
 
-    def _of_modes(self, seen: ProbeResultUnderTest) -> float:
+    def _time_step_error_of_modes(self, seen: ProbeResultUnderTest) -> float:
         """Error due to the time step in the vibrations at the probe.
 
         It is a lower bound, because solutions with two different steps may agree by chance.
@@ -263,29 +266,29 @@ class ErrorEstimate(SolutionUnderTest):
         own = found.length if seen.unit == "m" and not seen.in_forces else None
         return MODAL * (found.relative * seen.size if own is None else own)
 
-    def _of_steps(self, seen: ProbeResultUnderTest, order: float, longer: bool = True) -> float:
+    def _time_step_error_by_refinement(self, seen: ProbeResultUnderTest, order: float, longer: bool = True) -> float:
         """Error due to the time step, from a solution with half the step. Raises NoErrorEstimate.
 
         If that costs too much, solutions with steps two and four times as long are used. With `longer` false, only half
         the step is used.
         """
-        twice = self._with_step(seen, 2.0) if longer else None
+        twice = self._result_with_time_step(seen, 2.0) if longer else None
         try:
             with self.budget.reserving(LONGEST):
-                half = self._with_step(seen, 0.5)
+                half = self._result_with_time_step(seen, 0.5)
         except BudgetExceeded:
             if twice is None:
                 raise
             near = self._step_distance(seen, twice, "another step")
             try:
-                farther = twice.apart(self._with_step(seen, 4.0))
+                farther = twice.apart(self._result_with_time_step(seen, 4.0))
             except NoErrorEstimate:
                 farther = None
             return grid_convergence.convergence_index(near, 2.0, order, farther)
         near = self._step_distance(seen, half, "half the step")
         return grid_convergence.error_from_finer(near, 2.0, order, None if twice is None else twice.apart(seen))
 
-    def _with_step(self, seen: ProbeResultUnderTest, times: float) -> ProbeResultUnderTest:
+    def _result_with_time_step(self, seen: ProbeResultUnderTest, times: float) -> ProbeResultUnderTest:
         """Return the result of a solution with a time step `times` as long. Raises NoErrorEstimate."""
         analysis: Any = self.case.analysis
         case = replace(self.case, analysis=replace(analysis, step=times * analysis.step))

@@ -51,11 +51,11 @@ class Budget:
     def __exit__(self, *failure: object) -> None:
         self._depth -= 1
         if self._depth == 0:
-            self.spent += self._running
+            self.spent += self._elapsed_cpu_time
             _remove_listener(self._compiling)
 
     @property
-    def _running(self) -> float:
+    def _elapsed_cpu_time(self) -> float:
         """Return the CPU seconds since the start of the `with` block, without compilation."""
         heard = self._compiling
         return time.process_time() - self._since - (heard.duration if heard is not None and heard.done else 0.0)
@@ -78,7 +78,7 @@ class Budget:
     @property
     def left(self) -> float:
         """Remaining CPU time, s."""
-        return self.limit - self.spent - (self._running if self._depth else 0.0)
+        return self.limit - self.spent - (self._elapsed_cpu_time if self._depth else 0.0)
 
     def grow(self, took: float) -> None:
         """Increase the budget for `took` seconds of solution time that its clock missed, such as modal analysis."""

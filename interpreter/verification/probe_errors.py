@@ -120,7 +120,7 @@ class ProbeResultUnderTest:
             far: Floats = metric.values(own.at(X)) - metric.values(theirs().at(X))
             return float(np.sqrt(np.mean(far**2)))
 
-        return self._of_stress(distance, self.stress)
+        return self._number_from_stresses(distance, self.stress)
 
     def of_single(self, apart: Floats) -> float:
         """Return the root mean square of displacement changes `apart` (n, 3), m, around the metric's single point.
@@ -149,7 +149,7 @@ class ProbeResultUnderTest:
         if self.unit == "m" and not self.in_forces:
             return float(np.linalg.norm(self.u, axis=-1).max(initial=0.0))
         if isinstance(self.metric, TensorMetric):
-            return self._of_tensors(self.metric)
+            return self._tensor_error_scale(self.metric)
         if isinstance(self.metric, ForceMetric):
             try:
                 return self.metric.at_points(self.X).extent(self.at_rest)
@@ -157,7 +157,7 @@ class ProbeResultUnderTest:
                 raise NoErrorEstimate(f"{NO_ERROR}: {undefined}") from undefined
         return abs(self.value) if self.unit == "s" else 1.0
 
-    def _of_tensors(self, metric: TensorMetric) -> float:
+    def _tensor_error_scale(self, metric: TensorMetric) -> float:
         """Return the stress or strain value, at least the typical size of the tensors in the body.
 
         A component that is zero still has an error.
@@ -166,7 +166,9 @@ class ProbeResultUnderTest:
             raise NoErrorEstimate(NO_ERROR)
         if metric.measured_from is None:
             return max(abs(self.value), metric.usual(self.stress()))
-        return self._of_stress(lambda own, right: metric.extent(own, right, self._samples(metric, own)), self.stress)
+        return self._number_from_stresses(
+            lambda own, right: metric.extent(own, right, self._samples(metric, own)), self.stress
+        )
 
     @property
     def acting(self) -> float:
@@ -213,9 +215,9 @@ class ProbeResultUnderTest:
         if self.metric is None or self.times is not None:
             return self._norm(other)
         if isinstance(self.metric, ForceMetric):
-            return self._forces_apart(self.metric, other)
+            return self._force_distance(self.metric, other)
         if isinstance(self.metric, TensorMetric):
-            return self._tensors_apart(self.metric, other)
+            return self._tensor_distance(self.metric, other)
         if self.unit == "m":
             return self._distance(other)
         if self.metric.measured_from is None:
@@ -238,17 +240,19 @@ class ProbeResultUnderTest:
             return abs(theirs - own)
         return self.apart(other)
 
-    def _forces_apart(self, metric: ForceMetric, other: ProbeResultUnderTest) -> float:
+    def _force_distance(self, metric: ForceMetric, other: ProbeResultUnderTest) -> float:
         try:
             return metric.at_points(self.X).apart(other.at_rest, self.at_rest)
         except Undefined as undefined:
             raise NoErrorEstimate(f"{NO_ERROR}: {undefined}") from undefined
 
-    def _tensors_apart(self, metric: TensorMetric, other: ProbeResultUnderTest) -> float:
+    def _tensor_distance(self, metric: TensorMetric, other: ProbeResultUnderTest) -> float:
         if self.stress is None or other.stress is None:
             raise NoErrorEstimate(NO_ERROR)
         own, theirs = self.stress, other.stress
-        return self._of_stress(lambda one, right: metric.apart(one, theirs(), self._samples(metric, one), right), own)
+        return self._number_from_stresses(
+            lambda one, right: metric.apart(one, theirs(), self._samples(metric, one), right), own
+        )
 
     @property
     def place(self) -> ProbePlace:
@@ -260,7 +264,7 @@ class ProbeResultUnderTest:
     def _samples(self, metric: TensorMetric, field: Any) -> ProbeSamples:
         return metric.samples(self.place, field)
 
-    def _of_stress(self, number: Callable[[Any, Any], float], own: Callable[[], Any]) -> float:
+    def _number_from_stresses(self, number: Callable[[Any, Any], float], own: Callable[[], Any]) -> float:
         """Return a number computed from this result's stresses and those of the reference, by default its own."""
         from softmark.solvers.stress_recovery.sampling_point_stress import StressUnavailable
 

@@ -175,7 +175,7 @@ class SolutionUnderTest:
         """
         if self.mesh is not None and self.mesh.left is not None:
             return self.mesh.left
-        full = self._full
+        full = self._full_assembly
         if full is None or len(full.free) > FACTORED:
             return None
         self.budget.must_hold(0.5)
@@ -185,7 +185,7 @@ class SolutionUnderTest:
         return d.reshape(-1, 3)
 
     @property
-    def _full(self) -> Any:
+    def _full_assembly(self) -> Any:
         """Return the assembly with all degrees of freedom, also for a reduced model; None if there is none."""
         full = self.prepared.assembly
         return None if full is None or self.mesh is None or full.dofs != self.mesh.displacement.size else full
@@ -202,7 +202,7 @@ class SolutionUnderTest:
         from softmark.solvers.linear.factorisations import Singular, factor
 
         def find() -> tuple[Any, Any]:
-            assembly = self._full
+            assembly = self._full_assembly
             if assembly is None:
                 raise NoErrorEstimate("its stiffness does not depend on displacements only")
             try:

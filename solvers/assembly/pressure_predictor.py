@@ -52,17 +52,17 @@ class MixedPoints(Elastic):
         cof = cofactor(f)
         J = determinant(f, cof)
         grown = (inner(cof, h) - trace(cof)) / J  # cof F : dF over J, dF = h - I
-        return replace(self, expected=self._slope(J) + self._rise(J) * grown)
+        return replace(self, expected=self._slope(J) + self._volumetric_stiffness(J) * grown)
 
     def corotated(self, x: Floats) -> MixedPoints:
         """Return the same energy with the pressures that a corotational law has in x: lam tr(S - I), F = R S."""
         F = self.F(x)
         f = components(F)
         stretched = inner(rotation(f), f) - 3.0
-        lam = self._rise(np.ones(len(F) if self.varies else 1, dtype=F.dtype))
+        lam = self._volumetric_stiffness(np.ones(len(F) if self.varies else 1, dtype=F.dtype))
         return replace(self, expected=lam * stretched)
 
-    def _rise(self, J: Floats) -> Floats:
+    def _volumetric_stiffness(self, J: Floats) -> Floats:
         """Return J U''(J) (n,), Pa, by differences of U'."""
         return (self._slope((1.0 + NEAR) * J) - self._slope((1.0 - NEAR) * J)) / (2.0 * NEAR)
 

@@ -38,7 +38,7 @@ class Pattern:
 
     def matrix(self, data: Floats) -> sparse.csr_matrix:
         """Return the sparse matrix with the values `data` (nnz,), sharing the pattern."""
-        made = copy(self._empty)  # scipy looks at all indices whenever it is given them
+        made = copy(self._empty_matrix)  # scipy looks at all indices whenever it is given them
         made.data = data
         return made
 
@@ -65,7 +65,7 @@ class Pattern:
         return found
 
     @cached_property
-    def _empty(self) -> sparse.csr_matrix:
+    def _empty_matrix(self) -> sparse.csr_matrix:
         """Sparse matrix of the pattern without values."""
         data = np.zeros(len(self.indices), dtype=np.bool_)
         made = sparse.csr_matrix((data, self.indices, self.indptr), shape=(self.size, self.size), copy=False)

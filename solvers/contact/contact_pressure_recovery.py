@@ -60,24 +60,26 @@ class ContactPressure:
     @cached_property
     def corners(self) -> Ints:
         """Corner nodes of each facet (k, c)."""
-        found: Ints = self.facets[:, : self._facet.corners]
+        found: Ints = self.facets[:, : self._facet_class.corners]
         return found
 
     @property
-    def _facet(self) -> type[Facet]:
+    def _facet_class(self) -> type[Facet]:
         """Facet class of the facets."""
         return FACETS[self.facets.shape[1]]
 
     @property
     def plain(self) -> type[Facet]:
         """Facet class of linear facets with the same corners."""
-        return FACETS[self._facet.corners]
+        return FACETS[self._facet_class.corners]
 
     @cached_property
     def _forces(self) -> Floats:
         """Forces at all nodes (n,), N, with those at the middles of sides moved to the corners, half to each end."""
-        found, first, done = self.f.copy(), self._facet.corners, np.zeros(len(self.f), dtype=np.bool_)
-        for i, ends in enumerate(self._facet.between):  # a side shared by two facets may have another number in each
+        found, first, done = self.f.copy(), self._facet_class.corners, np.zeros(len(self.f), dtype=np.bool_)
+        for i, ends in enumerate(
+            self._facet_class.between
+        ):  # a side shared by two facets may have another number in each
             nodes, at = np.unique(self.facets[:, first + i], return_index=True)
             nodes, at = nodes[~done[nodes]], at[~done[nodes]]
             np.add.at(found, self.facets[at][:, list(ends)], (self.f[nodes] / len(ends))[:, None])
@@ -87,7 +89,7 @@ class ContactPressure:
     @cached_property
     def _weights(self) -> Floats:
         """Integrals (k, c), m^2, of linear corner shape functions over facets; zero where a facet gets no force."""
-        xi, w = moment_fitted_quadrature.gauss_rule(self._facet.corners, POINTS)
+        xi, w = moment_fitted_quadrature.gauss_rule(self._facet_class.corners, POINTS)
         X, N = self.x[self.corners], self.plain.shape(xi)
         t = np.einsum("qaj,kai->jkqi", self.plain.gradient(xi), X)
         dA = w * np.linalg.norm(np.cross(t[0], t[1]), axis=-1)
@@ -122,7 +124,7 @@ class ContactPressure:
         some = (self._loaded_corners & self.touching[self.corners]).any(axis=1) | ~self.touching[self.corners].any(
             axis=1
         )
-        found: Ints = self.facets[some][:, np.array(self._facet.triangles)].reshape(-1, 3)
+        found: Ints = self.facets[some][:, np.array(self._facet_class.triangles)].reshape(-1, 3)
         return found
 
     @cached_property
@@ -135,12 +137,12 @@ class ContactPressure:
             area = np.bincount(self.alike, area).astype(np.float64)[self.alike]
         on = area > 0.0
         p: Floats = np.where(on, np.maximum(F, 0.0) / np.where(on, area, 1.0), 0.0)
-        if self.depth and self.alike is not None and not self._facet.between:
+        if self.depth and self.alike is not None and not self._facet_class.between:
             from softmark.solvers.contact.axis_pressure_correction import correct_axis_pressures
 
             p = correct_axis_pressures(p, area, self.corners, np.abs(self.x[:, 0]), self.alike)
-        for i, ends in enumerate(self._facet.between):
-            p[self.facets[:, self._facet.corners + i]] = p[self.facets[:, list(ends)]].mean(axis=1)
+        for i, ends in enumerate(self._facet_class.between):
+            p[self.facets[:, self._facet_class.corners + i]] = p[self.facets[:, list(ends)]].mean(axis=1)
         return p
 
     @cached_property
@@ -158,10 +160,10 @@ class ContactPressure:
         each = np.bincount(self.facets.ravel(), minlength=len(self.f)) > 0
         found: Bools = each & (self.f > PRESSED * self.f.max(initial=0.0) if self.on is None else self.on)
         free = np.zeros(len(found), dtype=np.bool_)
-        for i, ends in enumerate(self._facet.between):
-            apart = self.facets[~found[self.facets[:, self._facet.corners + i]]]
+        for i, ends in enumerate(self._facet_class.between):
+            apart = self.facets[~found[self.facets[:, self._facet_class.corners + i]]]
             free[apart[:, list(ends)]] = True
-        if self._facet.between:
+        if self._facet_class.between:
             corner = np.zeros(len(found), dtype=np.bool_)
             corner[self.corners] = True
             found = found | (corner & ~free)

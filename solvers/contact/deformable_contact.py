@@ -90,7 +90,7 @@ class IpcContact(DynamicPatternEnergy):
         return mesh
 
     @cached_property
-    def _sampled(self) -> Any:
+    def _sample_collision_mesh(self) -> Any:
         """ipctk collision mesh of the faces and the samples."""
         skin = self.skin
         mesh = self._mesh(skin.X)
@@ -115,18 +115,20 @@ class IpcContact(DynamicPatternEnergy):
         return (corners @ corners.T).tocsr()
 
     @cached_property
-    def _potential(self) -> Any:
+    def _sample_barrier(self) -> Any:
         """ipctk barrier potential between samples and faces."""
-        return import_ipctk().BarrierPotential(self._reach, HALF * self.stiffness * self._unit, True)
+        return import_ipctk().BarrierPotential(self._scaled_barrier_distance, HALF * self.stiffness * self._unit, True)
 
     @cached_property
     def _intersection_barrier(self) -> Any:
         """Weak ipctk barrier potential between all vertices, edges and faces; it only prevents intersections."""
         size = self._unit ** self.skin.X.shape[1]  # area times distance in units of ipctk
-        return import_ipctk().BarrierPotential(self._reach, FAINT * self.thickness * self.stiffness * size, True)
+        return import_ipctk().BarrierPotential(
+            self._scaled_barrier_distance, FAINT * self.thickness * self.stiffness * size, True
+        )
 
     @property
-    def _reach(self) -> float:
+    def _scaled_barrier_distance(self) -> float:
         """Barrier distance divided by the surface size."""
         return self.distance / self._unit
 
@@ -151,7 +153,7 @@ class IpcContact(DynamicPatternEnergy):
         V, corners = self._places(x)
         self._kept.clear()
         pairs, self._kept["beside"] = self._pairs(V)
-        self._kept["x"], self._kept["near"] = x, (pairs, self._guard(corners), V, corners)
+        self._kept["x"], self._kept["near"] = x, (pairs, self._face_collisions(corners), V, corners)
         return self._near(x)
 
     def beside(self, x: Floats) -> Ints:
@@ -160,15 +162,15 @@ class IpcContact(DynamicPatternEnergy):
         found: Ints = self._kept["beside"]
         return found
 
-    def _guard(self, corners: Floats) -> Any:
+    def _face_collisions(self, corners: Floats) -> Any:
         """Return the vertex-triangle and edge-edge collisions of faces at corner positions (c, d)."""
         ipc = import_ipctk()
         near = ipc.Candidates()
-        near.build(self._surface, corners, self._reach)
+        near.build(self._surface, corners, self._scaled_barrier_distance)
         self._crossing(near, corners)
         guard = ipc.NormalCollisions()
         guard.use_area_weighting = True
-        guard.build(near, self._surface, corners, self._reach)
+        guard.build(near, self._surface, corners, self._scaled_barrier_distance)
         return guard
 
     def _crossing(self, near: Any, corners: Floats) -> None:
@@ -194,7 +196,7 @@ class IpcContact(DynamicPatternEnergy):
         """
         ipc, skin = import_ipctk(), self.skin
         near = ipc.Candidates()
-        near.build(self._sampled, V, self._reach)
+        near.build(self._sample_collision_mesh, V, self._scaled_barrier_distance)
         name = "ev_candidates" if skin.flat else "fv_candidates"
         each = list(getattr(near, name))
         face = "edge_id" if skin.flat else "face_id"
@@ -208,8 +210,8 @@ class IpcContact(DynamicPatternEnergy):
             setattr(near, other, [each[i] for i in np.flatnonzero(wanted)] if other == name else [])
         pairs = ipc.NormalCollisions()
         pairs.collision_set_type = ipc.NormalCollisions.CollisionSetType.IMPROVED_MAX_APPROX
-        pairs.build(near, self._sampled, V, self._reach)
-        edges, faces = self._sampled.edges, self._sampled.faces
+        pairs.build(near, self._sample_collision_mesh, V, self._scaled_barrier_distance)
+        edges, faces = self._sample_collision_mesh.edges, self._sample_collision_mesh.faces
         for pair in (pairs[i] for i in range(len(pairs))):
             pair.weight *= skin.A[max(pair.vertex_ids(edges, faces)) - skin.corners]
         return pairs, ids[wanted]
@@ -235,7 +237,8 @@ class IpcContact(DynamicPatternEnergy):
             return np.inf
         pairs, guard, V, corners = self._near(x)
         return float(
-            self._potential(pairs, self._sampled, V) + self._intersection_barrier(guard, self._surface, corners)
+            self._sample_barrier(pairs, self._sample_collision_mesh, V)
+            + self._intersection_barrier(guard, self._surface, corners)
         )
 
     def forces(self, x: Floats) -> Floats:
@@ -247,7 +250,7 @@ class IpcContact(DynamicPatternEnergy):
         if "forces" in self._kept:
             known: Floats = self._kept["forces"]
             return known
-        g = self._potential.gradient(pairs, self._sampled, V)
+        g = self._sample_barrier.gradient(pairs, self._sample_collision_mesh, V)
         g[: corners.size] += self._intersection_barrier.gradient(guard, self._surface, corners)
         found: Floats = np.asarray(g).reshape(V.shape) / self._unit
         self._kept["forces"] = found
@@ -273,7 +276,7 @@ class IpcContact(DynamicPatternEnergy):
         way = psd.CLAMP if projected else psd.NONE
         M = self.skin.M
         with (_without_negative_weights if projected else nullcontext)(pairs):
-            H = M.T @ (self._potential.hessian(pairs, self._sampled, V, way) @ M)
+            H = M.T @ (self._sample_barrier.hessian(pairs, self._sample_collision_mesh, V, way) @ M)
         if len(guard):
             M = M[: corners.size]
             H = H + M.T @ (self._intersection_barrier.hessian(guard, self._surface, corners, way) @ M)
@@ -285,7 +288,7 @@ class IpcContact(DynamicPatternEnergy):
         """Return the Hessian of the sample barrier by positions of corners and samples, sparse (d v, d v), N/m."""
         pairs, _, V, _ = self._near(x)
         none = import_ipctk().PSDProjectionMethod.NONE
-        return self._potential.hessian(pairs, self._sampled, V, none).tocsr() / self._unit**2
+        return self._sample_barrier.hessian(pairs, self._sample_collision_mesh, V, none).tocsr() / self._unit**2
 
     def limit(self, x: Floats, d: Floats) -> float:
         """Return the largest fraction, at most 1, of a step d (dofs,) from x for which no two faces meet.

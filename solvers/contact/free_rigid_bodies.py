@@ -191,7 +191,7 @@ class FreeBodyContact(RigidContact):
         if not len(near):
             return
         n, H = n[near], H[near]
-        P, S = self._body_frame_motion(x, near)
+        P, S = self._axes_and_motion_matrices(x, near)
         N = np.einsum("pi,pij->pj", n, S)
         K = self.barrier.slope(g[near])[:, None, None] * N[:, :, None] * N[:, None, :]
         if not projected:
@@ -203,7 +203,7 @@ class FreeBodyContact(RigidContact):
             K -= self.barrier.pressure(g[near])[:, None, None] * across
         self._add(x, near, K, data, slots, scale)
 
-    def _body_frame_motion(self, x: Floats, near: Ints) -> tuple[Floats, Floats]:
+    def _axes_and_motion_matrices(self, x: Floats, near: Ints) -> tuple[Floats, Floats]:
         """Return the body axes P (3, 3), and matrices S (k, 3, 9) for the contact points `near` (k,).
 
         S maps motions of the point (3), of the centre of mass (3) and rotations of the body (3) to the motion of the
@@ -256,7 +256,7 @@ class FreeBodyFriction(RigidFriction, FreeBodyContact):
         near, B = self.stiffness(x, projected)
         if not len(near):
             return
-        P, S = self._body_frame_motion(x, near)
+        P, S = self._axes_and_motion_matrices(x, near)
         K = S.swapaxes(1, 2) @ B @ S
         if not projected:
             _, n, _ = self.look(x)

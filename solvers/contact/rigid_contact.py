@@ -287,7 +287,7 @@ class RigidContact(Energy):
         return float(np.finfo(np.float64).eps * size * np.linalg.norm(stiff))
 
     @cached_property
-    def _seen(self) -> list[tuple[Floats, Look]]:
+    def _gap_cache(self) -> list[tuple[Floats, Look]]:
         """Cache of the last positions and the results of `look` there, shared by energy, gradient and Hessian."""
         return []
 
@@ -297,14 +297,14 @@ class RigidContact(Energy):
         Normals and Hessians are zero for points beyond the barrier distance.
         """
         where = self.places(x)
-        for known, found in self._seen:
+        for known, found in self._gap_cache:
             if np.array_equal(known, where):
                 return found
-        found = self._compute_gaps(where)
-        self._seen[:] = [(where, found)]
+        found = self._compute_gaps_normals_hessians(where)
+        self._gap_cache[:] = [(where, found)]
         return found
 
-    def _compute_gaps(self, where: Floats) -> Look:
+    def _compute_gaps_normals_hessians(self, where: Floats) -> Look:
         """Return gaps (p,), m, normals (p, 3) and gap Hessians (p, 3, 3), 1/m, for points at `where` (p, 3), m."""
         g = self._gaps(self.body, where)
         n, H = np.zeros((len(g), 3)), np.zeros((len(g), 3, 3))

@@ -52,7 +52,7 @@ class Damping:
             energy.add_damping(self.data, slots)
         self._C = self.forces.pattern.matrix(self.data)
         if beta and self.length:
-            self._towing = self._stiffness_times(self.direction)
+            self._towing = self._multiply_stiffness(self.direction)
 
     def predict(self, stage: Stage) -> None:
         """Compute C for a step, from a prediction of its end state.
@@ -103,7 +103,7 @@ class Damping:
             fixed = self.forces.fixed
             f[fixed] = (self.rayleigh.alpha * (self.forces.M @ v) + self._dashpot_forces(v))[fixed]
             if self.rayleigh.beta:
-                f[fixed] += self.rayleigh.beta * self._stiffness_times(v)[fixed]
+                f[fixed] += self.rayleigh.beta * self._multiply_stiffness(v)[fixed]
         return f
 
     def _dashpot_forces(self, v: Floats) -> Floats:
@@ -113,7 +113,7 @@ class Damping:
             energy.add_drag(v, f)
         return f
 
-    def _stiffness_times(self, d: Floats) -> Floats:
+    def _multiply_stiffness(self, d: Floats) -> Floats:
         """Return K d (dofs,) by a central difference of the internal forces."""
         largest = float(np.abs(d).max())
         if largest == 0.0:

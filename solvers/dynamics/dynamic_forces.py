@@ -51,12 +51,12 @@ class DynamicForces:
         self.M = sparse.diags(mass).tocsr() if isinstance(mass, np.ndarray) else mass.tocsr()
         self.M_free = _canonical_matrix(self.M[self.free][:, self.free])
         self.pattern, self._mass_slots = _extend_pattern_by_mass(assembly.pattern, self)
-        self.impact = self._impact(amplitudes[plain:], problem.meets) if self.contacts or problem.meets else None
+        self.impact = self._make_contacts(amplitudes[plain:], problem.meets) if self.contacts or problem.meets else None
         self._repeats = problem.remembering is None and problem.turning is None  # forces depend on the state alone
         self._last: tuple[bytes, Floats] = (b"", np.zeros(0))
         self._blocks = _block_positions(self.pattern, self.free, problem.turning.where) if problem.turning else None
 
-    def _impact(self, amplitudes: Sequence[Amplitude], meets: Sequence[DynamicPatternEnergy]) -> DynamicContacts:
+    def _make_contacts(self, amplitudes: Sequence[Amplitude], meets: Sequence[DynamicPatternEnergy]) -> DynamicContacts:
         """Return the contacts with rigid bodies, which move by `amplitudes`, and between deformable surfaces."""
         from softmark.solvers.dynamics.dynamic_contact import DynamicContacts
 

@@ -44,12 +44,12 @@ class DynamicSystem:
         self.damping = Damping(self.forces, problem.damping, problem.direction)
         self.linear: StepLinearSolver = problem.linear or _make_linear_solver(self.forces)
         self.newton = StageNewton(self)
-        self.lagged = self._lagged() if problem.lagged and not problem.integrator.explicit else None
+        self.lagged = self._make_lagged_solver() if problem.lagged and not problem.integrator.explicit else None
         self.outcome = StepOutcome()  # of the last step; an explicit one has nothing to solve
         self.longest = np.inf  # s, the step that an explicit integrator can take now
         self.swing = 0.0  # of an explicit integrator: by how much the energy of the fastest mode comes and goes
 
-    def _lagged(self) -> LaggedTangentSolver | None:
+    def _make_lagged_solver(self) -> LaggedTangentSolver | None:
         """Solver with lagged tangents; None if the forces do not allow it."""
         try:
             return LaggedTangentSolver(self) if allows_lagged_tangent(self.forces) else None

@@ -72,7 +72,7 @@ class StageNewton:
     def solve(self, stage: Stage) -> tuple[Motion, StepOutcome]:
         """Return the motion at the end of the step. Raises StepFailed."""
         balance = StageEquations(self.system, stage)
-        trial, outcome = self._rubbed(balance) if balance.rubs else self._descend(balance)
+        trial, outcome = self._rubbed(balance) if balance.rubs else self._solve_by_newton(balance)
         self.scale = trial.scale
         return balance.motion(trial), outcome
 
@@ -86,7 +86,7 @@ class StageNewton:
         known, x, residual, count = touches.lagged(start.x, impact.at(start.time)), None, 1.0, 0
         for _ in range(LAGS):
             goal = max(balance.tolerance, min(ROUGH, FINER * residual))
-            trial, outcome = self._descend(balance.rubbing(known, goal), x)
+            trial, outcome = self._solve_by_newton(balance.rubbing(known, goal), x)
             own, x = balance.trial(trial.x), trial.x
             scale, count = max(own.scale, self.scale), count + outcome.iterations
             residual = own.size / scale if scale else own.size
@@ -95,7 +95,7 @@ class StageNewton:
             known = touches.lagged(x)
         raise StepFailed(f"the friction iteration does not converge, residual {residual:.1e}")
 
-    def _descend(self, balance: StageEquations, x: Floats | None = None) -> tuple[StageTrial, StepOutcome]:
+    def _solve_by_newton(self, balance: StageEquations, x: Floats | None = None) -> tuple[StageTrial, StepOutcome]:
         """Return the solution of the equations of a step by Newton's method from x. Raises StepFailed."""
         most, cap = self.system.problem.max_iterations, self.system.problem.cap
         trial, before, length = balance.start() if x is None else balance.trial(x), np.inf, 0.0
@@ -261,7 +261,7 @@ class StageEquations:
         """Return whether a trial meets the tolerance, or only rounding is left after an iteration without progress."""
         if trial.size <= self.tolerance * scale:
             return True
-        return 0.3 * before < trial.size <= 4.0 * (self._rounding(trial.x) + self._inertia_rounding(trial))
+        return 0.3 * before < trial.size <= 4.0 * (self._rounding(trial.x) + self._inertia_rounding_error(trial))
 
     def is_rounding_error(self, trial: StageTrial) -> bool:
         """Return whether the residual is only the rounding error of the states, as in a body without forces."""
@@ -275,7 +275,7 @@ class StageEquations:
         known = self.forces.rounding(x)
         return known if self.touches is None else known + self.stage.touch * self.touches.rounding(x)
 
-    def _inertia_rounding(self, trial: StageTrial) -> float:
+    def _inertia_rounding_error(self, trial: StageTrial) -> float:
         """Return the norm of the inertia error due to rounding of x, N."""
         lost = self.forces.M @ (np.abs(trial.x) + np.abs(self.stage.coast))
         return EPS * abs(1.0 - self.stage.alpha_m) * self.stage.A * float(np.linalg.norm(lost))
@@ -297,7 +297,7 @@ class StageEquations:
         coasting = now.x + h * now.v
         speeding = coasting + 0.5 * h**2 * now.a
         coasting[fixed] = speeding[fixed] = stay[fixed]
-        ways = [stay, *(self._before_collision(stay, x) for x in (coasting, speeding))]
+        ways = [stay, *(self._limit_before_collision(stay, x) for x in (coasting, speeding))]
         trials: list[StageTrial | None] = [None] * len(ways)
         if self.touches is None:  # trials take most of the time of a small body: the best way of before may do
             way, left = self.system.newton.way
@@ -320,7 +320,7 @@ class StageEquations:
         self.system.newton.way = way, best.size / best.scale if best.scale else 0.0
         return best
 
-    def _before_collision(self, stay: Floats, x: Floats) -> Floats:
+    def _limit_before_collision(self, stay: Floats, x: Floats) -> Floats:
         """Return a state between `stay` and x before deformable surfaces collide; x if none do."""
         length = self.reach(stay, x - stay)
         return x if length == 1.0 else stay + length * (x - stay)
@@ -398,12 +398,12 @@ class StageEquations:
             there = self.trial(trial.x + length * way)
             if there.size <= MUCH * trial.size and length == 1.0 and math.isfinite(there.stored):
                 return there, length
-            if there.possible and self._lower(trial, there, length * slope):
+            if there.possible and self._is_enough_lower(trial, there, length * slope):
                 return there, length
             length *= 0.5
         return None
 
-    def _lower(self, trial: StageTrial, there: StageTrial, slope: float) -> bool:
+    def _is_enough_lower(self, trial: StageTrial, there: StageTrial, slope: float) -> bool:
         """Return whether the trial `there` is enough lower than `trial`, for a directional derivative `slope`."""
         if self.forces.conservative:
             noise = 1e-13 * (abs(trial.potential) + abs(there.potential) + abs(trial.stored) + abs(there.stored))

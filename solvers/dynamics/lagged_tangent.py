@@ -71,12 +71,12 @@ class LaggedTangentSolver:
 
     def solve(self, stage: Stage) -> tuple[Motion, StepOutcome] | None:
         """Return the end of the step; None if Newton's method must solve it."""
-        self._accept(stage)
+        self._record_accepted_state(stage)
         if self._rest:
             self._rest -= 1
             return None
-        balance = LaggedStageEquations(self, stage, self._extrapolated_traces())
-        found = self._iterate(balance, self._predicted(stage, balance.end))
+        balance = LaggedStageEquations(self, stage, self._extrapolate_traces())
+        found = self._iterate(balance, self._predict_end(stage, balance.end))
         if found is None or not self.system.problem.sound(found[0].x):
             self._fail()
             return None
@@ -94,7 +94,7 @@ class LaggedTangentSolver:
 
     # ------------------------------------------------------------------ preceding states
 
-    def _accept(self, stage: Stage) -> None:
+    def _record_accepted_state(self, stage: Stage) -> None:
         """Record the start of a step as the last accepted state."""
         start = stage.start
         if self.states.latest is start.x:
@@ -116,12 +116,12 @@ class LaggedTangentSolver:
             energy.add_gradient_kept(x, g, traces[begin : begin + energy.kept])
             begin += energy.kept
 
-    def _extrapolated_traces(self) -> Floats:
+    def _extrapolate_traces(self) -> Floats:
         """Return the lagged values extrapolated to the end of the step."""
         last = self._traces[0]
         return 2.0 * last - self._traces[1] if len(self._traces) > 1 else last
 
-    def _predicted(self, stage: Stage, end: float) -> Floats:
+    def _predict_end(self, stage: Stage, end: float) -> Floats:
         """Return the extrapolated end of the step; with too few equal steps before it, for constant velocity."""
         now = stage.start
         x = self.states.next(stage.step)
@@ -176,12 +176,12 @@ class LaggedStageEquations(StageEquations):
         """Return the weighted forces of the step for the end x."""
         internal, y = np.zeros(self.forces.dofs), self.weighted(x)
         if self._fresh:
-            self._with_tangent(y, internal)
+            self._add_forces_and_tangent(y, internal)
         else:
             self.lagged.add_forces_and_traces(y, internal, self.now)
         return EnergyGradients(internal, self._external)
 
-    def _with_tangent(self, y: Floats, internal: Floats) -> None:
+    def _add_forces_and_tangent(self, y: Floats, internal: Floats) -> None:
         """Add internal forces in the state y to `internal`, and compute the lagged tangent."""
         self._fresh, data, begin = False, self.lagged.data, 0
         data[:] = 0.0

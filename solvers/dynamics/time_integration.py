@@ -74,15 +74,15 @@ class _TimeIntegration:
             raise self._stopped("the initial state is outside the domain of the law or has inverted cells")
         self.problem.integrator.begin(self.system, start, self.step)
         self._keep(entry)
-        self._follow(start)
+        self._record_contacts(start)
         past, ticks = StepStart(start), self.ticks
         for number in range(math.ceil(self.duration / self.step - 1e-9)):
-            past, entry, ticks = self._whole_step(number, past, entry, ticks)
+            past, entry, ticks = self._advance_whole_step(number, past, entry, ticks)
         if self.account.over and not self.account.settles:
-            raise self._diverged(past.now.time)
-        return self._trajectory(complete=True)
+            raise self._make_divergence_error(past.now.time)
+        return self._make_trajectory(complete=True)
 
-    def _whole_step(
+    def _advance_whole_step(
         self, number: int, past: StepStart, entry: EnergyEntry, ticks: int
     ) -> tuple[StepStart, EnergyEntry, int]:
         """Make one step of constant length, in parts if needed; return its end and the size of the next part.
@@ -108,31 +108,31 @@ class _TimeIntegration:
             self.outcomes.append(self.system.outcome)
             self._keep(entry)
             if self.account.diverged:
-                raise self._diverged(motion.time)
-            past, entry, done = *self._accepted(StepStart(motion, past.now), entry), done + ticks
-            if ticks < self.ticks and done % (2 * ticks) == 0 and self._may_grow(length, ticks):
+                raise self._make_divergence_error(motion.time)
+            past, entry, done = *self._accept_step(StepStart(motion, past.now), entry), done + ticks
+            if ticks < self.ticks and done % (2 * ticks) == 0 and self._can_double_step(length, ticks):
                 ticks *= 2
             wall, cpu = time.perf_counter(), time.process_time()
         return past, entry, ticks
 
-    def _accepted(self, past: StepStart, entry: EnergyEntry) -> tuple[StepStart, EnergyEntry]:
+    def _accept_step(self, past: StepStart, entry: EnergyEntry) -> tuple[StepStart, EnergyEntry]:
         """Return start and energies for the next step: rotations count from it, viscoelastic histories are updated."""
         if self.problem.remembering is not None:
             self.problem.remembering.accepted()
-        self._follow(past.now)
+        self._record_contacts(past.now)
         if (turning := self.problem.turning) is None:
             return past, entry
         past = turning.accepted(past)
         return past, replace(entry, motion=past.now)
 
-    def _follow(self, motion: Motion) -> None:
+    def _record_contacts(self, motion: Motion) -> None:
         """Record the contacts after a step."""
         forces = self.system.forces
         if forces.impact is not None:
             own = slice(None, forces.impact.free)  # without free rigid bodies
             forces.impact.follow(motion, forces.resultant(forces.M @ motion.v), float(forces.M[own].sum()) / 3.0)
 
-    def _may_grow(self, length: float, ticks: int) -> bool:
+    def _can_double_step(self, length: float, ticks: int) -> bool:
         """Return whether a part of twice `ticks` units is short enough for the integrator."""
         return bool(length * (2 * ticks / self.ticks) <= self.system.longest)
 
@@ -182,21 +182,21 @@ class _TimeIntegration:
         way = max(float(np.abs(motion.x).max(initial=0.0)), self.step * float(np.abs(motion.v).max(initial=0.0)))
         return NOISE * self.system.forces.rounding(motion.x) * way
 
-    def _diverged(self, now: float) -> Diverged:
+    def _make_divergence_error(self, now: float) -> Diverged:
         """Return the error for a motion with too much energy at a time `now`, s."""
         gain = self.account.balance.gain
         return Diverged(
             f"at {now:.6g} s the energy has grown by {_format_ratio(gain)} the energy supplied by the "
             "initial state, loads and supports",
-            self._trajectory(complete=False),
+            self._make_trajectory(complete=False),
             tuple(self.system.newton.history),
         )
 
     def _stopped(self, reason: str) -> MotionNotConverged:
         """Return the error for a motion that does not converge, with the trajectory so far."""
-        return MotionNotConverged(reason, self._trajectory(complete=False), tuple(self.system.newton.history))
+        return MotionNotConverged(reason, self._make_trajectory(complete=False), tuple(self.system.newton.history))
 
-    def _trajectory(self, complete: bool) -> Trajectory:
+    def _make_trajectory(self, complete: bool) -> Trajectory:
         """Return the recorded motion; `complete` is whether it reaches the end."""
         times = np.array(self.times)
         names = self.names
@@ -218,12 +218,12 @@ class _TimeIntegration:
             np.array([o.lagged for o in outcomes], dtype=bool),
             lagged.failures if lagged else 0,
             self.account.balance,
-            self._impacts(),
+            self._find_impacts(),
             self._rubbed(),
             self._touched(),
         )
 
-    def _impacts(self) -> tuple[ImpactEvent, ...] | None:
+    def _find_impacts(self) -> tuple[ImpactEvent, ...] | None:
         """Return the impacts on rigid bodies; None without rigid contacts."""
         impact = self.system.forces.impact
         if impact is None:

@@ -104,20 +104,20 @@ class CorotationalTets(LaggedTangentEnergy):
     def value(self, x: Floats) -> float:
         """Return the strain energy, J."""
         up = self.magnification(x)
-        return self._pass(VALUE, x if up == 1.0 else up * x, _NONE, _NONE, _NO_SLOTS, 1.0) / up / up
+        return self._assemble_cells(VALUE, x if up == 1.0 else up * x, _NONE, _NONE, _NO_SLOTS, 1.0) / up / up
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Add the nodal elastic forces, N."""
         up = self.magnification(x)
-        self._pass(FORCE, x if up == 1.0 else up * x, g, _NONE, _NO_SLOTS, scale / up)
+        self._assemble_cells(FORCE, x if up == 1.0 else up * x, g, _NONE, _NO_SLOTS, scale / up)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the tangent stiffness, N/m."""
-        self._pass(TANGENT + PROJECTED * projected, x, _NONE, data, self._rows(slots), scale)
+        self._assemble_cells(TANGENT + PROJECTED * projected, x, _NONE, data, self._rows(slots), scale)
 
     def add_gradient_kept(self, x: Floats, g: Floats, traces: Floats) -> None:
         """Add the nodal forces as `add_gradient` does, and write tr(S - I) of each cell into `traces` (m,)."""
-        self._pass(FORCE + KEEP, x, g, _NONE, _NO_SLOTS, 1.0, traces)
+        self._assemble_cells(FORCE + KEEP, x, g, _NONE, _NO_SLOTS, 1.0, traces)
 
     def add_both_lagged(self, x: Floats, g: Floats, data: Floats, slots: Ints, traces: Floats) -> None:
         """Add the forces, and a tangent that takes tr(S - I) of each cell from `traces` (m,) instead of from x.
@@ -126,14 +126,14 @@ class CorotationalTets(LaggedTangentEnergy):
         the tangent stays definite. Source: Magisano, Leonetti and Garcea (2017), "How to improve efficiency and
         robustness of the Newton method in geometrically non-linear structural problems".
         """
-        self._pass(FORCE + TANGENT + LAGGED, x, g, data, self._rows(slots), 1.0, traces)
+        self._assemble_cells(FORCE + TANGENT + LAGGED, x, g, data, self._rows(slots), 1.0, traces)
 
-    def _pass(
+    def _assemble_cells(
         self, what: int, x: Floats, g: Floats, data: Floats, rows: Rows, scale: float, traces: Floats = _NONE
     ) -> float:
         forces, law = g.reshape(-1, 3), self.law
         u = np.ascontiguousarray(x).reshape(-1, 3)
-        body = (u, self.cells, self._G, self._w, law.mu, law.lam)
+        body = (u, self.cells, self._G, self._cell_volumes, law.mu, law.lam)
         memory = (np.empty((BATCH, 9)), np.empty((5, BATCH)), np.empty((4, 4, 3, 3)), np.empty((6, 3)))
         return float(assemble_cells(what, *body, scale, rows, forces, data, traces, *memory))
 
@@ -143,7 +143,7 @@ class CorotationalTets(LaggedTangentEnergy):
         return np.ascontiguousarray(self.dNdX[:, 0, 1:])
 
     @cached_property
-    def _w(self) -> Floats:
+    def _cell_volumes(self) -> Floats:
         return np.ascontiguousarray(self.w[:, 0])
 
     def _rows(self, slots: Ints) -> Rows:

@@ -116,7 +116,7 @@ class Elastic(Energy):
     def _stiffest(self) -> Any:
         """Norm of dP/dF over its 81 entries at rest, Pa; an array (m, q) if the constants vary from point to point."""
         if self.varies:
-            return self._varying.at_rest(lambda A: np.linalg.norm(A.reshape(len(A), -1), axis=1))
+            return self._varying_law.at_rest(lambda A: np.linalg.norm(A.reshape(len(A), -1), axis=1))
         return np.linalg.norm(self.law.dPdF(np.eye(3)[None]))
 
     @cached_property
@@ -125,18 +125,18 @@ class Elastic(Energy):
         return isinstance(self.law, VaryingLaw)
 
     @property
-    def _varying(self) -> VaryingLaw:
+    def _varying_law(self) -> VaryingLaw:
         known: Any = self.law
         return known  # type: ignore[no-any-return]
 
     @cached_property
     def _of_invariants(self) -> bool:
         """True if the law is an `InvariantLaw`."""
-        return isinstance(self._varying.law if self.varies else self.law, InvariantLaw)
+        return isinstance(self._varying_law.law if self.varies else self.law, InvariantLaw)
 
     def law_of_cells(self, some: slice) -> Any:
         """Return the law of the cells `some`, which is `law` itself if its constants are uniform."""
-        return self._varying.of(some, self.w.dtype) if self.varies else self.law
+        return self._varying_law.of(some, self.w.dtype) if self.varies else self.law
 
     def _invariant_law(self, some: slice) -> Any:
         """Return the law of the cells `some` in the form that takes invariants (c, q), as an `InvariantLaw`."""
@@ -147,7 +147,7 @@ class Elastic(Energy):
         return self._noise / self.magnification(x)
 
     @cached_property
-    def _relaxed(self) -> bool:
+    def _is_stress_free_at_rest(self) -> bool:
         return displacement_gradient_scaling.is_relaxed(self.law, self.w.size if self.varies else 1)
 
     @cached_property
@@ -163,7 +163,7 @@ class Elastic(Energy):
         if (
             not 0.0 < reach < 1.0
             or (reach >= displacement_gradient_scaling.SMALL and not self._linear)
-            or not self._relaxed
+            or not self._is_stress_free_at_rest
         ):
             return 1.0
 

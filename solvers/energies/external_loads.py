@@ -190,7 +190,7 @@ class FaceMoment(Energy):
         return found
 
     @cached_property
-    def _about_middle(self) -> Floats:
+    def _centred_product_matrix(self) -> Floats:
         """Matrix m (k, k), m^2, of the class docstring."""
         n = self.products.sum(axis=1)
         found: Floats = self.products - np.outer(n, n) / n.sum()
@@ -199,7 +199,7 @@ class FaceMoment(Energy):
     def _state(self, x: Floats) -> tuple[Floats, Floats, Floats]:
         """Return y (k, 3), J (3, 3) and c (3,) of the class docstring."""
         r = (self.points + x.reshape(-1, 3))[self.nodes]
-        y = self._about_middle @ r
+        y = self._centred_product_matrix @ r
         spread = y.T @ r
         J = np.trace(spread) * np.eye(3) - spread
         return y, J, np.linalg.solve(J, self.moment)
@@ -225,7 +225,7 @@ class FaceMoment(Energy):
         changes -= (y @ c)[:, None, None] * np.eye(3)
         across = cross_matrix(y)
         block = -np.einsum("aik,bkj->aibj", across, np.linalg.inv(J) @ changes, optimize=True)
-        block -= np.einsum("ab,ij->aibj", self._about_middle, cross_matrix(c))
+        block -= np.einsum("ab,ij->aibj", self._centred_product_matrix, cross_matrix(c))
         add_blocks(scale * block.reshape(slots.shape), slots, data)
 
     def rounding(self, x: Floats) -> float:

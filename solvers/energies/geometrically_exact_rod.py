@@ -111,16 +111,16 @@ class RodElastic(RodElementEnergy):
     def local_hessians(self, x: Floats) -> Floats:
         """Return the Hessian of each element (n, 12, 12), B^T l C B plus the geometric stiffness."""
         segments = self.segments(x)
-        return segments.hessians(self._scaled_resultants(segments), self._stiffnesses)
+        return segments.hessians(self._scaled_resultants(segments), self._scaled_stiffnesses)
 
     @cached_property
-    def _stiffnesses(self) -> Floats:
+    def _scaled_stiffnesses(self) -> Floats:
         """Stiffnesses times lengths, l C, of each element (n, 6)."""
         return np.asarray(self.lengths[:, None] * self.stiffness.diagonal)
 
     def _scaled_resultants(self, segments: RodElements) -> Floats:
         """Return the section forces and moments times lengths, l C (eps - eps0 + offset), of each element (n, 6)."""
-        return np.asarray(self._stiffnesses * (segments.strains - self.rest_strains + self.offset))
+        return np.asarray(self._scaled_stiffnesses * (segments.strains - self.rest_strains + self.offset))
 
 
 @dataclass(frozen=True)

@@ -208,7 +208,7 @@ class PoreFluid(EnergyHistory):
         return cls(energy, held, none, none, none)
 
     @property
-    def _owed(self) -> Floats:
+    def _fluid_right_hand_side(self) -> Floats:
         """Right-hand side of the fluid equation of the next stage (b,), m^3."""
         return self.account if self.stage is None else self.account + AFTER * self.stage.gained
 
@@ -218,11 +218,11 @@ class PoreFluid(EnergyHistory):
         For the first stage, h is its duration, s, the fraction INNER of a step. The second stage has the same duration
         and ends with the step.
         """
-        return replace(self.energy, owed=self._owed, span=h if self.stage is None else self.stage.span)
+        return replace(self.energy, owed=self._fluid_right_hand_side, span=h if self.stage is None else self.stage.span)
 
     def accepted(self, x: Floats, h: float) -> PoreFluid:
         """Return the pore fluid after a stage that ends in state x, or after a jump with h = 0."""
-        owed, span = self._owed, h if self.stage is None else self.stage.span
+        owed, span = self._fluid_right_hand_side, h if self.stage is None else self.stage.span
         V, flow, heat = self.energy.volumes(x), span * self.energy.inflow(x), self.energy.heat(x)
         now = np.where(self.held, V, owed + flow)
         left = np.where(self.held, owed + flow - V, 0.0)

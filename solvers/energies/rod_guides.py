@@ -39,7 +39,7 @@ class GuidedTendon(RodElementEnergy):
         """Nodes of every pair of neighbouring guides (g - 1, 2)."""
         return np.stack([self.nodes[:-1], self.nodes[1:]], axis=1)
 
-    def _chords(self, x: Floats) -> tuple[Floats, Floats, Floats]:
+    def _chord_kinematics(self, x: Floats) -> tuple[Floats, Floats, Floats]:
         """Return rotations of the sections (g, 3, 3), chord directions (g - 1, 3) and chord lengths (g - 1,), m."""
         own = x.reshape(-1, 7)[self.nodes]
         R = rotation(own[:, 3:])
@@ -50,15 +50,15 @@ class GuidedTendon(RodElementEnergy):
 
     @cached_property
     def _at_rest(self) -> Floats:
-        return self._chords(self.rest)[2]
+        return self._chord_kinematics(self.rest)[2]
 
     def value(self, x: Floats) -> float:
         """Return the potential, zero in the undeformed state, J."""
-        return self.tension * float((self._chords(x)[2] - self._at_rest).sum())
+        return self.tension * float((self._chord_kinematics(x)[2] - self._at_rest).sum())
 
     def nearest(self, x: Floats) -> Floats:
         """Return the smallest ratio of current to initial distance between neighbouring guides (1,)."""
-        found: Floats = (self._chords(x)[2] / self._at_rest).min(keepdims=True)
+        found: Floats = (self._chord_kinematics(x)[2] / self._at_rest).min(keepdims=True)
         return found
 
     def _moved(self, R: Floats) -> Floats:
@@ -70,13 +70,13 @@ class GuidedTendon(RodElementEnergy):
 
     def local_forces(self, x: Floats) -> Floats:
         """Return the gradient of each chord (g - 1, 12), N and N m."""
-        R, t, _ = self._chords(x)
+        R, t, _ = self._chord_kinematics(x)
         first, second = (self.tension * t[:, None] @ by for by in self._moved(R))
         return np.concatenate([-first, second], axis=2)[:, 0]
 
     def local_hessians(self, x: Floats) -> Floats:
         """Return the Hessian of each chord (g - 1, 12, 12)."""
-        R, t, size = self._chords(x)
+        R, t, size = self._chord_kinematics(x)
         first, second = self._moved(R)
         J = np.concatenate([-first, second], axis=2)
         across = (self.tension / size)[:, None, None] * (np.eye(3) - t[:, :, None] * t[:, None])

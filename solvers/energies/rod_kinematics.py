@@ -49,7 +49,7 @@ def _derivative_map() -> Floats:
 def _force_derivative_map() -> Floats:
     """Return the constant matrix (50, 49) that maps products of components to second derivatives by (d, p).
 
-    The products (50,) are those formed in `RodElements._force_part`.
+    The products (50,) are those formed in `RodElements._force_second_derivatives`.
     """
     M = np.zeros((50, 7, 7))
     by_dp = np.zeros((3, 7, 3, 4))  # force_i (p, d)_n to d_k, p_m
@@ -224,7 +224,7 @@ class RodElements:
         return found
 
     @cached_property
-    def _inner(self) -> Floats:
+    def _strain_derivative(self) -> Floats:
         """Derivative of (l Gamma, l K) by y, (n, 6, 11)."""
         turns = self.turns
         found = np.zeros((len(self.l), 6, 11))
@@ -239,7 +239,7 @@ class RodElements:
     @cached_property
     def gradients(self) -> Floats:
         """Derivative of (Gamma, K) by the 12 degrees of freedom, (n, 6, 12)."""
-        return np.asarray((self._inner @ self.turns.steps) / self.l[:, None, None])
+        return np.asarray((self._strain_derivative @ self.turns.steps) / self.l[:, None, None])
 
     def forces(self, sigma: Floats) -> Floats:
         """Return the sum of sigma_i times the derivative of strain i by the 12 dofs, (n, 12).
@@ -255,9 +255,9 @@ class RodElements:
         """
         n, B, turns = len(self.l), self.gradients, self.turns
         stress = sigma / self.l[:, None]
-        t = np.einsum("ei,eij->ej", stress, self._inner)
+        t = np.einsum("ei,eij->ej", stress, self._strain_derivative)
         M = np.zeros((n, 11, 11))
-        M[:, :7, :7] = self._force_part(stress[:, :3], t[:, :7])
+        M[:, :7, :7] = self._force_second_derivatives(stress[:, :3], t[:, :7])
         M[:, C, C] = turns.curvature(stress[:, 3:])
         left = np.concatenate([B, turns.steps], axis=1)
         right = np.concatenate([stiffness[:, :, None] * B, M @ turns.steps], axis=1)
@@ -265,7 +265,7 @@ class RodElements:
         H += self._own(t) @ _OWN
         return np.asarray(H).reshape(n, 12, 12)
 
-    def _force_part(self, force: Floats, t: Floats) -> Floats:
+    def _force_second_derivatives(self, force: Floats, t: Floats) -> Floats:
         """Return second derivatives of u = force . l Gamma by (d, p), (n, 7, 7); t (n, 7) are the first derivatives.
 
         With N = rho u: u_mn = (N_mn - u_m rho_n - rho_m u_n - u rho_mn) / rho.

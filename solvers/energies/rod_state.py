@@ -120,7 +120,7 @@ class RodChain:
         ends = np.concatenate([step[:-1], step[1:]], axis=1)
         axes = updated_axis_vectors(cached_elements(x, self.elements, self.lengths), ends, turns)
         np.cumsum(axes - (nodes[1:, :3] - nodes[:-1, :3]), axis=0, out=excess[1:])
-        excess -= self._drift(excess)
+        excess -= self._interpolated_correction(excess)
         nodes[:, :3] += excess
         cached_elements(moved, self.elements, self.lengths, turns)  # fill the cache: Newton needs it next
         return moved
@@ -129,7 +129,7 @@ class RodChain:
         """Return whether an element's relative rotation has changed by more than 180 degrees between two states."""
         return exceeds_half_turn(before, after, self.elements)
 
-    def _drift(self, excess: Floats) -> Floats:
+    def _interpolated_correction(self, excess: Floats) -> Floats:
         """Return the part (nodes, 3), m, of the position correction `excess` that must be subtracted from it.
 
         It equals the correction at held nodes and is linear between them. For a component that is held at no node, it

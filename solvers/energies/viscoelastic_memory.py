@@ -151,9 +151,9 @@ class ViscoelasticHistory(EnergyHistory):
         S, W, E = known.stress(F), known.energy(F), known.strain(F)
         grown = np.einsum("k,nij->knij", known.g * mean, S - self.S)
         H = decay[:, None, None, None] * self.H + grown
-        springs = self._springs(H, S, E)
+        springs = self._branch_energy(H, S, E)
         if known.springs is None:
-            lost = self._linear_loss(S, h)
+            lost = self._linear_step_dissipation(S, h)
         elif np.array_equal(E, self.E):  # at constant strain, the decrease of the stored energy
             lost = np.maximum(self.springs - springs, 0.0)
         else:
@@ -164,7 +164,7 @@ class ViscoelasticHistory(EnergyHistory):
             self.energy, known, S, W, E, H, springs, self.lost + lost, self.unknown or bool(open_.any())
         )
 
-    def _springs(self, H: Floats, S: Floats, E: Floats) -> Floats:
+    def _branch_energy(self, H: Floats, S: Floats, E: Floats) -> Floats:
         """Return the energy stored in the branches (n,), J/m^3.
 
         It is sum H : C^-1 : H / 2g if the stress is linear in the strain, or small.
@@ -178,7 +178,7 @@ class ViscoelasticHistory(EnergyHistory):
             total += g * known.springs.stored(C, S - each / g)
         return np.where(np.abs(S).max(axis=(1, 2)) < LINEAR * known.mu, small, total)
 
-    def _linear_loss(self, S: Floats, h: float) -> Floats:
+    def _linear_step_dissipation(self, S: Floats, h: float) -> Floats:
         """Return the dissipation of a step for a linear law (n,), J/m^3: int sum_i H : C^-1 : H / (g tau) dt.
 
         It is exact for H = A exp(-s/tau) + B.

@@ -68,7 +68,7 @@ class RodHistory(EnergyHistory):
         way = E - self.E
         H = decay[:, None, None] * self.H + (self.g * mean[:, None])[:, None] * (C * way)
         N = (1.0 - self.g.sum(axis=0)) * C * E + H.sum(axis=0)
-        worked = self.worked + float(self._l @ (0.5 * (self.N + N) * way).sum(axis=1))
+        worked = self.worked + float(self._element_lengths @ (0.5 * (self.N + N) * way).sum(axis=1))
         return replace(self, E=E, H=H, N=N, worked=worked, lost=self.lost + self._loss(way, h))
 
     def _loss(self, way: Floats, h: float) -> float:
@@ -85,14 +85,14 @@ class RodHistory(EnergyHistory):
             a, half = -0.5 * tau * np.expm1(-2.0 * z), np.tanh(0.5 * z)
             square = a * (H + half * B) ** 2 + tau * left * B**2
             total += np.where(some, square / (np.where(some, g, 1.0) * C * tau), 0.0)
-        return float(self._l @ total.sum(axis=1))
+        return float(self._element_lengths @ total.sum(axis=1))
 
     @property
     def stored(self) -> float:
         """Energy stored in the terms minus their share of the instantaneous rod energy, J."""
         some, C = self.g > 0.0, self._C
         own = (np.where(some[:, None], self.H**2, 0.0) / (np.where(some, self.g, 1.0)[:, None] * C)).sum(axis=0)
-        return 0.5 * float(self._l @ (own - self.g.sum(axis=0) * C * self.E**2).sum(axis=1))
+        return 0.5 * float(self._element_lengths @ (own - self.g.sum(axis=0) * C * self.E**2).sum(axis=1))
 
     @property
     def dissipated(self) -> float:
@@ -111,7 +111,7 @@ class RodHistory(EnergyHistory):
         return np.broadcast_to(rod.stiffness.diagonal, (len(rod.elements), 6))
 
     @property
-    def _l(self) -> Floats:
+    def _element_lengths(self) -> Floats:
         """Undeformed lengths of the elements (n,), m."""
         return _static_rod_energy(self.energy).lengths
 

@@ -59,7 +59,7 @@ class CheckedRod:
         carried = left[:, :3] * self.C[..., :3]
         carried[:, list(self.rigid)] = 0.0
         M = np.einsum("eij,ekj,ek->ei", Ra, inverse, left[:, 3:] * self.C[..., 3:])
-        g = self._onto_nodes(np.einsum("eij,ej->ei", middle, carried)[:, None], M[:, None], d, A)[:, :, 0]
+        g = self._sum_at_nodes(np.einsum("eij,ej->ei", middle, carried)[:, None], M[:, None], d, A)[:, :, 0]
         unit = np.zeros((e, len(self.rigid), 3)) + middle[:, :, list(self.rigid)].transpose(0, 2, 1)
         by = np.zeros((e + 1, 6, e, len(self.rigid)))
         if self.rigid:
@@ -90,7 +90,7 @@ class CheckedRod:
         pull = tension[:, None] * way / np.linalg.norm(way, axis=1)[:, None]
         own = np.cross(arms, np.einsum("eji,ej->ei", middle, pull))  # about the axes of the middle
         turning = np.einsum("eij,ekj,ek->ei", self.R[:-1], inverse, own)
-        return -self._onto_nodes(pull[:, None], turning[:, None], d, A)[:, :, 0]
+        return -self._sum_at_nodes(pull[:, None], turning[:, None], d, A)[:, :, 0]
 
     def strain(self, arms: Floats) -> tuple[float, float]:
         """Return the largest strain by twist and curvatures, and the largest strain by stretch and shear.
@@ -130,7 +130,7 @@ class CheckedRod:
         second = M - np.einsum("eji,ekj->eki", A, arm)
         return np.concatenate([-N, first], axis=2), np.concatenate([N, second], axis=2)
 
-    def _onto_nodes(self, N: Floats, M: Floats, d: Floats, A: Floats) -> Floats:
+    def _sum_at_nodes(self, N: Floats, M: Floats, d: Floats, A: Floats) -> Floats:
         """Return the sums at the nodes (n, 6, k) of the forces and moments of elements (see `_ends`)."""
         first, second = self._ends(N, M, d, A)
         g = np.zeros((len(self.x), 6, N.shape[1]))

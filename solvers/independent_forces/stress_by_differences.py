@@ -62,20 +62,22 @@ class EnergyStress:
     def _slopes(self, F: Floats, entries: tuple[tuple[int, int], ...]) -> tuple[Floats, Floats]:
         """Return the derivatives by some entries (i, J) of F (k, n), and a bound of their error (n,)."""
         f, h = np.ascontiguousarray(F.transpose(1, 2, 0)), STEP * np.clip(least_stretch(F), LEAST, 1.0)
-        found, left, rounding = self._with_steps(f, h, entries)
+        found, left, rounding = self._derivatives_by_steps(f, h, entries)
         for _ in range(TIMES):
             poor = ~(left <= rounding + FINE * np.abs(found).max(axis=0))  # not a number is poor too
             if not poor.any():
                 break
             h = np.where(poor, h / SMALLER, h)
-            again, less, more = self._with_steps(f, h, entries)
+            again, less, more = self._derivatives_by_steps(f, h, entries)
             better = poor & ~(less + more >= left + rounding)
             found[:, better], left[better], rounding[better] = again[:, better], less[better], more[better]
         if not np.all(np.isfinite(found)):
             raise ValueError("the state is too close to the limit of the law for finite differences of the energy")
         return found, left + rounding
 
-    def _with_steps(self, f: Floats, h: Floats, entries: tuple[tuple[int, int], ...]) -> tuple[Floats, Floats, Floats]:
+    def _derivatives_by_steps(
+        self, f: Floats, h: Floats, entries: tuple[tuple[int, int], ...]
+    ) -> tuple[Floats, Floats, Floats]:
         """Return derivatives (k, n), truncation errors (n,) and rounding errors (n,) at f (3, 3, n) by steps h (n,)."""
         g = f.copy()
         apart = np.empty((len(ORDERS), len(entries), len(h)))  # psi(F + k h) - psi(F - k h), k = 1, 2, 3

@@ -93,8 +93,8 @@ class LinearSolver:
         Return None if K is not positive definite or the iterations do not converge.
         """
         x = np.zeros_like(b)
-        if self._worth_trying():
-            x, done = self._iterate(K, b, x, tolerance, self._budget())
+        if self._is_old_factor_worthwhile():
+            x, done = self._iterate(K, b, x, tolerance, self._iteration_budget())
             if done:
                 self._age += 1
                 return self._check_residual("conjugate gradients, earlier factor", K, b, x, tolerance)
@@ -108,7 +108,7 @@ class LinearSolver:
             x, done = self._iterate(K, b, np.zeros_like(b), tolerance, FRESH)
         return self._check_residual("conjugate gradients, own factor", K, b, x, tolerance) if done else None
 
-    def _worth_trying(self) -> bool:
+    def _is_old_factor_worthwhile(self) -> bool:
         """Return whether the stored factor of an earlier matrix should be tried as preconditioner.
 
         It is not tried if a factor of the same age (in solves) failed recently.
@@ -116,7 +116,7 @@ class LinearSolver:
         when = self._failed.get(self._age, -FORGET)
         return self._reuse and self._ready and self.statistics.solves - when >= FORGET
 
-    def _budget(self) -> int:
+    def _iteration_budget(self) -> int:
         """Return the number of iterations that cost as much as half a factorisation."""
         cholesky = self._cholesky
         assert cholesky is not None

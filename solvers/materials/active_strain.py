@@ -43,20 +43,20 @@ class ActiveStrain(ActiveMaterial):
     does = "shortening"
 
     def _psi(self, f: Array) -> Array:
-        psi: Array = self.within._psi(product(f, self._back(f)))
+        psi: Array = self.within._psi(product(f, self._inverse_active_stretch(f)))
         return psi
 
     def _P(self, f: Array) -> Array:
-        A = self._back(f)
+        A = self._inverse_active_stretch(f)
         P: Array = product(self.within._P(product(f, A)), A)
         return P
 
     def _dPdF(self, f: Array, H: Array) -> None:
-        A = self._back(f)
+        A = self._inverse_active_stretch(f)
         self.within._dPdF(product(f, A), H)
         _transform_tangent(H, A)
 
-    def _back(self, f: Array) -> Array:
+    def _inverse_active_stretch(self, f: Array) -> Array:
         """Return the inverse active stretch Fa^-1 (3, 3, m or 1), symmetric and of determinant one.
 
         It has the floating-point type of f (3, 3, m).

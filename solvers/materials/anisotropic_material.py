@@ -161,10 +161,10 @@ class Anisotropic(BatchedLaw):
         if not self.turning:
             return self
         frame = directions_at(self.fibres, self.sheets, X, read)
-        return self._with(fibres=frame, **self._no_sheets)
+        return self._with(fibres=frame, **self._sheets_removal)
 
     @property
-    def _no_sheets(self) -> dict[str, None]:
+    def _sheets_removal(self) -> dict[str, None]:
         return {"sheets": None} if "sheets" in vars(self) else {}
 
     # ------------------------------------------------------------------ orders of magnitude

@@ -32,7 +32,7 @@ class ArrudaBoyce(IsochoricInvariantMaterial):
     @property
     def initial_shear_modulus(self) -> float:
         """Shear modulus of the undeformed solid, Pa."""
-        return 2.0 * float(self._derivative(1, 0.0))
+        return 2.0 * float(self._energy_derivative(1, 0.0))
 
     def energy(self, i: Array, k: Array) -> Array:
         """Return W (m,), J/m^3; see `IsochoricInvariantMaterial`."""
@@ -43,17 +43,17 @@ class ArrudaBoyce(IsochoricInvariantMaterial):
 
     def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
         """Return the first derivatives of the energy, Pa."""
-        return self._derivative(1, i), None
+        return self._energy_derivative(1, i), None
 
     def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
         """Return the second derivatives of the energy, Pa."""
-        return self._derivative(2, i), None, None
+        return self._energy_derivative(2, i), None, None
 
     def _terms(self) -> list[tuple[int, float]]:
         """Return the exponent n and the coefficient m C_n / limit^(2n - 2), Pa, of each term of the series."""
         return [(n, self.m * c / self.limit ** (2 * n - 2)) for n, c in enumerate(SERIES, 1)]
 
-    def _derivative(self, order: int, i: Number) -> Number:
+    def _energy_derivative(self, order: int, i: Number) -> Number:
         """Return the first or second derivative of W by i, Pa, by Horner's rule."""
         total: Number = 0.0 * i
         for n, c in reversed(self._terms()):

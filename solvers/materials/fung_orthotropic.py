@@ -61,7 +61,7 @@ class ExponentialStrainLaw(Anisotropic):
         turned = [transform_direction(E, d) for d in axes]
         return [sum(axes[a][i] * turned[b][i] for i in range(3)) for a, b in PAIRS]
 
-    def _form(self, e: list[Array]) -> Array:
+    def _quadratic_form(self, e: list[Array]) -> Array:
         """Return the quadratic form Q (m,) of strains e in the order of PAIRS."""
         found: Array = sum(  # type: ignore[assignment]
             (1.0 if a == b else 2.0) * w * x * x for (a, b), w, x in zip(PAIRS, self.exponents, e, strict=True)
@@ -86,7 +86,7 @@ class ExponentialStrainLaw(Anisotropic):
         `tension`, Pa, acts along the fibres.
         """
         e = self._strains(f, self.frame.axes(f.dtype))
-        c = self.stiffness * np.exp(self._form(e))
+        c = self.stiffness * np.exp(self._quadratic_form(e))
         T, E = np.empty((2, 3, 3, f.shape[2]), dtype=f.dtype)
         for (a, b), w, x in zip(PAIRS, self.exponents, e, strict=True):
             T[a, b] = T[b, a] = w * x
@@ -99,12 +99,12 @@ class ExponentialStrainLaw(Anisotropic):
             v = transform_direction(T, n)
             stress = n[0] * v[0] + n[1] * v[1] + n[2] * v[2] + tension / c * n[0] ** 2
             W[...] = stress * inverse + 2.0 * v[:, None] * v
-            W += self._shears(n)[:, :, None]
+            W += self._direction_form_matrix(n)[:, :, None]
             through = transform_direction(inverse, n)
             W += K * through[:, None] * through
         return found
 
-    def _shears(self, n: Array) -> Array:
+    def _direction_form_matrix(self, n: Array) -> Array:
         """Return D(n) (3, 3), with D v.v = sum b_ab e_ab^2 of e = sym(v (x) n) over all a and b."""
         found = np.zeros((3, 3))
         for (a, b), w in zip(PAIRS, self.exponents, strict=True):
@@ -129,16 +129,16 @@ class ExponentialStrainLaw(Anisotropic):
         return np.asarray(0.5 * min(self.exponents) * (1.0 - 2.0 * size) > stress)
 
     def _shape_psi(self, f: Array, axes: Array) -> Array:
-        return 0.5 * self.stiffness * np.expm1(self._form(self._strains(f, axes)))
+        return 0.5 * self.stiffness * np.expm1(self._quadratic_form(self._strains(f, axes)))
 
     def _shape_P(self, f: Array, axes: Array) -> Array:
         e = self._strains(f, axes)
-        return product(f, (self.stiffness * np.exp(self._form(e))) * self._slope(e, axes))
+        return product(f, (self.stiffness * np.exp(self._quadratic_form(e))) * self._slope(e, axes))
 
     def _set_shape(self, f: Array, axes: Array, H: Array) -> None:
         """Write delta_ik S_JL + c (2 (F T) (x) (F T) + sum b_ab G_ab (x) G_ab), c = C exp Q, G_ab = sym(F a (x) b)."""
         e = self._strains(f, axes)
-        c, T = self.stiffness * np.exp(self._form(e)), self._slope(e, axes)
+        c, T = self.stiffness * np.exp(self._quadratic_form(e)), self._slope(e, axes)
         H[...] = 0.0
         add_geometric_stiffness(H, c * T)
         through = product(f, T).reshape(9, -1)

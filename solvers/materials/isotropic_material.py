@@ -61,7 +61,7 @@ class Isotropic:
     def lame_lambda(self) -> float:
         """Lame constant lam = E nu / ((1 + nu) (1 - 2 nu)), Pa; infinite at nu = 0.5."""
         if self.incompressible:
-            return self._beyond_measure
+            return self._incompressible_modulus
         lam = _safe_quotient(self.young * self.poisson, (1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
         return self.volume_share * lam if self.volume_share else 0.0
 
@@ -69,7 +69,7 @@ class Isotropic:
     def bulk_modulus(self) -> float:
         """Bulk modulus K = lam + 2 mu / 3 = E / (3 (1 - 2 nu)), Pa; infinite at nu = 0.5."""
         if self.incompressible:
-            return self._beyond_measure
+            return self._incompressible_modulus
         whole = _safe_quotient(self.young, 3.0 * (1.0 - 2.0 * self.poisson))
         return self.volume_share * whole if self.volume_share else 0.0
 
@@ -114,7 +114,7 @@ class Isotropic:
         return any(is_array(value) for value in constants(self).values())
 
     @property
-    def _beyond_measure(self) -> float:
+    def _incompressible_modulus(self) -> float:
         return math.inf if self.volume_share else 0.0
 
     def finite_law(self) -> Law | None:

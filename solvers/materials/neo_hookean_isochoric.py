@@ -45,7 +45,7 @@ class NeoHookeanIsochoric(TwoInvariantLaw, Isotropic):
         return _Isochoric(**vars(self))
 
     @property
-    def _of_shear(self) -> float:
+    def _shear_part_bulk(self) -> float:
         """Part of K in the shear law: 5 mu/3, or all of K = lam + 2 mu/3 if that is less, Pa."""
         kept: float = (2.0 / 3.0 + clamp_value(-1.0, self._ratio, 1.0)) * self.young / (2.0 * (1.0 + self.poisson))
         return kept
@@ -79,7 +79,7 @@ class _Shear(NeoHookeanIsochoric):
     @property
     def bulk_modulus(self) -> float:
         """Part of the modulus that stays in the point-wise law, Pa."""
-        return self._of_shear
+        return self._shear_part_bulk
 
 
 class _Isochoric(NeoHookeanIsochoric):
@@ -99,7 +99,7 @@ class _Volume(NeoHookeanIsochoric):
     @property
     def bulk_modulus(self) -> float:
         """Remaining part of K, Pa; 0 if K is not above 5 mu/3."""
-        return super().bulk_modulus - self._of_shear
+        return super().bulk_modulus - self._shear_part_bulk
 
 
 class _Shape(NeoHookeanIsochoric):

@@ -149,13 +149,13 @@ class Arc(Swept):
         ends = first / self.radius, last / self.radius
         low, high = [0.0] * 3, [0.0] * 3
         for i, middle in enumerate(self.middle):
-            least, most = self._harmonic_range(t[i], -n[i], *ends)
+            least, most = self._sinusoid_range(t[i], -n[i], *ends)
             low[i] = middle + self.radius * least - section.support(least, -b[i])
             high[i] = middle + self.radius * most + section.support(-most, b[i])
         return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
     @staticmethod
-    def _harmonic_range(a: float, b: float, first: float, last: float) -> tuple[float, float]:
+    def _sinusoid_range(a: float, b: float, first: float, last: float) -> tuple[float, float]:
         """Return the least and the largest value of a sin(turn) + b cos(turn) for turns from `first` to `last`, rad."""
         found = [a * math.sin(turn) + b * math.cos(turn) for turn in (first, last)]
         top = math.atan2(a, b)

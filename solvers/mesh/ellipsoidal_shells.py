@@ -101,9 +101,11 @@ class TruncatedEllipsoidSection(EllipsoidalWall, PlaneRegion):
     @property
     def area(self) -> float:
         """Exact area, m^2."""
-        return self._half(self.outer, self.outer_along) - self._half(self.inner, self.inner_along)
+        return self._half_ellipse_area(self.outer, self.outer_along) - self._half_ellipse_area(
+            self.inner, self.inner_along
+        )
 
-    def _half(self, a: float, b: float) -> float:
+    def _half_ellipse_area(self, a: float, b: float) -> float:
         q = self.rim / b
         return 0.5 * a * b * (0.5 * math.pi + math.asin(q) + q * math.sqrt(1.0 - q * q))
 
@@ -158,9 +160,11 @@ class TruncatedEllipsoidShell(EllipsoidalWall, Shape):
     @property
     def volume(self) -> float:
         """Exact volume, m^3."""
-        return self._below(self.outer, self.outer_along) - self._below(self.inner, self.inner_along)
+        return self._volume_below_rim(self.outer, self.outer_along) - self._volume_below_rim(
+            self.inner, self.inner_along
+        )
 
-    def _below(self, a: float, b: float) -> float:
+    def _volume_below_rim(self, a: float, b: float) -> float:
         return math.pi * a * a * (self.rim + b - (self.rim**3 + b**3) / (3.0 * b * b))
 
     def contains(self, point: Vector3) -> bool:

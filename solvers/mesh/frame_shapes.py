@@ -307,14 +307,14 @@ class Network(Shape):
                     break
                 shared = set(self.pairs[i]) & set(self.pairs[j])
                 if (
-                    self._overlap_along_axis(i, j, near)
+                    self._do_axes_overlap(i, j, near)
                     if shared
                     else _axis_distance(self.members[i], self.members[j]) <= near
                 ):
                     return min(i, j) + 1, max(i, j) + 1
         return None
 
-    def _overlap_along_axis(self, i: int, j: int, near: float) -> bool:
+    def _do_axes_overlap(self, i: int, j: int, near: float) -> bool:
         """Return whether an end of one of two members lies on the other's axis, within `near` (m).
 
         A common point of both members does not count.

@@ -33,7 +33,7 @@ class AllDistances:
     def __init__(self, points: Floats) -> None:
         self.points = points
 
-    def _squares(self, X: Floats) -> Floats:
+    def _squared_distances(self, X: Floats) -> Floats:
         """Return the squared distances (n, m), coordinate by coordinate: a sum over an axis of three is slower."""
         found = np.zeros((len(X), len(self.points)))
         for start in range(0, len(X), CHUNK):
@@ -44,11 +44,11 @@ class AllDistances:
         return found
 
     def distance(self, X: Floats) -> Floats:
-        nearest: Floats = np.sqrt(self._squares(X).min(axis=1))
+        nearest: Floats = np.sqrt(self._squared_distances(X).min(axis=1))
         return nearest
 
     def within(self, X: Floats, radius: Floats) -> tuple[Ints, Ints]:
-        which, point = np.nonzero(self._squares(X) <= radius[:, None] ** 2)
+        which, point = np.nonzero(self._squared_distances(X) <= radius[:, None] ** 2)
         return which, point
 
 

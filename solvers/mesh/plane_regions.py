@@ -281,58 +281,58 @@ class QuarterRing(PlaneRegion):
     )
 
     @property
-    def _hole(self) -> Place:
+    def _hole_semiaxes(self) -> Place:
         return self.inner, self.inner_y or self.inner
 
     @property
-    def _border(self) -> Place:
+    def _outer_semiaxes(self) -> Place:
         return self.outer, self.outer_y or self.outer
 
     @property
     def fault(self) -> str:
         """Return an error if the wall is empty."""
-        (a, b), (c, d) = self._hole, self._border
+        (a, b), (c, d) = self._hole_semiaxes, self._outer_semiaxes
         return "" if a < c and b < d else "its hole must be smaller than the outer border, along both x and y"
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
         """Return x and y, m, for s from the hole (0) outward and t from the x axis (0) around to the y axis (1)."""
         turn = 0.5 * math.pi * t
-        (a, b), (c, d) = self._hole, self._border
+        (a, b), (c, d) = self._hole_semiaxes, self._outer_semiaxes
         return (a + s * (c - a)) * np.cos(turn) * (t < 1), (b + s * (d - b)) * np.sin(turn)  # 0 on the y axis, exactly
 
     def place(self, **at: float) -> Vector3:
         """Return the point, m, with two given coordinates, computed without arrays."""
         turn, s = 0.5 * math.pi * at["turn"], at["s"]
-        (a, b), (c, d) = self._hole, self._border
+        (a, b), (c, d) = self._hole_semiaxes, self._outer_semiaxes
         return (a + s * (c - a)) * math.cos(turn), (b + s * (d - b)) * math.sin(turn), 0.0
 
     @property
     def area(self) -> float:
         """Exact area, m^2."""
-        (a, b), (c, d) = self._hole, self._border
+        (a, b), (c, d) = self._hole_semiaxes, self._outer_semiaxes
         return 0.25 * math.pi * (c * d - a * b)
 
     @property
     def sizes(self) -> tuple[float, float]:
         """Largest wall thickness, and a quarter of the circumscribed circle, m."""
-        (a, b), (c, d) = self._hole, self._border
+        (a, b), (c, d) = self._hole_semiaxes, self._outer_semiaxes
         return max(c - a, d - b), 0.5 * math.pi * max(c, d)
 
     @property
     def ends(self) -> tuple[Place, Place]:
         """Lowest and highest x and y, m."""
-        return (0.0, 0.0), self._border
+        return (0.0, 0.0), self._outer_semiaxes
 
     def within(self, x: float, y: float, slack: float) -> bool:
         """Return whether a point lies in the quarter and between the ellipses, within `slack` (m)."""
-        (a, b), (c, d) = self._hole, self._border
+        (a, b), (c, d) = self._hole_semiaxes, self._outer_semiaxes
         out, off = math.hypot(x / a, y / b) - 1.0, math.hypot(x / c, y / d) - 1.0
         return x >= -slack and y >= -slack and out >= -slack / min(a, b) and off <= slack / min(c, d)
 
     @property
     def sides(self) -> tuple[CurvedSide, ...]:
         """Hole and outer border."""
-        return (EllipticCylinderSide(*self._border), EllipticCylinderSide(*self._hole))
+        return (EllipticCylinderSide(*self._outer_semiaxes), EllipticCylinderSide(*self._hole_semiaxes))
 
 
 @dataclass(frozen=True)

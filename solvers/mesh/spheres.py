@@ -124,16 +124,16 @@ class RoundBody(Shape):
 
     def within(self, cuts: tuple[Cut, ...]) -> tuple[EllipsoidSide, ...]:
         """Return the ellipsoids inside the body at the radii of cuts."""
-        return tuple(self._like(cut.at / max(self.outer)) for cut in cuts_along(cuts, "radius"))
+        return tuple(self._similar_ellipsoid(cut.at / max(self.outer)) for cut in cuts_along(cuts, "radius"))
 
-    def _like(self, share: float) -> EllipsoidSide:
+    def _similar_ellipsoid(self, share: float) -> EllipsoidSide:
         x, y, z = self.outer
         return EllipsoidSide((share * x, share * y, share * z), self.origin)
 
     @property
     def sides(self) -> tuple[EllipsoidSide, ...]:
         """Outer surface, and the surface of the hollow if there is one."""
-        return tuple(self._like(share) for share in ((1.0, self.hollow) if self.hollow else (1.0,)))
+        return tuple(self._similar_ellipsoid(share) for share in ((1.0, self.hollow) if self.hollow else (1.0,)))
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ class CellContributions:
         self.V, self.rows = V, V[self.dofs]  # (m, 3a, r)
         self.steps = SMALL * size / np.abs(V).max(axis=0)
 
-    def _by_cell(self, x: Floats) -> Floats:
+    def _nodal_forces_of_cells(self, x: Floats) -> Floats:
         """Return the nodal forces of each cell, N, shape (m, 3a), at displacements x (dofs,), m."""
         y = np.ascontiguousarray(x[self.dofs].ravel())
         g = np.zeros_like(y)
@@ -54,7 +54,7 @@ class CellContributions:
 
     def forces(self, x: Floats) -> Floats:
         """Return the generalised forces of each cell (m, r) at displacements x (dofs,), m."""
-        found: Floats = np.einsum("mk,mkr->mr", self._by_cell(x), self.rows)
+        found: Floats = np.einsum("mk,mkr->mr", self._nodal_forces_of_cells(x), self.rows)
         return found
 
     def stiffness(self, x: Floats) -> Floats:

@@ -139,7 +139,7 @@ class _ErrorEquation:
             residual, size = max(residual, float(np.linalg.norm(R))), max(size, _largest_displacement(x))
             if i and known:
                 try:
-                    e, w = self._advanced(i, float(time - motion.times[i - 1]), x, e, w, before + R)
+                    e, w = self._advance_error(i, float(time - motion.times[i - 1]), x, e, w, before + R)
                 except Singular:
                     known = False
                 whole = np.zeros_like(x)
@@ -152,7 +152,7 @@ class _ErrorEquation:
             return ReductionError(relative)
         return ReductionError(relative, _relative_error(distance, size), distance)
 
-    def _advanced(self, i: int, h: float, x: Floats, e: Floats, w: Floats, R: Floats) -> tuple[Floats, Floats]:
+    def _advance_error(self, i: int, h: float, x: Floats, e: Floats, w: Floats, R: Floats) -> tuple[Floats, Floats]:
         """Return the error and its velocity after a trapezoidal step of h, s.
 
         e and w are their values before the step. R is the sum of the residuals at both ends of the step, N.
@@ -181,16 +181,16 @@ class _ErrorEquation:
         own = self.own
         held = np.zeros_like(a)
         held[own.fixed] = a[own.fixed]
-        pull = own.at(q, own.factors(time)).total + self._drag(own, q, v) + own.inertia(held)
+        pull = own.at(q, own.factors(time)).total + self._damping_forces(own, q, v) + own.inertia(held)
         a[own.free] = dense.solve(own.M_free.toarray(), -pull[own.free], assume_a="pos")
         forces = self.forces
         force, inertia = forces.at(x, forces.factors(time)), forces.inertia(V @ a)
-        whole = inertia + self._drag(forces, x, V @ v) + force.total
+        whole = inertia + self._damping_forces(forces, x, V @ v) + force.total
         each = (inertia[self.free], force.internal, force.external[self.free])
         self.scale = max(self.scale, *(float(np.linalg.norm(f)) for f in each))
         return np.asarray(whole[self.free])
 
-    def _drag(self, forces: DynamicForces, x: Floats, v: Floats) -> Floats:
+    def _damping_forces(self, forces: DynamicForces, x: Floats, v: Floats) -> Floats:
         """Return the damping forces alpha M v + beta K v, N, shape (dofs,); K v is a difference of internal forces."""
         damping = self.full.damping
         drag = damping.alpha * forces.inertia(v)

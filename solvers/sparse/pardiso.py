@@ -121,9 +121,9 @@ class Pardiso:
             self._settings[place - 1] = value
         self._end = weakref.finalize(self, _release_factor, self._handle, kind, self._n)
         for phase in (ANALYSE, FACTORISE):
-            self._phase(phase, np.zeros(self._n))
+            self._run_phase(phase, np.zeros(self._n))
 
-    def _phase(self, phase: int, b: Floats) -> Floats:
+    def _run_phase(self, phase: int, b: Floats) -> Floats:
         """Run one phase of the library, and return x."""
         b = np.ascontiguousarray(b, dtype=self._real)
         x = np.zeros_like(b)
@@ -137,4 +137,4 @@ class Pardiso:
 
     def solve(self, b: Floats) -> Floats:
         """Return the solution x of K x = b."""
-        return self._phase(SOLVE, b)
+        return self._run_phase(SOLVE, b)

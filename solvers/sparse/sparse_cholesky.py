@@ -83,7 +83,7 @@ class Cholesky:
         with ALONE:
             failed = int(factorization_kernels.factorise(0, data, *self._matrix, *self._unsigned))
             if failed and indefinite:
-                failed = self._continue(failed - 1, data)
+                failed = self._continue_with_signs(failed - 1, data)
         if failed:
             raise Indefinite(failed - 1, int(self.plan.first[failed - 1]))
 
@@ -92,7 +92,7 @@ class Cholesky:
         """True if all pivots are positive."""
         return not len(self._signs)
 
-    def _continue(self, front: int, data: Floats) -> int:
+    def _continue_with_signs(self, front: int, data: Floats) -> int:
         """Continue the factorisation with signed pivots from `front`; return 0, or 1 + the front that fails."""
         self._signs, values = np.ones_like(self._x), np.zeros_like(self._x)
         pivots, below = self.plan.pivots, self.plan.rows - self.plan.pivots

@@ -120,7 +120,7 @@ class PathFollower:
             self.path.points.append(there if crossing is None else crossing)
             if crossing is not None:
                 return crossing.x
-            self._raise_if_given_up(there)
+            self._check_path_point(there)
             length, here = length + step, there
             longest = max(STRIDE, RELATIVE * length)
             step = min(longest, step * float(np.clip(np.sqrt(USUAL / max(1, there.iterations)), 0.5, 1.6)))
@@ -167,11 +167,11 @@ class PathFollower:
             if number == CORRECTIONS or (number > 2 and np.hypot(*self._parts((d, up))) > 10 * step):
                 break
             missing = step - self._dot(here.tangent, (d, up))
-            more, rise = self._correction(x, load, g, here.tangent, missing)
+            more, rise = self._newton_correction(x, load, g, here.tangent, missing)
             x, load, d, up = self._moved(x, more), load + rise, d + more, up + rise
         raise PathLost("Newton's method finds no further point")
 
-    def _correction(
+    def _newton_correction(
         self, x: Floats, load: float, g: Floats, tangent: tuple[Floats, float], missing: float
     ) -> tuple[Floats, float]:
         """Return the Newton correction of state (dofs,) and load.
@@ -391,7 +391,7 @@ class PathFollower:
 
     # ------------------------------------------------------------------ end of the path
 
-    def _raise_if_given_up(self, there: PathPoint) -> None:
+    def _check_path_point(self, there: PathPoint) -> None:
         """Raise NotConverged if the path at a point inverts cells, reverses the load, or leads too far from rest."""
         checks: tuple[tuple[bool, Callable[[], str]], ...] = (
             (not self.problem.sound(there.x), lambda: "where cells become inverted"),

@@ -106,17 +106,17 @@ class _PositionSearch:
             if here.push == 0.0 and left == 0.0:
                 return self._kept(here, 0.0, 0.0)
             if here.push == 0.0:
-                there = self._first_contact_position(here, float(np.sign(left)))
+                there = self._travel_to_contact(here, float(np.sign(left)))
             else:
                 stiffness = self._stiffness(here)
-                if self._resists(here):
+                if self._has_contact_force(here):
                     self.seen.append(TravelStiffness(here, stiffness))
                 if abs(left) <= self.problem.tolerance * abs(self.press.force) + self._rounding(here):
                     return self._kept(here, left, stiffness)
                 there = self._next(here, left, stiffness)
             if abs(there - here.d) <= self.least:
                 break
-            here = self._towards(here, there)
+            here = self._solve_towards_travel(here, there)
         reason = f"the force on the rigid body is not balanced to the tolerance: {abs(self._left(here)):.1e} N are left"
         raise NotConverged(reason, self.history)
 
@@ -131,7 +131,7 @@ class _PositionSearch:
 
     def _rounding(self, here: TravelPoint) -> float:
         """Return the error of the contact force due to rounding of positions, N."""
-        return ROUNDED * float(sum(contact.rounding(here.found.x) for contact in self._contacts(here.found)))
+        return ROUNDED * float(sum(contact.rounding(here.found.x) for contact in self._body_contacts(here.found)))
 
     def _next(self, here: TravelPoint, left: float, stiffness: float) -> float:
         """Return the next travel by Newton's method, m, from the unbalanced force, N, and the stiffness, N/m.
@@ -139,9 +139,9 @@ class _PositionSearch:
         The step is at most GROWS times the present depth, and the result stays inside the bracket. If the given force
         is zero, the body also moves out of the barrier, where its force would otherwise decrease without end.
         """
-        distance = min(c.barrier.distance for c in self._contacts(here.found))
+        distance = min(c.barrier.distance for c in self._body_contacts(here.found))
         first = FIRST * distance
-        if stiffness > 0.0 and self._resists(here):
+        if stiffness > 0.0 and self._has_contact_force(here):
             most, self.stride = max(first, GROWS * abs(here.push) / stiffness), 0.0
             step = left / stiffness + (0.0 if self.press.force else float(np.copysign(distance, left)))
         else:
@@ -150,7 +150,7 @@ class _PositionSearch:
         there = here.d + float(np.clip(step, -most, most))
         return there if self.low < there < self.high else self._between(there)
 
-    def _resists(self, here: TravelPoint) -> bool:
+    def _has_contact_force(self, here: TravelPoint) -> bool:
         """Return whether the contact force at a position is not negligible."""
         return abs(here.push) > NOTHING * abs(self.press.force)
 
@@ -158,7 +158,7 @@ class _PositionSearch:
         """Return the middle of the bracket, or `there` if the bracket is still open on one side."""
         return 0.5 * (self.low + self.high) if np.isfinite(self.low) and np.isfinite(self.high) else there
 
-    def _towards(self, here: TravelPoint, there: float) -> TravelPoint:
+    def _solve_towards_travel(self, here: TravelPoint, there: float) -> TravelPoint:
         """Return the equilibrium at the travel `there`, m, or nearer to `here` if that fails. Raises NotConverged."""
         while True:
             try:
@@ -194,7 +194,7 @@ class _PositionSearch:
         self.history = (*self.history, *found.history)
         return TravelPoint(d, found, self._push(found, found.x, d))
 
-    def _contacts(self, found: Equilibrium) -> list[Any]:
+    def _body_contacts(self, found: Equilibrium) -> list[Any]:
         """Return the contacts of the rigid body in an equilibrium."""
         driven = [i for i, energy in enumerate(self.problem.assembly.loads) if energy.driven]
         count = len(self.problem.assembly.loads)
@@ -203,7 +203,7 @@ class _PositionSearch:
 
     def _push(self, found: Equilibrium, x: Floats, d: float) -> float:
         """Return the force on the deformable body along the travel, N, in a state x with the rigid body at d, m."""
-        each = (self.press.placed(contact, d) for contact in self._contacts(found))
+        each = (self.press.placed(contact, d) for contact in self._body_contacts(found))
         return float(sum(contact.pushes(x).sum(axis=0)[self.press.along] for contact in each))
 
     def _stiffness(self, here: TravelPoint) -> float:
@@ -215,7 +215,7 @@ class _PositionSearch:
         last = iter(found.beside)
         loads: list[Any] = [next(last) if energy.driven else energy for energy in self.problem.assembly.loads]
         assembly = self.problem.assembly.joined(loads)
-        own = self._contacts(found)
+        own = self._body_contacts(found)
         e = SMALL * min(c.barrier.distance for c in own)
         change = np.zeros(assembly.dofs)
         for sign in (1.0, -1.0):
@@ -230,12 +230,12 @@ class _PositionSearch:
         ahead, behind = (self._push(found, x + sign * way, here.d + sign * e) for sign in (1.0, -1.0))
         return float((ahead - behind) / (2.0 * e))
 
-    def _first_contact_position(self, here: TravelPoint, sign: float) -> float:
+    def _travel_to_contact(self, here: TravelPoint, sign: float) -> float:
         """Return the travel, m, at which the rigid body first touches the body in its present state.
 
         `sign` is the direction of the search. Raises NotConverged if there is no contact.
         """
-        contacts, x, way = self._contacts(here.found), here.found.x, 0.0
+        contacts, x, way = self._body_contacts(here.found), here.found.x, 0.0
         distance = min(c.barrier.distance for c in contacts)
         far = None
         for _ in range(LOOKS):

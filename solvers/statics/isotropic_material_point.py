@@ -90,7 +90,7 @@ class PrincipalPoint:
         if not free or (self.constraint is not None and len(free) == 1):
             return self._relieved(drive, e, free)
         if len(free) == 1:
-            return self._of_one(e, *free[0], most)
+            return self._solve_one_stretch(e, *free[0], most)
         p = start[1]
         at = self._at(e, p, free)
         for number in range(most):
@@ -105,7 +105,7 @@ class PrincipalPoint:
                 return e, p, number + 1, at[2]
         return None
 
-    def _of_one(self, e: list[float], pull: float, axes: list[int], most: int) -> Any:
+    def _solve_one_stretch(self, e: list[float], pull: float, axes: list[int], most: int) -> Any:
         """Return the solution of `newton` for one unknown stretch and no pressure: the most frequent case.
 
         e are the logarithms of stretches, `pull` the prescribed stress, Pa, on the free axes `axes`.
@@ -171,7 +171,7 @@ class PrincipalPoint:
             return None
         J = math.exp(sum(own))
         p = (pull * math.exp(own[axes[0]]) - known[1][axes[0]]) / (first * J)
-        self._press(known, p, J)
+        self._add_pressure(known, p, J)
         return e, p, 0, known
 
     def _at(self, e: list[float], p: float, free: Free) -> Any:
@@ -212,10 +212,10 @@ class PrincipalPoint:
             psi, tau, bent = known
             known = float(psi), [float(t) for t in tau], [[float(b) for b in row] for row in bent]
         if self.constraint is not None and p:
-            self._press(known, p, math.exp(e[0] + e[1] + e[2]))
+            self._add_pressure(known, p, math.exp(e[0] + e[1] + e[2]))
         return known
 
-    def _press(self, known: Any, p: float, J: float) -> None:
+    def _add_pressure(self, known: Any, p: float, J: float) -> None:
         """Add the stress of a pressure p, Pa, at the volume ratio J to the stresses and derivatives `known`."""
         _, first, second = self.constraint.of(J - 1.0)
         slope = p * first * J
@@ -243,7 +243,7 @@ class PrincipalPoint:
         """Return the complete state of a solution `found` of `newton`."""
         e, p, iterations, (psi, tau, bent) = found
         if drive.shear is not None:
-            return self._told_sheared(drive, found)
+            return self._build_sheared_state(drive, found)
         given, pull = drive.stretches.tolist(), drive.stresses.tolist()
         t = [math.exp(a) if s != s else s for a, s in zip(e, given, strict=True)]
         P = [a / s for a, s in zip(tau, t, strict=True)]
@@ -260,7 +260,7 @@ class PrincipalPoint:
             _least_eigenvalue(H, normal, free) / self._shear, _least_eigenvalue(H, normal, some) / self._shear,
         )  # fmt: skip
 
-    def _told_sheared(self, drive: ImposedDeformation, found: Any) -> PointState:
+    def _build_sheared_state(self, drive: ImposedDeformation, found: Any) -> PointState:
         """Return the complete state of a solution `found` with shear in the plane of two axes.
 
         The stretches along these axes are imposed.

@@ -108,11 +108,11 @@ class MaterialPoint:
 
     def _way(self, drive: ImposedDeformation) -> MaterialPoint | PrincipalPoint:
         """Return the solver for an imposed deformation: the one in principal axes if it applies, else this one."""
-        known = None if self.linear else self._principal
+        known = None if self.linear else self._principal_stretch_solver
         return known if known is not None and is_applicable(drive) else self
 
     @cached_property
-    def _principal(self) -> PrincipalPoint | None:
+    def _principal_stretch_solver(self) -> PrincipalPoint | None:
         """Solver in principal axes; None if the law has no form in principal stretches."""
         free = self.constraint is None or isinstance(self.constraint, VolumeRatioConstraint)
         return PrincipalPoint(self.law, self.constraint) if free and hasattr(self.law, "principal") else None
@@ -225,7 +225,7 @@ class MaterialPoint:
         For small strain it is the derivative by the stretches.
         """
         F, own = drive.F(t), np.ones(len(free)) if self.linear else t[free]
-        H = own[:, None] * self._hessian(F, p)[np.ix_(free, free)] * own
+        H = own[:, None] * self._energy_hessian(F, p)[np.ix_(free, free)] * own
         if not self.linear:
             H = H + np.diag(own * self._unbalanced(drive, t, p)[free])
         if self.constraint is None:
@@ -241,7 +241,7 @@ class MaterialPoint:
         stress: Floats = self.law.P(F)[0].diagonal() - drive.stresses
         return stress if self.constraint is None else stress + p * self.constraint.gradient(F)[0].diagonal()
 
-    def _hessian(self, F: Floats, p: float) -> Floats:
+    def _energy_hessian(self, F: Floats, p: float) -> Floats:
         """Return the second derivative (3, 3), Pa, of the energy by the stretches along the axes."""
         found: Floats = self.law.dPdF(F)[0].reshape(9, 9)[np.ix_(AXES, AXES)]
         if self.constraint is not None:
@@ -263,7 +263,7 @@ class MaterialPoint:
     @cached_property
     def _at_rest(self) -> Floats:
         """Stiffness of the undeformed law along the axes (3, 3), Pa."""
-        return self._hessian(np.eye(3)[None], 0.0)
+        return self._energy_hessian(np.eye(3)[None], 0.0)
 
     @cached_property
     def _stiff(self) -> float:
@@ -281,7 +281,7 @@ class MaterialPoint:
             g = self.constraint.gradient(F)[0]
             P, normal = P + p * g, g.diagonal()
         left = np.abs(P.diagonal()[free] - drive.stresses[free]).max(initial=0.0)
-        H, scale = self._hessian(F, p), self._shear(self._at_rest)
+        H, scale = self._energy_hessian(F, p), self._shear(self._at_rest)
         held = _least_restricted_eigenvalue(H, normal, free) / scale
         if drive.shear is not None:
             a, b, _ = drive.shear

@@ -99,24 +99,24 @@ class _Recovery:
         self.soft = None if tangled.cells is None else _stable_neo_hookean_assembly(problem, tangled.cells)
         self.moving = problem.space.dofs if self.soft is None else self.soft.dofs  # unknowns without pressures
         if self.resting:  # no load or reaction sets a force scale: use forces at a strain of 1e-3
-            self.newton.towed = 1e-3 * self._unit_force(problem.assembly) / RIGID
+            self.newton.towed = 1e-3 * self._unit_strain_force(problem.assembly) / RIGID
 
     def walk(self) -> Equilibrium:
         """Return the recovered equilibrium: descend, check, repair bad cells, repeat. Raises NotConverged."""
-        x = self._begin()
+        x = self._initial_state()
         lawful = self.newton.minimal and self._finite(x)
         doubt = "no energy minimization finished"
         for self.attempts in range(ATTEMPTS + 1):
             if self.attempts:
-                x = self._escape(x)
+                x = self._perturb_worst_cells(x)
             if self.soft is not None and (self.attempts or not lawful):
-                x = self._untangled(self.soft, x)
+                x = self._minimize_neo_hookean_energy(self.soft, x)
             try:
                 x = self._settle(x)
             except NotConverged as failure:
                 doubt = self._describe_inverted_cells(x) or failure.reason
                 continue
-            found = self._doubt(x)
+            found = self._describe_mismatch(x)
             if found is None:
                 return self._kept(x)
             doubt = found
@@ -125,17 +125,17 @@ class _Recovery:
 
     # ------------------------------------------------------------------ descent
 
-    def _begin(self) -> Floats:
+    def _initial_state(self) -> Floats:
         """Return the state to begin with: the given one, with a small random perturbation if cells are flat.
 
         Bodies without cells are perturbed too.
         """
         x, cells = self.tangled.state, self.tangled.cells
         if cells is None or np.any(np.abs(np.linalg.det(cells.F(x[: self.moving]))) < FLAT):
-            return self._shaken(x, SHAKE)
+            return self._perturb_randomly(x, SHAKE)
         return x
 
-    def _shaken(self, x: Floats, size: float) -> Floats:
+    def _perturb_randomly(self, x: Floats, size: float) -> Floats:
         """Return the state x with every free node moved at random, by about `size` times the extent of the body."""
         free = self.problem.assembly.free
         free = free[free < self.moving]
@@ -148,16 +148,16 @@ class _Recovery:
         """Return whether the strain energy of the law is finite in a state x."""
         return bool(np.isfinite(self.newton.strain(x)))
 
-    def _untangled(self, soft: Assembly, x: Floats) -> Floats:
+    def _minimize_neo_hookean_energy(self, soft: Assembly, x: Floats) -> Floats:
         """Return the state that minimises the stable neo-Hookean energy `soft` without loads, with zero pressures."""
         found = np.zeros_like(x)
-        found[: self.moving] = self._downhill(soft, x[: self.moving], 0.0, "untangling")
+        found[: self.moving] = self._descend(soft, x[: self.moving], 0.0, "untangling")
         found[self.problem.fixed] = x[self.problem.fixed]
         return found
 
-    def _downhill(self, assembly: Assembly, x: Floats, load: float, phase: str) -> Floats:
+    def _descend(self, assembly: Assembly, x: Floats, load: float, phase: str) -> Floats:
         """Return a state after steps with a definite tangent that decrease the energy, until it hardly changes."""
-        value, calm, unit = assembly.value(x, load), 0, self._unit_force(assembly)
+        value, calm, unit = assembly.value(x, load), 0, self._unit_strain_force(assembly)
         for number in range(STEPS):
             g = assembly.gradient(x, load)
             d = self._step(assembly, x, load, g)
@@ -210,7 +210,7 @@ class _Recovery:
         self.history.append(iteration)
         self.problem.watch(iteration)
 
-    def _unit_force(self, assembly: Assembly) -> float:
+    def _unit_strain_force(self, assembly: Assembly) -> float:
         """Return the order of magnitude of the nodal forces at unit strain, N: the scale of rounding errors."""
         rest = self.problem.rest if assembly is self.problem.assembly else np.zeros(assembly.dofs)
         size = sum(e.rounding(rest) for e in assembly.internal) / float(np.finfo(np.float64).eps)
@@ -224,7 +224,7 @@ class _Recovery:
             raise NotConverged("the energy of the law is not finite in this state", tuple(self.history))
         self.newton.moved = self.problem.extent * float(np.sqrt(self.problem.space.dofs))
         if self.newton.minimal:
-            x = self._downhill(self.problem.assembly, x, 1.0, "recovery")
+            x = self._descend(self.problem.assembly, x, 1.0, "recovery")
             x, self.stable = self.newton.stable(self.newton.descend(x, 1.0))
             return x
         x = self._loaded(x)
@@ -246,7 +246,7 @@ class _Recovery:
 
     # ------------------------------------------------------------------ checks of the result
 
-    def _doubt(self, x: Floats) -> str | None:
+    def _describe_mismatch(self, x: Floats) -> str | None:
         """Return a message why an equilibrium x is not the expected one; None if it is."""
         if folded := self._describe_inverted_cells(x):
             return folded
@@ -269,7 +269,7 @@ class _Recovery:
         if not self.newton.minimal:
             return "it is another equilibrium than without the disturbance" if self._apart(x) else None
         energy, least = self.problem.assembly.value(x, 1.0), self.problem.assembly.value(self._judge, 1.0)
-        room = AT_REST * self._unit_force(self.problem.assembly) * self.problem.extent
+        room = AT_REST * self._unit_strain_force(self.problem.assembly) * self.problem.extent
         if abs(energy - least) <= max(room, OTHER * abs(least)):
             return None
         than = "more" if energy > least else "less"
@@ -338,25 +338,25 @@ class _Recovery:
 
     # ------------------------------------------------------------------ escape from bad minima
 
-    def _escape(self, x: Floats) -> Floats:
+    def _perturb_worst_cells(self, x: Floats) -> Floats:
         """Return a state with the nodes of the worst cells interpolated again and perturbed at random.
 
         The interpolated region grows with every attempt.
         """
         cells = self.tangled.cells
         if cells is None:
-            return self._shaken(x, 0.02 * self.attempts)
+            return self._perturb_randomly(x, 0.02 * self.attempts)
         u = x[: self.moving]
-        nodes = _nodes_around(cells.cells, self._worst(cells, u), self.attempts // 2, len(u) // 3)
+        nodes = _nodes_around(cells.cells, self._find_worst_cells(cells, u), self.attempts // 2, len(u) // 3)
         if nodes is None:
-            return self._shaken(x, 0.02 * self.attempts)
+            return self._perturb_randomly(x, 0.02 * self.attempts)
         self.filled = max(self.filled, len(nodes))
         free = np.zeros(len(x), dtype=np.bool_)
         free[self.problem.assembly.free] = True
         filled = np.concatenate([_interpolate_harmonically(cells, u, nodes, free[: self.moving]), x[self.moving :]])
-        return self._shaken(filled, SHAKE)
+        return self._perturb_randomly(filled, SHAKE)
 
-    def _worst(self, cells: Elastic, x: Floats) -> Ints:
+    def _find_worst_cells(self, cells: Elastic, x: Floats) -> Ints:
         """Return the numbers of the cells that are inverted or strained most."""
         density = np.max(UNIT.psi(cells.F(x)).reshape(cells.w.shape), axis=1)
         bad = density > STRAINED * density.max()

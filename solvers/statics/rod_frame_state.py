@@ -51,7 +51,7 @@ class RodNetwork:
             cached_elements(x, ends, self.lengths), step.reshape(-1, 6)[ends].reshape(-1, 12), turns
         )
         short = axes - (nodes[ends[:, 1], :3] - nodes[ends[:, 0], :3])
-        nodes[:, :3] += self._moved_on(short)[self.joints.point]
+        nodes[:, :3] += self._position_corrections(short)[self.joints.point]
         cached_elements(moved, ends, self.lengths, turns)  # it will be needed
         return moved
 
@@ -76,7 +76,7 @@ class RodNetwork:
             found.append((free, factor(whole[free][:, free].tocsr(), symmetric=True)))
         return found
 
-    def _moved_on(self, short: Floats) -> Floats:
+    def _position_corrections(self, short: Floats) -> Floats:
         """Return corrections (p, 3), m, of points for misfits `short` (e, 3), m, of the element axes."""
         found = np.zeros((self.joints.points, 3))
         b = self._differences.T @ (short / self.lengths[:, None])

@@ -73,8 +73,8 @@ class Newton:
         """
         if not self.problem.moves:
             return x
-        d = self._following(x, self.problem.imposed(load - fraction, load), load, True)
-        return self._moved(x, self._clear(x, d, load - fraction, load), 1.0)
+        d = self._response_to_supports(x, self.problem.imposed(load - fraction, load), load, True)
+        return self._moved(x, self._collision_free_motion(x, d, load - fraction, load), 1.0)
 
     def carry(self, x: Floats, fraction: float, load: float) -> Floats:
         """Return an equilibrium x predicted for a load larger by `fraction`, with its tangent and predicted pressures.
@@ -93,20 +93,20 @@ class Newton:
         too.
         """
         self._promised = None
-        d = self._following(x, moved, load, False, to)
-        y = self._moved(x, self._clear(x, d, load, load if to is None else to), 1.0)
+        d = self._response_to_supports(x, moved, load, False, to)
+        y = self._moved(x, self._collision_free_motion(x, d, load, load if to is None else to), 1.0)
         if not np.isfinite(self.strain(y)):
             raise NotConverged("the motion of the supports leaves the domain of the law", tuple(self.history))
         if self.cellular:
             self._promised = self.mixing.with_predicted_pressures(self.assembly, x, d)
         return y
 
-    def _clear(self, x: Floats, d: Floats, load: float, to: float) -> Floats:
+    def _collision_free_motion(self, x: Floats, d: Floats, load: float, to: float) -> Floats:
         """Return the part of a motion d (dofs,) without intersections, as rigid bodies move from one load to another.
 
         Raises NotConverged if supports move too far, or if points would pass through a rigid body for any step.
         """
-        part = self._ahead(x, d, load, to)
+        part = self._moving_collision_free_fraction(x, d, load, to)
         if part == 0.0 or (part < 1.0 and np.any(d[self.problem.fixed])):
             raise NotConverged("the motion of the supports would make surfaces intersect", tuple(self.history))
         return d if part == 1.0 else part * d
@@ -116,23 +116,27 @@ class Newton:
 
         If not even a small fraction is possible, rigid bodies are ignored: points near a sharp edge are on both sides.
         """
-        return self._ahead(x, d, load, load) or self.assembly.limit(x, d)
+        return self._moving_collision_free_fraction(x, d, load, load) or self.assembly.limit(x, d)
 
-    def _ahead(self, x: Floats, d: Floats, load: float, to: float) -> float:
+    def _moving_collision_free_fraction(self, x: Floats, d: Floats, load: float, to: float) -> float:
         """Return the collision-free fraction of d as rigid bodies move from one load to another; 0 if none."""
         part = self.assembly.limit(x, d)
         if not self.problem.beside:
             return part
         from softmark.solvers.contact.continuous_collision import collision_free_fraction
 
-        return part * collision_free_fraction(self._driven(load), x, part * d, None if to == load else self._driven(to))
+        return part * collision_free_fraction(
+            self._rigid_contacts(load), x, part * d, None if to == load else self._rigid_contacts(to)
+        )
 
-    def _driven(self, load: float) -> list[Any]:
+    def _rigid_contacts(self, load: float) -> list[Any]:
         """Return the contacts with rigid bodies at a load factor."""
         known: list[Any] = list(self.assembly.loads)
         return [energy.at(load) for energy in known if energy.driven]
 
-    def _following(self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None) -> Floats:
+    def _response_to_supports(
+        self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None
+    ) -> Floats:
         """Return the linear response (dofs,) to support increments `moved` (c,) and to rigid bodies that move."""
         problem, d = self.problem, np.zeros(self.space.dofs)
         d[problem.fixed] = moved
@@ -172,7 +176,7 @@ class Newton:
             done = self._done(x, g, residual)
             if done or number == most or not np.isfinite(residual):
                 break
-            self._aim(residual)
+            self._set_linear_tolerance(residual)
             d = self._direction(x, g, self._factor(x, load, projected=False))
             self._judge(x, g, d)
             x, length = self._inside(x, d, load)
@@ -211,7 +215,7 @@ class Newton:
         if self.cellular:
             self._promised = self.mixing.with_zero_pressures(self.assembly)
 
-    def _aim(self, residual: float) -> None:
+    def _set_linear_tolerance(self, residual: float) -> None:
         """Set the relative residual to which the next linear system is solved."""
         if self.systems.choice.iterative:
             goal = self.systems.goal(residual, self._last_residual, self._last_goal, self.problem.tolerance)
@@ -250,7 +254,7 @@ class Newton:
             from softmark.solvers.statics.friction_iteration import solve_friction
 
             return solve_friction(self, x, load)
-        merit = self._energy if self.minimal else self._imbalance
+        merit = self._energy if self.minimal else self._half_squared_residual
         value = merit(x, load)
         if not np.isfinite(value):
             raise NotConverged("the motion of the supports inverts cells", tuple(self.history))
@@ -263,17 +267,17 @@ class Newton:
                 return x
             if number == most or not np.isfinite(residual):
                 break
-            self._aim(residual)
+            self._set_linear_tolerance(residual)
             self.reached = x
             x, value, length = self._decrease(x, load, g, max(recent), merit)
             recent.append(value)
             self._record(load, number, residual, length)
-            if self.phase == "aside" and (lost := self._lost(x, load)):
+            if self.phase == "aside" and (lost := self._lost_rotation_message(x, load)):
                 raise NotConverged(lost, tuple(self.history))
         reason = f"Newton's method did not converge within {number} iterations at {100 * load:.4g} % of the load"
         raise NotConverged(f"{reason}, residual {residual:.1e}", tuple(self.history))
 
-    def _lost(self, x: Floats, load: float) -> str | None:
+    def _lost_rotation_message(self, x: Floats, load: float) -> str | None:
         """Return a message if the last step lost whole rotations of the supports; else None."""
         problem = self.problem
         if problem.way is not None and self.reached is not None and problem.jumped(self.reached, x):
@@ -297,10 +301,10 @@ class Newton:
         """Record whether the energy norm error, sqrt(-g . d), and the Newton step d are small."""
         close = not self.assembly.saddle and bool(0.0 <= -(g @ d) <= 2.0 * self.strain(x) * self.problem.tolerance**2)
         tiny = bool(np.linalg.norm(d / self.problem.weights) <= TINY * self.moved)
-        definite = (close or tiny) and not projected and not self._indefinite()
+        definite = (close or tiny) and not projected and not self._is_tangent_indefinite()
         self._close, self._tiny = close and definite, tiny and definite
 
-    def _indefinite(self) -> bool:
+    def _is_tangent_indefinite(self) -> bool:
         """Return whether the last tangent has negative eigenvalues; always False for follower loads."""
         last = self.last
         return self.assembly.conservative and (isinstance(last, DeferredFactor) or bool(last and last.negative_pivots))
@@ -328,7 +332,7 @@ class Newton:
             self._valued = x, load, self.strain(x) + sum(loads)
         return self._valued[2]
 
-    def _imbalance(self, x: Floats, load: float) -> float:
+    def _half_squared_residual(self, x: Floats, load: float) -> float:
         """Return half of the squared norm of the residual; infinite outside the domain of the law."""
         if not np.isfinite(self.strain(x)):
             return np.inf
@@ -341,12 +345,12 @@ class Newton:
         """
         for projected in (False, True):
             factor = self._factor(x, load, projected)
-            if not projected and self._indefinite():  # the Newton direction leads to a saddle point
+            if not projected and self._is_tangent_indefinite():  # the Newton direction leads to a saddle point
                 self._close = self._tiny = False
                 continue
             d = self._direction(x, g, factor)
             self._judge(x, g, d, projected)
-            if not projected and self._indefinite():  # conjugate gradients detect this while they solve
+            if not projected and self._is_tangent_indefinite():  # conjugate gradients detect this while they solve
                 continue
             if self._close or self._tiny:  # energy differences are rounding errors now
                 y = self._moved(x, d, 1.0)
@@ -354,7 +358,7 @@ class Newton:
             slope = float(g @ d) if self.minimal else -2.0 * merit(x, load)
             length = self._armijo(x, load, d, value, slope, merit)
             if projected and length == 1.0:
-                length = self._lengthen(x, load, d, merit)
+                length = self._lengthen_step(x, load, d, merit)
             if length:
                 y = self._moved(x, d, length)
                 return y, merit(y, load), length
@@ -370,7 +374,7 @@ class Newton:
             length *= 0.5
         return 0.0
 
-    def _lengthen(self, x: Floats, load: float, d: Floats, merit: Merit) -> float:
+    def _lengthen_step(self, x: Floats, load: float, d: Floats, merit: Merit) -> float:
         """Return the multiple of a step d up to which the merit decreases, by doubling.
 
         Steps of a definite tangent would leave saddle points slowly.
@@ -425,13 +429,13 @@ class Newton:
                 self.left = x
             self.phase = "aside"
             try:
-                x = self.descend(self._aside(x), 1.0, VALLEY)
+                x = self.descend(self._leave_unstable_state(x), 1.0, VALLEY)
             except NotConverged as failure:
                 failure.unstable = self.left
                 raise
         raise NotConverged("every equilibrium found is unstable", tuple(self.history), unstable=self.left)
 
-    def _aside(self, x: Floats) -> Floats:
+    def _leave_unstable_state(self, x: Floats) -> Floats:
         """Return a state with less energy along the least stiff direction. Raises NotConverged if there is none."""
         d = self.downhill(x)
         d *= 0.1 * self.problem.extent / np.abs(d / self.problem.weights).max()

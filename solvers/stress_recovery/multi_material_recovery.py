@@ -63,7 +63,7 @@ class MultiMaterialStresses(Stresses):
         At points on interfaces they are those of the side with the larger stress.
         """
         found, size = np.zeros((len(X), 0)), np.full(len(X), -1.0)
-        for _, own, here in self._owners(X):
+        for _, own, here in self._materials_with_points(X):
             values = own.values(X[here])
             found = found if found.size else np.full((len(X), values.shape[1]), np.nan)
             own_size = _stress_norm(values)
@@ -75,7 +75,7 @@ class MultiMaterialStresses(Stresses):
     def sides(self, X: Floats) -> TensorsBySide:
         """Return stress and deformation at points X (n, 3), m, for each material there: several on an interface."""
         rows, numbers, values = [], [], []
-        for number, own, here in self._owners(X):
+        for number, own, here in self._materials_with_points(X):
             rows.append(here)
             numbers.append(np.full(len(here), number))
             values.append(own.values(X[here]))
@@ -89,20 +89,20 @@ class MultiMaterialStresses(Stresses):
         The material changes where the line passes through a facet between cells of different materials. Curved facets
         are represented by flat triangles, so the fractions are refined by bisection.
         """
-        t = find_triangle_crossings(self._interfaces, begin, end)
+        t = find_triangle_crossings(self._interface_triangles, begin, end)
         t = np.unique(np.concatenate([[0.0], t, [1.0]]))
         t = t[np.concatenate([[True], np.diff(t) > 1e-12])]
-        return self._bisected(t, begin, end)[1:-1]
+        return self._bisect_crossings(t, begin, end)[1:-1]
 
     @cached_property
-    def _interfaces(self) -> Floats:
+    def _interface_triangles(self) -> Floats:
         """Triangles (t, 3, 3), m, of the facets that bound the cells of each material.
 
         They include the boundary of the body, which no line inside crosses.
         """
         return np.concatenate([own.state.mesh.points[own.state.mesh.faces] for own in self.each])
 
-    def _bisected(self, t: Floats, begin: Floats, end: Floats) -> Floats:
+    def _bisect_crossings(self, t: Floats, begin: Floats, end: Floats) -> Floats:
         """Return the sorted fractions t (k,) of a line, with more material changes between them found by bisection."""
         width = np.diff(t)
         low, high = t[:-1] + ASIDE * width, t[1:] - ASIDE * width
@@ -120,7 +120,7 @@ class MultiMaterialStresses(Stresses):
     def _material(self, X: Floats) -> Ints:
         """Return the number of the first material at each point X (n, 3), m, shape (n,)."""
         found = np.full(len(X), len(self.each), dtype=np.int64)
-        for number, _, here in self._owners(X):
+        for number, _, here in self._materials_with_points(X):
             found[here] = np.minimum(found[here], number)
         return found
 
@@ -156,14 +156,14 @@ class MultiMaterialStresses(Stresses):
         `of` returns the values of the stress field of one material at its points.
         """
         found = np.zeros(len(X))
-        for _, own, here in self._owners(X):
+        for _, own, here in self._materials_with_points(X):
             found[here] = np.maximum(found[here], of(own, X[here]))
         return found
 
     def shared(self, X: Floats) -> int:
         """Return the number of points X (n, 3), m, that lie on interfaces."""
         count = np.zeros(len(X), dtype=np.int64)
-        for _, _, here in self._owners(X):
+        for _, _, here in self._materials_with_points(X):
             count[here] += 1
         return int((count > 1).sum())
 
@@ -185,7 +185,7 @@ class MultiMaterialStresses(Stresses):
         moved = tuple(own.moved(step) for own in self.each)
         return MultiMaterialStresses(replace(self.state, u=self.state.u + step), moved)
 
-    def _owners(self, X: Floats) -> Iterator[tuple[int, Stresses, Ints]]:
+    def _materials_with_points(self, X: Floats) -> Iterator[tuple[int, Stresses, Ints]]:
         """Yield the number of each material, its stress field, and the indices of the points X (n, 3) that it has.
 
         These are the points in its cells or nearest to them. The result for each X is cached.

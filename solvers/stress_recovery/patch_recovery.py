@@ -56,7 +56,7 @@ class PatchRecovery:
     def at(self, X: Floats) -> Floats:
         """Return values (n, k) at points X (n, 3), m, of the undeformed body, interpolated by shape functions."""
         where = locate_points(self.mesh, X)
-        return self._interpolated(where.nodes, where.N, self.at_nodes)
+        return self._interpolate_nodal_values(where.nodes, where.N, self.at_nodes)
 
     def left(self, X: Floats) -> Floats:
         """Return root mean square differences (n, k) between sampled and fitted values around points X (n, 3), m.
@@ -67,24 +67,24 @@ class PatchRecovery:
         nodes, N = where.nodes[:, :corners], np.clip(where.N[:, :corners], 0.0, None)
         total = N.sum(axis=1, keepdims=True)
         N = np.where(total > 0.0, N / np.where(total > 0.0, total, 1.0), 1.0 / corners)
-        return np.sqrt(self._interpolated(nodes, N, self._left_at))
+        return np.sqrt(self._interpolate_nodal_values(nodes, N, self._corner_fit_residuals))
 
-    def _interpolated(self, nodes: Ints, N: Floats, of: Callable[[Ints], Floats]) -> Floats:
+    def _interpolate_nodal_values(self, nodes: Ints, N: Floats, of: Callable[[Ints], Floats]) -> Floats:
         """Return nodal values of a function `of` node numbers, interpolated with shape functions N (n, a): (n, k)."""
         used, place = np.unique(nodes, return_inverse=True)
         values: Floats = np.einsum("na,nak->nk", N, of(used)[place.reshape(nodes.shape)])
         return values
 
-    def _left_at(self, corners: Ints) -> Floats:
+    def _corner_fit_residuals(self, corners: Ints) -> Floats:
         """Return mean square differences (c, k) between sampled and fitted values in patches of corners (c,)."""
-        self._fit(corners)
+        self._fit_corners(corners)
         return np.array([self._left[c] for c in corners.tolist()])
 
     def at_nodes(self, nodes: Ints) -> Floats:
         """Return the recovered values (n, k) at nodes with the numbers `nodes` (n,)."""
         new = [n for n in nodes.tolist() if n not in self._nodal]
         if new:
-            self._recover(np.array(new))
+            self._recover_nodes(np.array(new))
         return np.array([self._nodal[n] for n in nodes.tolist()])
 
     def everywhere(self) -> Floats:
@@ -93,11 +93,11 @@ class PatchRecovery:
 
     # ------------------------------------------------------------------ nodes from corners
 
-    def _recover(self, nodes: Ints) -> None:
+    def _recover_nodes(self, nodes: Ints) -> None:
         """Compute and store the values at nodes; nodes without cells get NaN."""
-        parents = {n: self._parents[n] for n in nodes.tolist() if n in self._parents}
+        parents = {n: self._fitted_corners[n] for n in nodes.tolist() if n in self._fitted_corners}
         if parents:
-            self._fit(np.unique(np.concatenate([*parents.values()])))
+            self._fit_corners(np.unique(np.concatenate([*parents.values()])))
         for n, corners in parents.items():
             self._nodal[n] = np.mean([self._valued(c, self.mesh.points[n]) for c in corners.tolist()], axis=0)
         if len(parents) < len(nodes):  # a file may have nodes of no cell
@@ -107,12 +107,12 @@ class PatchRecovery:
     def _valued(self, corner: int, X: Floats) -> Floats:
         """Return the value (k,) of the polynomial of a corner at a point X (3,), m."""
         fit, middle, scale = self._fits[corner]
-        basis = np.prod(((self._fit_positions(X) - middle) / scale) ** self._exponents, axis=1)
+        basis = np.prod(((self._polynomial_positions(X) - middle) / scale) ** self._exponents, axis=1)
         value: Floats = basis @ fit
         return value
 
     @cached_property
-    def _parents(self) -> dict[int, Ints]:
+    def _fitted_corners(self) -> dict[int, Ints]:
         """Corners whose polynomials determine the value at each node; a corner has itself."""
         mesh, element = self.mesh, self.mesh.element
         found = {int(c): np.array([c]) for c in np.unique(mesh.cells[:, : element.corners])}
@@ -124,48 +124,48 @@ class PatchRecovery:
 
     # ------------------------------------------------------------------ fits
 
-    def _fit(self, corners: Ints) -> None:
+    def _fit_corners(self, corners: Ints) -> None:
         """Fit and store the polynomials of corners that have none yet."""
         new = np.array([c for c in corners.tolist() if c not in self._fits], dtype=np.int64)
         if not len(new):
             return
-        flat = self._fitted(new, self._points)
+        flat = self._fit_polynomials(new, self._points)
         if len(flat):
-            self._fitted(flat, self._all_points)
+            self._fit_polynomials(flat, self._integration_point_values)
 
     @cached_property
     def _points(self) -> tuple[Floats, Floats]:
         """Positions (m, q, 3), m, and values (m, q, k) at the superconvergent points of all cells."""
         X, values = self._sample(superconvergent_points(self.mesh.element))
-        return self._fit_positions(X), values
+        return self._polynomial_positions(X), values
 
     @cached_property
-    def _all_points(self) -> tuple[Floats, Floats]:
+    def _integration_point_values(self) -> tuple[Floats, Floats]:
         """Positions (m, q, 3), m, and values (m, q, k) at the integration points of all cells."""
         X, values = self._sample(self.mesh.element.quadrature())
-        return self._fit_positions(X), values
+        return self._polynomial_positions(X), values
 
-    def _fit_positions(self, X: Floats) -> Floats:
+    def _polynomial_positions(self, X: Floats) -> Floats:
         """Return the positions (..., 3), m, used in polynomials: with z = 0 in a plane model."""
         return X * np.array([1.0, 1.0, 0.0]) if self._plane else X
 
-    def _fitted(self, corners: Ints, known: tuple[Floats, Floats]) -> Ints:
+    def _fit_polynomials(self, corners: Ints, known: tuple[Floats, Floats]) -> Ints:
         """Fit the polynomials of corners; return the corners whose points do not determine a polynomial.
 
         These corners get the fit of minimum norm. `known` are positions and values at the sampling points.
         """
-        starts, cells = self._patches(corners)
+        starts, cells = self._patch_cells(corners)
         flat = [np.zeros(0, dtype=np.int64)]
         first = 0
         while first < len(corners):
             last = max(first + 1, int(np.searchsorted(starts, starts[first] + PAIRS, side="right")) - 1)
             some = slice(first, min(last, len(corners)))
             bounds = starts[some.start : some.stop + 1]
-            flat.append(self._batch(corners[some], cells[bounds[0] : bounds[-1]], bounds - bounds[0], known))
+            flat.append(self._fit_batch(corners[some], cells[bounds[0] : bounds[-1]], bounds - bounds[0], known))
             first = some.stop
         return np.concatenate(flat)
 
-    def _batch(self, corners: Ints, cells: Ints, bounds: Ints, known: tuple[Floats, Floats]) -> Ints:
+    def _fit_batch(self, corners: Ints, cells: Ints, bounds: Ints, known: tuple[Floats, Floats]) -> Ints:
         """Fit the polynomials of a batch of corners, and return the corners whose points do not determine one.
 
         `cells` are the cells of their patches, and `bounds` where each patch begins.
@@ -173,7 +173,7 @@ class PatchRecovery:
         X, values = known[0][cells], known[1][cells]  # (p, q, 3), (p, q, k)
         owner = np.repeat(np.arange(len(corners)), np.diff(bounds))
         middle = np.add.reduceat(X.mean(axis=1), bounds[:-1]) / np.diff(bounds)[:, None]
-        away = X - self._fit_positions(self.mesh.points[corners])[owner][:, None]
+        away = X - self._polynomial_positions(self.mesh.points[corners])[owner][:, None]
         scale = np.sqrt(np.maximum.reduceat((away**2).sum(axis=2).max(axis=1), bounds[:-1]))
         near = np.exp(-NEAR * ((away / scale[owner, None, None]) ** 2).sum(axis=2))
         away = X - middle[owner][:, None]  # monomials about the middle are least alike
@@ -192,7 +192,7 @@ class PatchRecovery:
 
     # ------------------------------------------------------------------ patches
 
-    def _few(self, cells: Ints) -> Any:
+    def _is_widened_at_surface(self, cells: Ints) -> Any:
         """Return a mask (n,) of the patches that are widened if their corner lies on the surface.
 
         `cells` (n,) are the counts of cells in each patch. Patches of linear cells and of hexahedra are always widened,
@@ -202,11 +202,11 @@ class PatchRecovery:
             return np.ones(len(cells), dtype=np.bool_)
         return cells * self._points[0].shape[1] < ENOUGH * len(self._exponents)
 
-    def _patches(self, corners: Ints) -> tuple[Ints, Ints]:
+    def _patch_cells(self, corners: Ints) -> tuple[Ints, Ints]:
         """Return the cells of all patches of corners, as one array, and the index (n + 1,) where each begins."""
         around = self._around
         patches = around[corners].astype(np.int64)
-        outer = np.flatnonzero(self._outer[corners] & self._few(np.diff(patches.indptr)))
+        outer = np.flatnonzero(self._outer[corners] & self._is_widened_at_surface(np.diff(patches.indptr)))
         if len(outer):
             wide = (patches[outer] @ around.T) @ around
             picked = np.ones(len(corners))

@@ -45,14 +45,14 @@ class DeformedState:
     revolved: bool = False
     at: Callable[[Isotropic, Mesh, Rule], Isotropic] | None = None
 
-    def _made_of(self, rule: Rule) -> Isotropic:
+    def _material_at_rule(self, rule: Rule) -> Isotropic:
         """Return the material; if it varies in space, with its constants at the points of a quadrature rule."""
         return self.material if self.at is None or self.material.uniform else self.at(self.material, self.mesh, rule)
 
     def _means(self) -> Isotropic:
         """Return the material with one value of each modulus per cell: its mean if it varies inside."""
         rule = self.mesh.element.quadrature()
-        if not (known := self._made_of(rule)).sampled:
+        if not (known := self._material_at_rule(rule)).sampled:
             return known
         from softmark.solvers.materials.heterogeneous import average_moduli
 
@@ -80,15 +80,15 @@ class DeformedState:
 
     def _gradient(self, rule: Rule) -> Floats:
         """Return the displacement gradients du_i/dX_J (m, q, 3, 3) at the points of a rule."""
-        H = self._gradient_of(integrate_cells(self.mesh, rule=rule))
+        H = self._nodal_displacement_gradients(integrate_cells(self.mesh, rule=rule))
         if self.material.thin:  # it grows thinner than its nodes show
             from softmark.solvers.materials.plane_stress import thickness
 
-            law = law_for(self._made_of(rule), self.strain)
+            law = law_for(self._material_at_rule(rule), self.strain)
             H[..., 2, 2] = thickness(law, _deformation_gradients(H)).reshape(H.shape[:2]) - 1.0
         return H
 
-    def _gradient_of(self, parts: Integration) -> Floats:
+    def _nodal_displacement_gradients(self, parts: Integration) -> Floats:
         """Return du_i/dX_J (m, q, 3, 3) from the nodal displacements only."""
         H: Floats = np.einsum("mai,mqaJ->mqiJ", self.u[self.mesh.cells], parts.dNdX, optimize=True)
         if self.revolved:  # rings grow as they move out; on the axis by as much as along x
@@ -99,14 +99,14 @@ class DeformedState:
 
     def _stress(self, H: Floats, rule: Rule) -> Floats:
         """Return the Cauchy stress (m, q, 3, 3), Pa, for displacement gradients H. Raises StressUnavailable."""
-        laws = parts_for(self._made_of(rule), self.strain) if self.way == "selective" else None
+        laws = parts_for(self._material_at_rule(rule), self.strain) if self.way == "selective" else None
         if laws is not None:  # of shear at the point, and of the volume by the mean gradient of the cell
             of_volume = (parts_for(self._means(), self.strain) or laws)[1]
-            mean = self._gradient_of(mean_gradients(self.mesh, self.revolved))
+            mean = self._nodal_displacement_gradients(mean_gradients(self.mesh, self.revolved))
             volume = self._pushed(_piola_stress(of_volume, mean), mean)  # (m, 1, 3, 3)
             return self._pushed(_piola_stress(laws[0], H), H) + volume
         if self.way in ("full", "selective"):
-            return self._pushed(_piola_stress(law_for(self._made_of(rule), self.strain), H), H)
+            return self._pushed(_piola_stress(law_for(self._material_at_rule(rule), self.strain), H), H)
         return self._held(H, rule)
 
     def _held(self, H: Floats, rule: Rule) -> Floats:
@@ -115,7 +115,7 @@ class DeformedState:
         The pressure is the solved one, or the modulus M times the mean of the volume function g over the cell.
         """
         split, F = self._split(rule), _deformation_gradients(H)
-        p = self._pressed(rule) if self.way == "mixed" else self._dilated()
+        p = self._pressed(rule) if self.way == "mixed" else self._mean_dilatation_pressures()
         P = _piola_stress(split.shape, H) + np.broadcast_to(p, H.shape[:2]).reshape(
             -1, 1, 1
         ) * split.constraint.gradient(F)
@@ -123,7 +123,7 @@ class DeformedState:
 
     def _split(self, rule: Rule) -> MixedSplit:
         """Return the law split into shape and volume parts at the points of a rule. Raises StressUnavailable."""
-        if (split := mixed_for(self._made_of(rule), self.strain)) is None:
+        if (split := mixed_for(self._material_at_rule(rule), self.strain)) is None:
             raise StressUnavailable("its law has no separate volumetric part for the pressure")
         return split
 
@@ -133,7 +133,7 @@ class DeformedState:
             raise StressUnavailable("the pressures of this state are not known")
         return self.pressures @ build_pressure_space(self.mesh, rule).N.T
 
-    def _dilated(self) -> Floats:
+    def _mean_dilatation_pressures(self) -> Floats:
         """Return the pressure of each cell (m, 1), Pa: int g dV / int 1/M dV."""
         rule = self.mesh.element.quadrature()
         w, split = self._sizes(rule), self._split(rule)

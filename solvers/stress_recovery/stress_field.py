@@ -57,7 +57,7 @@ class Stresses:
         return {"state": self.state}
 
     @cached_property
-    def _recovered(self) -> PatchRecovery:
+    def _patch_recovery(self) -> PatchRecovery:
         """Patch recovery of stress, displacement gradient, trace of the stress and strain."""
 
         def sample(rule: Rule) -> tuple[Floats, Floats]:
@@ -122,11 +122,11 @@ class Stresses:
 
         They are the stress (6), Pa, du/dX (9), the trace of the stress (1), Pa, and Green's strain (6).
         """
-        return self._recovered.at(X)
+        return self._patch_recovery.at(X)
 
     def values_at_nodes(self) -> Floats:
         """Return the 22 values of `values` at every node (nodes, 22); NaN for nodes without cells."""
-        return self._recovered.everywhere()
+        return self._patch_recovery.everywhere()
 
     def shared(self, X: Floats) -> int:
         """Return the number of points X (n, 3), m, with more than one stress."""
@@ -143,7 +143,7 @@ class Stresses:
 
     def unresolved(self, X: Floats) -> Floats:
         """Return the difference (n,), Pa, of cell stresses around points X (n, 3), m, from their recovered stress."""
-        return tensor_norm(self._recovered.left(X)[:, :6])
+        return tensor_norm(self._patch_recovery.left(X)[:, :6])
 
     def disagreement(self, X: Floats, of: Part) -> Floats:
         """Return the relative difference (n,) between the cells around points X (n, 3), m.
@@ -151,7 +151,7 @@ class Stresses:
         It is relative to the local or the typical tensor, whichever is larger. `of` selects the tensor: the stress, its
         deviator, whose error a large pressure would hide, or the strain.
         """
-        values, left = self._recovered.at(X), self._recovered.left(X)
+        values, left = self._patch_recovery.at(X), self._patch_recovery.left(X)
         if of == "strain":
             return _relative_norm(left[:, 16:], np.maximum(tensor_norm(values[:, 16:]), self.usual[1]))
         if of == "stress":
@@ -179,12 +179,12 @@ class Stresses:
 
     def moved(self, step: Floats) -> Stresses:
         """Return the stress field with displacements `step` (n, 3), m, added at the nodes; cached for the last step."""
-        if not self._moves or self._moves[0][0] is not step:
-            self._moves[:] = [(step, self._moved(step))]
-        return self._moves[0][1]
+        if not self._moved_field_cache or self._moved_field_cache[0][0] is not step:
+            self._moved_field_cache[:] = [(step, self._moved(step))]
+        return self._moved_field_cache[0][1]
 
     @cached_property
-    def _moves(self) -> list[tuple[Floats, Stresses]]:
+    def _moved_field_cache(self) -> list[tuple[Floats, Stresses]]:
         """Cache of the last result of `moved`."""
         return []
 

@@ -57,11 +57,11 @@ class ReportWriter:
         if not self.named:
             self.folder = Path(f"{Path(scene.path).stem if scene.path else 'scene'}-report")
         exit_signals.set_interrupt_message(self.rescue)
-        if problem := symlink_error(None if self.named else self.folder) or self._unusable(scene):
+        if problem := symlink_error(None if self.named else self.folder) or self._reason_unusable(scene):
             raise Unusable(problem)
         self.begun = True
 
-    def _unusable(self, scene: Scene) -> str:
+    def _reason_unusable(self, scene: Scene) -> str:
         """Return the reason why the report cannot be written to the requested places, or an empty text."""
         written = output_files("--out", self.folder, ("report.json", "report.html"))
         read, outputs = input_files(scene), [*written, *((o, Path(f)) for o, f in self.files.items())]

@@ -88,10 +88,10 @@ class PreparedBeam(Meshless):
         problem, last = replace(self.problem, watch=watch), [self.problem.assembly]
         remedy = "use more segments or a smaller load"
         return static_result.solve_static(
-            lambda: self._equilibrium(problem, last), remedy, lambda found: self._finish(found, last[-1])
+            lambda: self._solve_equilibrium(problem, last), remedy, lambda found: self._finish(found, last[-1])
         )
 
-    def _equilibrium(self, problem: Statics, solved: list[Assembly]) -> Equilibrium:
+    def _solve_equilibrium(self, problem: Statics, solved: list[Assembly]) -> Equilibrium:
         """Return the equilibrium; a second solution removes the remaining strain of modes that are switched off.
 
         The assembly of each solution is appended to `solved`.

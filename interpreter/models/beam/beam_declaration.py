@@ -92,8 +92,12 @@ class Beam6Dof(Model):
             return beyond
         flat = flat_strips.curling_warning(declared, case)
         found = [*self.refusals(declared, case), *self._loads(declared, case)]
-        found += self._supports(declared, case)
-        found += [*([] if found else self._held(case)), *self._thick(declared, case), *self._rings(declared, case)]
+        found += self._unsupported_support_errors(declared, case)
+        found += [
+            *([] if found else self._held(case)),
+            *self._slenderness_warnings(declared, case),
+            *self._rings(declared, case),
+        ]
         return found if flat is None else [*found, flat]
 
     def _loads(self, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -118,7 +122,7 @@ class Beam6Dof(Model):
         """Return why a load that rotates a section can get no node at its station; empty if it can."""
         action = load.thing.action
         if isinstance(action, TendonLoad) and action.guides is None:
-            return self._wound(case, action)
+            return self._tendon_winding_message(case, action)
         if isinstance(action, TendonLoad):
             places, what = guides(case, action), "guided"
         elif isinstance(action, PointLoad) and axis_station(case, action.at) is None:
@@ -129,7 +133,7 @@ class Beam6Dof(Model):
         near = all(any(abs(s - place) <= slack for s in nodes) for place in places)
         return "" if near else f"{what}, too far from a node: use more segments"
 
-    def _wound(self, case: Case, action: TendonLoad) -> str:
+    def _tendon_winding_message(self, case: Case, action: TendonLoad) -> str:
         """Return a message if a tendon winds by more than 90 degrees within a segment; else an empty text."""
         ends, nodes = guides(case, action), self.stations(case)
         longest = max(b - a for a, b in pairwise(nodes))
@@ -138,7 +142,7 @@ class Beam6Dof(Model):
             return ""
         return f"winds by {math.degrees(turn):.3g} deg per segment, more than 90 deg: use more segments"
 
-    def _supports(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def _unsupported_support_errors(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors for supports that a beam cannot represent."""
         found = []
         for support in case.supports:
@@ -216,7 +220,7 @@ class Beam6Dof(Model):
             )
         ]
 
-    def _thick(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def _slenderness_warnings(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return a warning for a beam that is not slender."""
         section = case.prism.section
         depth = 2 * max(max(abs(u), abs(v)) for u, v in section.samples())

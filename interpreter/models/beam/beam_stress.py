@@ -95,7 +95,7 @@ class SectionStresses(AnalyticField):
         """Return the stress (n, 6), Pa, and the gradient du/dX (n, 9) at points X (n, 3), m, of one piece."""
         s, u, v = piece.shape.coordinates(X)
         carried, start, R = piece.carried(s)
-        along = self._in_sections(piece.shape, s, carried, u, v)
+        along = self._section_stress_components(piece.shape, s, carried, u, v)
         E, nu, G = self.case.material.young, self.case.material.poisson, self.case.material.shear_modulus
         stress, strain = np.zeros((len(X), 3, 3)), np.zeros((len(X), 3, 3))
         stress[:, 0] = along
@@ -106,7 +106,7 @@ class SectionStresses(AnalyticField):
         turned, F = R @ stress @ R.swapaxes(1, 2), R @ (np.eye(3) + strain) @ start.swapaxes(1, 2)
         return np.stack([turned[:, i, j] for i, j in SYMMETRIC], axis=1), (F - np.eye(3)).reshape(-1, 9)
 
-    def _in_sections(self, shape: Swept, s: Floats, carried: Floats, u: Floats, v: Floats) -> Floats:
+    def _section_stress_components(self, shape: Swept, s: Floats, carried: Floats, u: Floats, v: Floats) -> Floats:
         """Return the stresses sigma_11, sigma_12 and sigma_13 (n, 3), Pa, from section forces `carried` (n, 6).
 
         u and v (n,), m, are coordinates in the section at stations s (n,), m.

@@ -196,7 +196,7 @@ class PreparedOutside:
         fixed = self.solid.problem.fixed
         with np.errstate(all="ignore"):
             residual = relative_residual(self.assembly, x, fixed)
-            told = self._of_rounding(answer, x, residual)
+            told = self._rounding_residual(answer, x, residual)
         known |= {"residual": residual, "residual_of_rounding": told}
         allowed = BALANCED + TOLD * told
         if answer.settled is False:
@@ -224,7 +224,7 @@ class PreparedOutside:
             f"softmark's equations, more than the allowed {allowed:.1e}"
         )
 
-    def _of_rounding(self, answer: Answer, x: Floats, residual: float) -> float:
+    def _rounding_residual(self, answer: Answer, x: Floats, residual: float) -> float:
         """Return the residual, relative to loads, that the limited number of digits in the results causes.
 
         It is estimated from a fixed random sample.

@@ -139,9 +139,13 @@ class ExternalSolver(ExternalModel):
     def reasons(self, case: Case) -> list[Reason]:
         """Return the features of the scene that the program cannot compute exactly, with reasons."""
         moves = bool(self.told.moves)
-        return [*problem_transfer.reasons(self.solid, case, moves), *self._of_program(case), *self.of_steps(case)]
+        return [
+            *problem_transfer.reasons(self.solid, case, moves),
+            *self._features_excluded_by_program(case),
+            *self.of_steps(case),
+        ]
 
-    def _of_program(self, case: Case) -> Iterator[Reason]:
+    def _features_excluded_by_program(self, case: Case) -> Iterator[Reason]:
         """Yield the features of a case that the table entry of the program excludes, with reasons."""
         program = self.told
         if self.element not in program.elements:

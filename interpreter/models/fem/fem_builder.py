@@ -194,7 +194,7 @@ class PreparedSolid(MeshBasedModel):
         soft = softness_note(self.declared, self.pieces, u, pressures)
         notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *soft, *doubts)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
-        message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
+        message = "; ".join(filter(None, (solution.message, self._replaced_solver_message(found)))) or None
         met = interaction_setup.contact_state(self, u, beside, facts)
         moved = DeformedBody(self.mesh, u, pressures=pressures, left=left, **met)
         modes = frequencies_about(
@@ -233,7 +233,7 @@ class PreparedSolid(MeshBasedModel):
         found = nodal_forces.add_foundation_forces(found, self.beds) if self.beds else found
         return interaction_setup.add_contact_forces(found, beside, self, rubbed)
 
-    def _other_linear(self, found: Equilibrium) -> str:
+    def _replaced_solver_message(self, found: Equilibrium) -> str:
         """Return a message if Pardiso was requested but another linear solver was used, else an empty text."""
         if self.model.linear != "pardiso":
             return ""

@@ -230,7 +230,7 @@ class Fem(HasMaterial, Model):
             return found
         return (*found, *graded_cuts(self.refine_at, shape or case.shape, self.refine_factor))
 
-    def _own_mesh(self, case: Case) -> bool:
+    def _has_mesh_from_file(self, case: Case) -> bool:
         """Return whether the mesh is read from a file, given by the model or by the body."""
         return (self.own_mesh or case.shape).prebuilt
 
@@ -239,7 +239,7 @@ class Fem(HasMaterial, Model):
         if (case.porous and case.parts) or (case.remembers and not case.uniform):  # what is typical would not say
             return list(self.refusals(declared, case))
         if case.parts:
-            return self._of_parts(declared, case)
+            return self._problems_by_material(declared, case)
         case = case.plain
         if self.element not in WORDS:
             return [options.unknown_element(declared, unknown_element_error(self.element))]
@@ -248,7 +248,7 @@ class Fem(HasMaterial, Model):
             self.one_mesh(declared, case),
             options.check_grading(self, declared, case),
             *options.unused_size(self, declared, case),
-            self._finite_law(declared, case),
+            self._check_finite_strain_law(declared, case),
             self.locking(declared, case),
             self._rotation(declared, case),
         ]
@@ -260,7 +260,7 @@ class Fem(HasMaterial, Model):
         found.append(self.coarse(declared, case))
         return [d for d in found if d is not None]
 
-    def _of_parts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def _problems_by_material(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors and warnings for each material; those about large rotation only for the stiffest one."""
         stiffest = max(case.typical, key=lambda material: material.young)
         found: dict[tuple[object, ...], Diagnostic] = {}
@@ -296,7 +296,7 @@ class Fem(HasMaterial, Model):
         )  # fmt: skip
         return diagnostic("E507", declared.at("mesh" if self.mesh is not None else "element"), problem, label, help)
 
-    def _finite_law(self, declared: Declared, case: Case) -> Diagnostic | None:
+    def _check_finite_strain_law(self, declared: Declared, case: Case) -> Diagnostic | None:
         """Return an error if finite strain is requested and the material has no law for it."""
         if self.strain != "finite" or case.material.finite_law() is not None:
             return None
@@ -338,13 +338,13 @@ class Fem(HasMaterial, Model):
         if self.strain != "small":
             return None
         if (turned := max((math.hypot(*s.thing.rotation) for s in case.supports), default=0.0)) > LARGE_ANGLE:
-            return self._misread(declared, "this support imposes", f"{math.degrees(turned):.0f} deg")
+            return self._small_strain_warning(declared, "this support imposes", f"{math.degrees(turned):.0f} deg")
         if (angle := bending_angle(case)) is None or angle < LARGE_ANGLE:
             return None
         far = f"about {math.degrees(angle):.0f} deg at the tip" if angle < 1.5 else "far too large for small strain"
-        return self._misread(declared, "this load causes", far)
+        return self._small_strain_warning(declared, "this load causes", far)
 
-    def _misread(self, declared: Declared, what: str, far: str) -> Diagnostic:
+    def _small_strain_warning(self, declared: Declared, what: str, far: str) -> Diagnostic:
         """Return the warning about large rotations in small strain."""
         return diagnostic(
             "W302",
@@ -357,7 +357,7 @@ class Fem(HasMaterial, Model):
     def coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
         """Return an error if the mesh would not fit into memory, or a warning if cells are too large for the body."""
         shape = case.shape
-        if self.size is None or shape.bounds is None or not (volume := shape.least) or self._own_mesh(case):
+        if self.size is None or shape.bounds is None or not (volume := shape.least) or self._has_mesh_from_file(case):
             return None
         low, high = shape.bounds
         at = declared.at("size")
@@ -391,7 +391,7 @@ class Fem(HasMaterial, Model):
     def mesh_words(self, case: Case) -> str:
         """Return a description of the mesh, such as `tet4 of about 7 mm`."""
         size = "" if self.size is None else f"of about {units.format_value(self.size, units.LENGTH)}"
-        return f"{self.element} {'of the file' if self._own_mesh(case) else size}"
+        return f"{self.element} {'of the file' if self._has_mesh_from_file(case) else size}"
 
     def outline(self, case: Case) -> str:
         """Return a one-line description for the plan and the report."""
@@ -399,7 +399,7 @@ class Fem(HasMaterial, Model):
 
     def kind(self, case: Case) -> ModelKind | None:
         """Return the family of the model: its properties except size and Poisson's ratio; None without a family."""
-        if self.size is None or self._own_mesh(case):
+        if self.size is None or self._has_mesh_from_file(case):
             return None
         nu = None if self.material is None or not self.material.uniform else float(f"{self.material.poisson:g}")
         return ModelKind(f"{self.element}, {self._words(case, None)}", units.format_value(self.size, units.LENGTH), nu)
@@ -412,11 +412,11 @@ class Fem(HasMaterial, Model):
             ", one rotation for each cell" if self.rotation == "element" else "",
             _describe_iteration_cap(self.max_iterations, case) if self.max_iterations is not None else "",
             f", nu = {material.poisson:g}" if material is not None and material.uniform else "",
-            *self._levers(),
+            *self._describe_shortcuts(),
         )
         return f"{self.strain} strain{''.join(options)}"
 
-    def _levers(self) -> tuple[str, ...]:
+    def _describe_shortcuts(self) -> tuple[str, ...]:
         """Return descriptions of the options that trade accuracy for speed."""
         return (
             ", single precision" if self.precision == "single" else "",

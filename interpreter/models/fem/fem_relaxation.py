@@ -178,12 +178,14 @@ class PreparedViscoelastic(MeshBasedModel):
         facts = solution.facts | mesh_facts(static.mesh) | {"energies_in_time": energies}
         left = None if found.left is None else static.unknowns.moved(found.left).reshape(-1, 3)
         pressures = static.unknowns.pressed(static.solid, static.pieces, state.x)
-        moved = MeshWithHistory(static.mesh, u, pressures=pressures, left=left, past=self._past(state), aged=state)
+        moved = MeshWithHistory(
+            static.mesh, u, pressures=pressures, left=left, past=self._displacement_history(state), aged=state
+        )
         ring = vibrations.without_frequencies("frequencies of a viscoelastic body are not available")
         seen = replace(solution, facts=facts, notes=notes, mesh=moved, vibrations=ring)
         return replace(seen, carried=cache(lambda: self._carried(state, x, stored, lost)))
 
-    def _past(self, state: StateInTime) -> DisplacementHistory:
+    def _displacement_history(self, state: StateInTime) -> DisplacementHistory:
         """Return the history of nodal displacements."""
         each = tuple(self.static.unknowns.moved(x).reshape(-1, 3) for x in state.states)
         return DisplacementHistory(state.times, each)

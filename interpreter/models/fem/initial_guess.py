@@ -40,16 +40,16 @@ class InitialGuess:
             "iterations": self.solution.facts.get("iterations"),
             "wall_s": self.seconds[0],
             "cpu_s": self.seconds[1],
-            "used": self._used(found),
+            "used": self._was_used(found),
         }
 
-    def _used(self, found: Solution) -> bool:
+    def _was_used(self, found: Solution) -> bool:
         """Return whether Newton's method converged from this initial guess."""
         return self.x is not None and bool(found.facts.get("started"))
 
     def notes(self, declared: Declared, found: Solution) -> tuple[Diagnostic, ...]:
         """Return a warning if the initial guess was not used."""
-        if self._used(found):
+        if self._was_used(found):
             return ()
         at, failed = declared.at("initial_guess"), self.x is None
         why = f"`{self.model}` has no solution" if failed else "Newton's method does not converge from there"

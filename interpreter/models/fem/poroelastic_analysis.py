@@ -92,11 +92,13 @@ class PreparedPoroelastic(PreparedViscoelastic):
         if pores.balance <= BALANCED:
             moved: Any = solution.mesh
             seen = replace(moved, pore_pressure=nodal_pressures(self.mesh, pores.energy, state.x))
-            return replace(solution, facts=facts, mesh=seen, notes=(*solution.notes, *self._unresolved(pores)))
+            return replace(
+                solution, facts=facts, mesh=seen, notes=(*solution.notes, *self._flow_resolution_warnings(pores))
+            )
         reason = f"the fluid volume is not conserved: {pores.balance:.1e} of the fluid that moved is lost or gained"
         return Solution("not_converged", reason, facts)
 
-    def _unresolved(self, pores: PoreFluid) -> Iterator[Diagnostic]:
+    def _flow_resolution_warnings(self, pores: PoreFluid) -> Iterator[Diagnostic]:
         """Yield a warning if the last step is too long to resolve the fluid flow."""
         if pores.unresolved <= COARSE:
             return

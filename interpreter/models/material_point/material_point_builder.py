@@ -134,15 +134,22 @@ class PreparedPoint(Meshless):
         try:
             found = self.point.state(self.drive, self.case.analysis.max_iterations)
         except NoState as none:
-            return Solution("not_converged", self._ended(none), {"iterations": 0, "steps": 0, "residual": None})
+            return Solution(
+                "not_converged", self._no_state_message(none), {"iterations": 0, "steps": 0, "residual": None}
+            )
         if (turned := self._turned(found)) is not None:
             return Solution("not_converged", turned, {"iterations": found.iterations, "steps": 0, "residual": None})
         facts = {
-            "iterations": found.iterations, "steps": 1, "residual": self._left(found), "linear_solver": "dense",
-            "stable": bool(found.freed > FLAT), "stretches": found.F.diagonal().tolist(),
-            "volume": found.volume, "nominal_stress": found.P.tolist(),
+            "iterations": found.iterations,
+            "steps": 1,
+            "residual": self._left(found),
+            "linear_solver": "dense",
+            "stable": bool(found.freed > FLAT),
+            "stretches": found.F.diagonal().tolist(),
+            "volume": found.volume,
+            "nominal_stress": found.P.tolist(),
             "stiffness": {"held": _finite(found.held), "freed": _finite(found.freed)},
-        }  # fmt: skip
+        }
         displacement = _Moved(found.F, np.array(self.made.anchors), np.array(self.made.shifts))
         stress: Stresses = HomogeneousStress(found, self.point.linear)  # type: ignore[assignment]
         return Solution("converged", None, facts, displacement, self._doubts(found), stress=lambda: stress,
@@ -182,9 +189,9 @@ class PreparedPoint(Meshless):
         """Return warnings if the force decreases with stretch, or the law violates Drucker's stability postulate."""
         if self.point.linear:
             return ()
-        return (*self._past_its_force(found), *self._unsteady(found))
+        return (*self._force_maximum_warnings(found), *self._drucker_warnings(found))
 
-    def _unsteady(self, found: PointState) -> tuple[Diagnostic, ...]:
+    def _drucker_warnings(self, found: PointState) -> tuple[Diagnostic, ...]:
         """Return a warning if the state violates Drucker's stability postulate."""
         if found.volume > getattr(self.case.material, "convex_above", math.inf) or self.point.steady(found):
             return ()
@@ -193,7 +200,7 @@ class PreparedPoint(Meshless):
             diagnostic(
                 "W385",
                 self.declared.at("state"),
-                f"`{self.declared.name}` is beyond a {self._driven_words} of {self._amount(at)}, where "
+                f"`{self.declared.name}` is beyond a {self._deformation_word} of {self._amount(at)}, where "
                 "its law violates Drucker's stability",
                 "stress decreases as strain increases",
                 "this compares Kirchhoff stress with Hencky strain; the body may have several "
@@ -201,12 +208,12 @@ class PreparedPoint(Meshless):
             ),
         )
 
-    def _past_its_force(self, found: PointState) -> tuple[Diagnostic, ...]:
+    def _force_maximum_warnings(self, found: PointState) -> tuple[Diagnostic, ...]:
         """Return a warning if the stretch is beyond the maximum of the force."""
         if found.freed > FLAT:
             return ()
         at = self.point.first_unstable_state(self.drive)
-        what = f"a {self._driven_words} of {self._amount(at)}"
+        what = f"a {self._deformation_word} of {self._amount(at)}"
         a = self.made.driven[0]
         b = a if self.made.shear is None else self.made.shear[1]
         force = units.format_value(float(at.P[a, b]), units.PRESSURE)
@@ -222,14 +229,14 @@ class PreparedPoint(Meshless):
         )
 
     @property
-    def _driven_words(self) -> str:
+    def _deformation_word(self) -> str:
         return "stretch" if self.made.shear is None else "shear"
 
     def _amount(self, at: PointState) -> str:
         a = self.made.driven[0]
         return f"{at.F[a, a if self.made.shear is None else self.made.shear[1]]:.4g}"
 
-    def _ended(self, none: NoState) -> str:
+    def _no_state_message(self, none: NoState) -> str:
         """Return the message why the law has no state for the imposed deformation."""
         axes = ", ".join(f"{NAMES[i]} {s:.4g}" for i, s in enumerate(none.stretches))
         why = "the law ends there, or becomes unstable transversely"

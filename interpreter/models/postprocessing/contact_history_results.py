@@ -53,7 +53,7 @@ class Followed:
         return self.mesh.points
 
     @cached_property
-    def _acts(self) -> list[list[Floats]]:
+    def _contact_resultants(self) -> list[list[Floats]]:
         """Forces, moments and centres of force of each contact at all times, (n + 1, 3) each.
 
         The centre is the origin if there is no force.
@@ -90,7 +90,7 @@ class Followed:
 
     def _state(self, i: int) -> EquilibriumForces:
         held = {name: self._reaction(k, i) for k, name in enumerate(self.names)}
-        most = max((float(np.linalg.norm(f, axis=1).max()) for f, _, _ in self._acts), default=0.0)
+        most = max((float(np.linalg.norm(f, axis=1).max()) for f, _, _ in self._contact_resultants), default=0.0)
         size = float(np.linalg.norm(np.ptp(self.X, axis=0)))
         touches = _Touches(self, i)
         return EquilibriumForces(held, acting=most, moved=self._moved, extent=size, reason=WHY, touches=touches)
@@ -102,7 +102,7 @@ class Followed:
         return max((float(np.linalg.norm(s.u, axis=1).max(initial=0.0)) for s in states[-1][1]), default=0.0)
 
     def _reaction(self, k: int, i: int) -> Reaction:
-        f, m, at = (values[i] for values in self._acts[k])
+        f, m, at = (values[i] for values in self._contact_resultants[k])
         return Reaction(to_vector(f), to_vector(m), to_vector(at), to_vector(m - np.cross(at, f)))
 
     @cached_property

@@ -131,18 +131,18 @@ class Pod(Reduced):
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return the errors of the model that do not depend on other declarations."""
-        found = (self._training(declared), self._too_many(declared), self._beyond(declared))
+        found = (self._check_training_fractions(declared), self._check_mode_count(declared), self._beyond(declared))
         return [d for d in found if d is not None]
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors about the finite element model to be reduced and about the training."""
         found = super().scene_doubts(scene, declared, case)
-        swept = self._no_sweep(scene, declared)
+        swept = self._check_sweep(scene, declared)
         if swept is None and not found:
             swept = training_scenes.check_same_mesh(scene, declared)
         return found + ([] if swept is None else [swept])
 
-    def _training(self, declared: Declared) -> Diagnostic | None:
+    def _check_training_fractions(self, declared: Declared) -> Diagnostic | None:
         if self.training is not None and any(self.training.dimension):
             label, help = (
                 "has a unit",
@@ -161,7 +161,7 @@ class Pod(Reduced):
             "E532", declared.at("training"), f"`{declared.name}` cannot be trained on these load fractions", label, help
         )
 
-    def _too_many(self, declared: Declared) -> Diagnostic | None:
+    def _check_mode_count(self, declared: Declared) -> Diagnostic | None:
         states = len(set(self.parts))
         if self.modes is None or self.over is not None or self.modes <= states or not states:
             return None
@@ -175,13 +175,13 @@ class Pod(Reduced):
 
     def _beyond(self, declared: Declared) -> Diagnostic | None:
         """Return a warning if the training ends below the full load of the scene."""
-        if not self.parts or max(self.parts) >= 1.0 or self._training(declared) is not None:
+        if not self.parts or max(self.parts) >= 1.0 or self._check_training_fractions(declared) is not None:
             return None
         at, most = declared.at("training"), 100 * max(self.parts)
         problem = f"`{declared.name}` extrapolates: it is trained only up to {most:g} % of the load"
         return diagnostic("W331", at, problem, "below full load", ADVICE)
 
-    def _no_sweep(self, scene: Scene, declared: Declared) -> Diagnostic | None:
+    def _check_sweep(self, scene: Scene, declared: Declared) -> Diagnostic | None:
         if self.over is None:
             return None
         study = scene.declared[self.over]

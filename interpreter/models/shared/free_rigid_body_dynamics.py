@@ -77,10 +77,10 @@ class MotionWithRigidBodies(PreparedMotion):
         kept = [kept[i] for i in pick_evenly(len(kept), MOMENTS)]
         states = np.array([track.observed[i].x[self.dofs :] for i in kept]).reshape(len(kept), -1, 18)
         each = {name: _report_motion(track.times[kept], states[:, i]) for i, name in enumerate(self.names)}
-        notes = (*found.notes, *self._passing(track.times[kept], states))
+        notes = (*found.notes, *self._interpenetration_warnings(track.times[kept], states))
         return replace(found, facts=found.facts | {"rigid": each}, notes=notes)
 
-    def _passing(self, times: Floats, states: Floats) -> tuple[Diagnostic, ...]:
+    def _interpenetration_warnings(self, times: Floats, states: Floats) -> tuple[Diagnostic, ...]:
         """Return warnings about rigid bodies that pass through each other."""
         met = () if self.case is None else self.case.contacts
         touches = {touch.rigid.name: (touch, amplitude_of_rigid(touch)) for touch in met}

@@ -135,17 +135,20 @@ class Model:
                 yield diagnostic("E501", load.at(), f"`{load.name}` is not available in a dynamic analysis",
                                  load.thing.action.in_dynamics, "use `static()` or `quasistatic(...)`")  # fmt: skip
             if not isinstance(load.thing.action, self.loads):
-                label, help = load.thing.action.unsupported or (UNKNOWN, self._most)
+                label, help = load.thing.action.unsupported or (UNKNOWN, self._supporting_models_help)
                 label = UNKNOWN if case.shape.wired else label  # which is no solid
                 yield diagnostic("E501", load.at(), f"`{declared.name}` cannot represent the load `{load.name}`",
                                  label, help)  # fmt: skip
         for support in case.supports:
             if not isinstance(support.thing, self.supports):
                 hinge = "use `frame6dof(...)` with a `network(...)` for hinged points"
-                yield diagnostic("E501", support.at(),
-                                 f"`{declared.name}` cannot represent the support `{support.name}`",
-                                 "support not available",
-                                 hinge if isinstance(support.thing, Pinned) else self._most)  # fmt: skip
+                yield diagnostic(
+                    "E501",
+                    support.at(),
+                    f"`{declared.name}` cannot represent the support `{support.name}`",
+                    "support not available",
+                    hinge if isinstance(support.thing, Pinned) else self._supporting_models_help,
+                )
         for bed in () if self.bedded else case.beds:
             yield diagnostic("E501", bed.at(), f"`{declared.name}` cannot represent the elastic foundation "
                                                f"`{bed.name}`",
@@ -171,7 +174,7 @@ class Model:
         yield from self.forgets(declared, case)
 
     @property
-    def _most(self) -> str:
+    def _supporting_models_help(self) -> str:
         """Help text that names models with support for the loads and supports that this model lacks."""
         return OF_NETWORKS if self.wired else MOST
 

@@ -105,13 +105,13 @@ class Constraints:
         Raises Fault if no degree of freedom is free, or if a static body without contacts is free to move.
         """
         if len(self.values) == self.unknowns:
-            raise self._rigid()
+            raise self._no_free_node_fault()
         if not (isinstance(self.case.analysis, Dynamic) or self.case.contacts):  # which touch may hold
             must_be_held(self.case, np.concatenate(self.rows), self.centre, self.extent)
         fixed = sorted(self.values)
         return np.array(fixed, dtype=np.int64), np.array([self.values[dof][0] for dof in fixed])
 
-    def _rigid(self) -> Fault:
+    def _no_free_node_fault(self) -> Fault:
         """Return the Fault for supports that leave no node free to deform."""
         last = self.case.named_supports[-1]
         return fault(

@@ -118,9 +118,9 @@ class MassSpring(Model):
             *self.refusals(declared, case),
             self.solid.one_mesh(declared, case),
             *solver_options.unused_size(self.solid, declared, case),
-            self._cauchy(declared, case),
+            self._poisson_ratio_warning(declared, case),
             self._law(declared, case),
-            self._same(declared),
+            self._calibration_data_warning(declared),
             self.solid.coarse(declared, case),
         ]
         return [d for d in found if d is not None]
@@ -133,7 +133,7 @@ class MassSpring(Model):
 
         return check_calibration(scene, declared, case)
 
-    def _cauchy(self, declared: Declared, case: Case) -> Diagnostic | None:
+    def _poisson_ratio_warning(self, declared: Declared, case: Case) -> Diagnostic | None:
         """Return a warning if the Poisson's ratio of the material differs from 1/4, that of springs."""
         nu = case.largest_poisson
         if abs(nu - CAUCHY) <= FAR + 1e-12:
@@ -158,7 +158,7 @@ class MassSpring(Model):
             "springs use only the initial Young's modulus, so results at large strain differ from the law",
         )
 
-    def _same(self, declared: Declared) -> Diagnostic | None:
+    def _calibration_data_warning(self, declared: Declared) -> Diagnostic | None:
         """Return a warning if the network is calibrated at full load, with the data that assess it."""
         if not isinstance(self.stiffness, Calibrated) or self.stiffness.load < 1.0:
             return None

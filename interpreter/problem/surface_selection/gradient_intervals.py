@@ -82,30 +82,30 @@ class Bounds(Enclosure):
             through = (self.low <= 0.0) & (self.high >= 0.0)
             low, high = (np.where(through, e, 1.0 / v) for e, v in ((-np.inf, self.high), (np.inf, self.low)))
             slope = _interval_product((-np.ones_like(low), -np.ones_like(low)), _even_interval_power((low, high), 2))
-        return self._through((low, high), slope)
+        return self._apply_chain_rule((low, high), slope)
 
     def __pow__(self, n: float) -> Bounds:
         if n == -0.5:
             return self.root()._inverse()
         a = (self.low, self.high)
         lower = _power(a, n - 1)
-        return self._through(_power(a, n), (n * lower[0], n * lower[1]))
+        return self._apply_chain_rule(_power(a, n), (n * lower[0], n * lower[1]))
 
     def root(self) -> Bounds:
         """Return the square root; zero for negative values."""
         low, high = np.sqrt(np.maximum(self.low, 0.0)), np.sqrt(np.maximum(self.high, 0.0))
         with np.errstate(divide="ignore"):
             slope = np.where(self.low > 0.0, 0.5 / high, 0.0), 0.5 / low
-        return self._through((low, high), slope)
+        return self._apply_chain_rule((low, high), slope)
 
     def magnitude(self) -> Bounds:
         """Return the absolute value."""
         ends = np.abs(self.low), np.abs(self.high)
         low = np.where((self.low < 0.0) & (self.high > 0.0), 0.0, np.minimum(*ends))
         slope = np.where(self.low < 0.0, -1.0, 1.0), np.where(self.high > 0.0, 1.0, -1.0)
-        return self._through((low, np.maximum(*ends)), slope)
+        return self._apply_chain_rule((low, np.maximum(*ends)), slope)
 
-    def _through(self, value: Pair, slope: Pair) -> Bounds:
+    def _apply_chain_rule(self, value: Pair, slope: Pair) -> Bounds:
         """Return bounds of a function of this interval, from bounds of its values and of its derivative."""
         return Bounds(value, _interval_product(slope, self.steep))
 

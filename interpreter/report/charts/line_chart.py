@@ -64,7 +64,7 @@ class Chart:
         """Return the chart as SVG."""
         w, h = self.left + self.width + self.right, self.top + self.height + self.bottom
         title = tag("title", text(strip_backticks(self.title)), id=f"{self.identity}-t")
-        clip = f'<clipPath id="{self.identity}-c">{self._plot()}</clipPath>'
+        clip = f'<clipPath id="{self.identity}-c">{self._plot_area_svg()}</clipPath>'
         desc = tag("desc", text(strip_backticks(self.desc)), id=f"{self.identity}-d")
         drawn = [_curve(c, path, i) for i, (c, path) in enumerate(zip(self.curves, self.paths, strict=True))]
         curves = tag("g", *drawn, clip_path=f"url(#{self.identity}-c)")
@@ -75,7 +75,7 @@ class Chart:
             style=f"max-width:{w / 14.5:.1f}rem;--whole:{w / (w - self.right + 18):.3f}",
         )  # fmt: skip
 
-    def _plot(self) -> str:
+    def _plot_area_svg(self) -> str:
         """Return the SVG of the plot area with a margin for markers; curves are clipped at its edges."""
         return tag("rect", x=self.left - 6, y=self.top - 6, width=self.width + 12, height=self.height + 12)
 

@@ -279,7 +279,7 @@ class Overlay:
         """Return all marks as SVG, from back to front."""
         parts = [self._band(), self._rates(), "" if self.diagram.frames else self._front()]
         rows = [(i, row) for i, row in enumerate(self.diagram.rows) if row.drawn]
-        return "".join([*parts, *(self._spread(row) for _, row in rows), *(self._marks(row) for _, row in rows)])
+        return "".join([*parts, *(self._spread(row) for _, row in rows), *(self._point_marks(row) for _, row in rows)])
 
     @property
     def _edges(self) -> tuple[float, float, float, float]:
@@ -339,7 +339,7 @@ class Overlay:
         path = f"M{a:.1f} {y:.1f}H{b:.1f}M{a:.1f} {y - 4:.1f}v8M{b:.1f} {y - 4:.1f}v8"
         return tag("path", d=path, class_=f"spread k{row.line} c{self.diagram.view.line_styles[row.line].colour}")
 
-    def _marks(self, row: _Row) -> str:
+    def _point_marks(self, row: _Row) -> str:
         """Return the SVG of the marks of a point.
 
         A ring is a point on the Pareto front, a cross one stopped at `max_iterations`, a dotted square a disturbed

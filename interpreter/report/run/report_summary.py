@@ -157,10 +157,15 @@ class ReportSummary:
     @property
     def conclusion(self) -> str:
         """Summary sentence: number of models, models closest to the first reference, and outcome of expectations."""
-        parts = [self._crowd(), *self._fates(), *self._first_closest(), self._expected()]
+        parts = [
+            self._model_count_phrase(),
+            *self._unsolved_phrases(),
+            *self._closest_to_first_phrases(),
+            self._expectation_phrase(),
+        ]
         return "; ".join(part for part in parts if part) + "."
 
-    def _crowd(self) -> str:
+    def _model_count_phrase(self) -> str:
         references = count(len(self.report.references), "reference")
         if not self.report.models:
             return "No model was run" + (f", only {references}" if self.report.references else "")
@@ -169,7 +174,7 @@ class ReportSummary:
         models += " so far" if self.report.partial else ""
         return models + (f" against {references}" if self.report.references else ", no reference")
 
-    def _fates(self) -> Iterator[str]:
+    def _unsolved_phrases(self) -> Iterator[str]:
         """Yield phrases such as `2 of 4 models gave no solution (`a`, `b`)`, for models and for references."""
         for results, noun in ((self.report.models, "model"), (self.report.references, "reference")):
             lost = [f"`{n}`" for n in results if n in self.unsolved]
@@ -178,7 +183,7 @@ class ReportSummary:
                 whole = count(len(results), noun)
                 yield f"{len(lost)} of {whole} gave no solution ({join_names(shown)})"
 
-    def _first_closest(self) -> Iterator[str]:
+    def _closest_to_first_phrases(self) -> Iterator[str]:
         """Yield phrases on the models closest to the first reference, and to the first measurement."""
         where = f"{self.of_last.strip()}, " if self.of_last else ""
         said = [where + words for words in self.closest()]
@@ -200,11 +205,11 @@ class ReportSummary:
                 continue
             amount = self._amount(metric, best)
             who = ("is " if len(best) == 1 else "are ") + join_names([f"`{n}`" for n in best])
-            last = self._farthest(metric, best)
+            last = self._farthest_model_phrase(metric, best)
             said[str(metric.against)] = f"the closest to `{metric.against}` {who}: {amount} (`{metric.name}`){last}"
         return list(said.values())
 
-    def _farthest(self, metric: MetricColumn, best: tuple[str, ...]) -> str:
+    def _farthest_model_phrase(self, metric: MetricColumn, best: tuple[str, ...]) -> str:
         """Return `, the farthest is linear_tet: 47 %`, which puts the smallest error into perspective."""
         values = {n: v for n, m in self.report.models.items() if (v := value_of(m, metric.name)) is not None}
         worst = max(values, key=lambda n: values[n])
@@ -219,7 +224,7 @@ class ReportSummary:
         value = value_of(self.report.models[best[0]], metric.name)
         return format_quantity(value or 0.0, metric.unit, digits=2, percent=True)
 
-    def _expected(self) -> str:
+    def _expectation_phrase(self) -> str:
         judged = self.report.expectations
         if not judged:
             return "expectations are not yet judged" if self.report.partial else "no expectations"
@@ -242,10 +247,12 @@ class ReportSummary:
         if inverted := [f"`{n}`" for n, m in self.report.models.items() if m.inverted]:
             return "bad", f"Finished, with inverted cells in {join_names(inverted)}: not a physical state"
         ran = "everything that was run" if any(r.status in LEFT_OUT for r in self.everyone.values()) else "everything"
-        return "good", f"Finished, {ran} converged" + (", every expectation met" if self._all_met else "")
+        return "good", f"Finished, {ran} converged" + (
+            ", every expectation met" if self._has_met_all_expectations else ""
+        )
 
     @property
-    def _all_met(self) -> bool:
+    def _has_met_all_expectations(self) -> bool:
         return bool(self.report.expectations) and all(e.passed for e in self.report.expectations)
 
 

@@ -188,23 +188,35 @@ class _Shapes:
         caption = tag("figcaption", tag("p", prose(self._caption())), numbers)
         kind = FigureKind(self.key, bool(self.beyond), letters(self.view))
         words = carried.words if carried else ()
-        controls = toolbar(self._names(), bool(self.errors), len(self.first) <= PANELS, self._ghosts(), kind, words)
+        controls = toolbar(
+            self._names(), bool(self.errors), len(self.first) <= PANELS, self._background_references(), kind, words
+        )
         time = time_bar("State" if self.in_states else "Time") if self.dynamic else ""
         spoken = tag("div", class_="spoken", aria_live="polite")
         bar += carried.bars() if carried else ""
         bar += carried.still(self.first, self.view, self.key) if carried and self.stills else ""
         heading = tag("h3", prose(f"`{self.body}`")) if self.body else ""
         return heading + tag(
-            "figure", controls, self._stage(), self._still(), time, bar, unknown, spoken, caption, self._data(),
-            class_="shapes", id=f"figure-shapes{self.key}",
-        )  # fmt: skip
+            "figure",
+            controls,
+            self._shape_panels(),
+            self._still(),
+            time,
+            bar,
+            unknown,
+            spoken,
+            caption,
+            self._data(),
+            class_="shapes",
+            id=f"figure-shapes{self.key}",
+        )
 
     def _names(self) -> list[tuple[str, str, str, bool]]:
         """Return (name, colour sample, CSS classes, shown initially) of each shape."""
         known = curve_styles(self.findings.report)
         return [(n, sample(known[n]), known[n].classes, n in self.first) for n in self.shapes]
 
-    def _ghosts(self) -> list[tuple[int, str, bool]]:
+    def _background_references(self) -> list[tuple[int, str, bool]]:
         """Return (index, name, initially drawn behind the others) of each reference."""
         references = self.findings.report.references
         found = [(i, n) for i, n in enumerate(self.shapes) if n in references]
@@ -213,7 +225,7 @@ class _Shapes:
 
     # -------------------------------------------------------------- pictures
 
-    def _stage(self) -> str:
+    def _shape_panels(self) -> str:
         low, high = seen_box(self.shapes, self.view)
         width, height = (float(v) + 0.04 * float((high - low).max()) for v in high - low)
         aspect = min(2.2, max(0.8, width / height if height > 0 else 2.2))

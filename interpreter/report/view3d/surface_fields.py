@@ -181,9 +181,12 @@ class FieldColours:
             f"{join_few_names(asked)}, recovered at the points of the surface{f', {self.when}' if self.when else ''},"
         )
         said += f" with the same scale for all models: at first it covers {USUAL:.0f}\u00a0% of the points of each."
-        return said + "".join(f" {sentence}" for sentence in (*self._without(), *self._limits(), *self._coarse()))
+        return said + "".join(
+            f" {sentence}"
+            for sentence in (*self._missing_field_sentences(), *self._limits(), *self._stress_jump_sentences())
+        )
 
-    def _without(self) -> Iterator[str]:
+    def _missing_field_sentences(self) -> Iterator[str]:
         reasons: dict[tuple[str, str], list[str]] = {}
         for name, shape in self.models.items():
             for number in shape.carried:
@@ -198,7 +201,7 @@ class FieldColours:
         for place in dict.fromkeys(n.limitless for s in self.models.values() for n in s.carried if n.limitless):
             yield f"At {place} stress is singular (W388): colours there depend on the mesh."
 
-    def _coarse(self) -> Iterator[str]:
+    def _stress_jump_sentences(self) -> Iterator[str]:
         for name, shape in self.models.items():
             share = max(n.apart for n in shape.carried)
             if share > 0.0:

@@ -83,14 +83,14 @@ class VariedScene:
         """
         if (values, model) not in self._tasks:
             task = task_of(self.subject, self.site(values).scene, model)
-            truth = self._truth()
+            truth = self._reference_model()
             asked = "stated" if truth is None else f"stated, and {truth.model} by {truth.metric}"
             key = hashlib.sha256(f"{task.key} {asked}".encode()).hexdigest()
             first = None if values else COMPILING
             self._tasks[values, model] = replace(task, key=key, limit_s=first, truth=truth, stated=True, alone=True)
         return self._tasks[values, model]
 
-    def _truth(self) -> TruthRequest | None:
+    def _reference_model(self) -> TruthRequest | None:
         """Return the model that serves as the reference, and its metric; None if the reference is not a model."""
         known = self.subject.scene.declared.get(self.asked.against)
         if known is None or known.kind != "model":
@@ -103,7 +103,7 @@ class VariedScene:
         if not site.errors:
             return None
         own = [d for d in site.errors if not _is_about_another_model(site.scene, self.subject.scene, d, model)]
-        of_truth = [d for d in site.errors if self._is_of_truth(site.scene, d)]
+        of_truth = [d for d in site.errors if self._is_about_reference_model(site.scene, d)]
         if not own and not of_truth and model in site.scene.declared:
             return None  # errors of other models do not matter here
         worst = (own or of_truth or list(site.errors))[0]
@@ -114,9 +114,9 @@ class VariedScene:
         word = "unjudged" if worst.code in ABOUT_REFERENCES else word
         return ClassifiedPoint(word, message=message, code=worst.code)
 
-    def _is_of_truth(self, scene: Scene, error: Diagnostic) -> bool:
+    def _is_about_reference_model(self, scene: Scene, error: Diagnostic) -> bool:
         """Return whether an error concerns the model that serves as the reference."""
-        if self._truth() is None:
+        if self._reference_model() is None:
             return False
         known = [s.declared.get(self.asked.against) for s in (scene, self.subject.scene)]
         return is_about([d for d in known if d is not None], error)

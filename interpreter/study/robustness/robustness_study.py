@@ -131,14 +131,14 @@ class StudyTrial:
     def start(self) -> None:
         """Request the result of every model in the unchanged scene; when it is available, its walks begin."""
         for model in self.asked.models:
-            self.look(model, {}, lambda found, model=model: self._walk(model, found))  # type: ignore[misc]
+            self.look(model, {}, lambda found, model=model: self._start_walks(model, found))  # type: ignore[misc]
 
-    def _walk(self, model: str, nominal: ClassifiedPoint) -> None:
+    def _start_walks(self, model: str, nominal: ClassifiedPoint) -> None:
         for quantity in self.asked.quantities:
-            if not self._depends(model, quantity):
+            if not self._is_dependent_on(model, quantity):
                 continue
             if quantity.options:
-                self._choose(model, quantity, nominal)
+                self._request_options(model, quantity, nominal)
             for ladder in quantity.ladders:
                 walk = Walk(ladder, self.asked.until, {0.0: PointClass.of(nominal.word, nominal.status)})
                 self.walks.setdefault((model, quantity.name), []).append(walk)
@@ -156,13 +156,13 @@ class StudyTrial:
 
         self.look(model, {quantity.name: walk.ladder.at(t)}, told)
 
-    def _choose(self, model: str, quantity: WalkedQuantity, nominal: ClassifiedPoint) -> None:
+    def _request_options(self, model: str, quantity: WalkedQuantity, nominal: ClassifiedPoint) -> None:
         seen = self.chosen.setdefault((model, quantity.name), {str(quantity.nominal): nominal})
         for option in quantity.options:
             if option != quantity.nominal:
                 self.look(model, {quantity.name: option}, lambda found, o=option: seen.update({o: found}))  # type: ignore[misc]
 
-    def _depends(self, model: str, quantity: WalkedQuantity) -> bool:
+    def _is_dependent_on(self, model: str, quantity: WalkedQuantity) -> bool:
         """Return whether the result of a model depends on a quantity.
 
         It depends on it if the key of the model changes with the quantity, or if this cannot be determined.
@@ -212,18 +212,18 @@ class StudyTrial:
 
     def map(self) -> None:
         """Request every point of all validity maps."""
-        for model, x, y, xs, ys in self._grids():
+        for model, x, y, xs, ys in self._map_grids():
             for a in xs:
                 for b in ys:
                     self.look(model, {x.name: a, y.name: b}, lambda found: None)
 
-    def _grids(self) -> list[tuple[str, WalkedQuantity, WalkedQuantity, list[Value], list[Value]]]:
+    def _map_grids(self) -> list[tuple[str, WalkedQuantity, WalkedQuantity, list[Value], list[Value]]]:
         if not self.asked.mapped:
             return []
         found = []
         for x, y in validity_maps.quantity_pairs(self.asked.quantities):
             for model in self.asked.models:
-                if self._depends(model, x) and self._depends(model, y):
+                if self._is_dependent_on(model, x) and self._is_dependent_on(model, y):
                     found.append((model, x, y, self._levels(x), self._levels(y)))
         return found
 
@@ -242,9 +242,18 @@ class StudyTrial:
         """Return the results of the study as a record."""
         asked, quantities = self.asked, tuple(replace(q, ladders=()) for q in self.asked.quantities)
         return RobustnessStudyRecord(
-            asked.name, asked.metric, asked.against, asked.within, asked.until, asked.models, self.outlines,
-            quantities, tuple(sorted(self.points.values(), key=self._order)), tuple(self._edges()), tuple(self._maps()),
-        )  # fmt: skip
+            asked.name,
+            asked.metric,
+            asked.against,
+            asked.within,
+            asked.until,
+            asked.models,
+            self.outlines,
+            quantities,
+            tuple(sorted(self.points.values(), key=self._order)),
+            tuple(self._edges()),
+            tuple(self._validity_maps()),
+        )
 
     def _order(self, point: RobustnessPoint) -> tuple[Any, ...]:
         """Return the sort key of a point, so that results do not depend on the order in which they were computed."""
@@ -271,9 +280,9 @@ class StudyTrial:
             for own in self.walks.get((other, quantity.name), ()) if own.ladder.direction == walk.ladder.direction
         }  # fmt: skip
 
-    def _maps(self) -> list[PairMap]:
+    def _validity_maps(self) -> list[PairMap]:
         found = []
-        for model, x, y, xs, ys in self._grids():
+        for model, x, y, xs, ys in self._map_grids():
             places = {(a, b): (self.ground.values({x.name: a, y.name: b}), model) for a in xs for b in ys}
             known = {at: self.points[place].found for at, place in places.items() if place in self.points}
             found.append(validity_maps.map_of(model, x, y, xs, ys, known))

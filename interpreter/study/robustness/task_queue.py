@@ -66,14 +66,14 @@ class TaskQueue:
 
     def work(self) -> None:
         """Run all requested tasks, including those that callbacks add. Raises NoWorkers, OSError."""
-        self._drain()
+        self._run_ready_actions()
         command = (*worker_pool.WORKER, f"{self.memory:g}")
         while self._queue:
             for outcome in worker_pool.run_tasks(
                 self._queue, self.jobs, self.timeout, command=command, patience=PATIENCE
             ):
                 self._keep(reduce_outcome(outcome))
-                self._drain()
+                self._run_ready_actions()
 
     def _keep(self, outcome: LeanOutcome) -> None:
         key, asked = outcome.key, self._asked.pop(outcome.key)
@@ -83,6 +83,6 @@ class TaskQueue:
             self.soon(lambda then=then: then(outcome))  # type: ignore[misc]
         self.said(len(self.outcomes), key)
 
-    def _drain(self) -> None:
+    def _run_ready_actions(self) -> None:
         while self._ready:
             self._ready.popleft()()

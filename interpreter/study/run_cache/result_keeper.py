@@ -68,9 +68,14 @@ class FolderRunCache:
         It should be if it took long and if all references and models needed for its metrics are available.
         """
         seconds = sum(sum(timing.seconds) for work in works for timing in _timings_of_model(work, name))
-        return seconds > WORTH and self._place is not None and self._measurable(works) and self._stands(works)
+        return (
+            seconds > WORTH
+            and self._place is not None
+            and self._is_measurable_early(works)
+            and self._is_reliable(works)
+        )
 
-    def _measurable(self, works: Sequence[StateRun]) -> bool:
+    def _is_measurable_early(self, works: Sequence[StateRun]) -> bool:
         from softmark.interpreter.models.model_preparation import from_a_model
 
         scans = any(from_a_model(works[0].scene.declared[name]) for name in works[0].plan.references)
@@ -88,7 +93,7 @@ class FolderRunCache:
         Nothing is saved if a reference failed, because it may succeed the next time.
         """
         place = self._place
-        if place is None or _has_references(works) or not self._stands(works):
+        if place is None or _has_references(works) or not self._is_reliable(works):
             return
         with self._said():
             for name in works[0].plan.models:
@@ -106,7 +111,7 @@ class FolderRunCache:
         """Return the models of the plan that other models are compared with."""
         return [n for n in needed_models(works[0].scene, "") if n in works[0].plan.models]
 
-    def _stands(self, works: Sequence[StateRun]) -> bool:
+    def _is_reliable(self, works: Sequence[StateRun]) -> bool:
         """Return whether the results are reliable enough to be saved.
 
         No file may have changed during the run, and no reference or model used for comparison may have failed.

@@ -69,7 +69,7 @@ class PhaseClock:
         self._spent, self._open = {}, [OTHER]
         undo: list[tuple[Any, str, Any]] = []
         try:
-            undo.extend(_install_clocks(self._clocked))
+            undo.extend(_install_clocks(self._with_clock))
             self._since = time.process_time()
             return solve()
         finally:
@@ -84,7 +84,7 @@ class PhaseClock:
         self._spent[name] = self._spent.get(name, 0.0) + now - self._since
         self._since = now
 
-    def _clocked(self, function: Callable[..., Any], phase: str) -> Callable[..., Any]:
+    def _with_clock(self, function: Callable[..., Any], phase: str) -> Callable[..., Any]:
         @functools.wraps(function)
         def clocked(*args: Any, **kwargs: Any) -> Any:
             if self._open[-1] == phase:  # counted already

@@ -137,9 +137,9 @@ class _Pool:
     def run(self) -> Iterator[PointOutcome]:
         """Yield outcomes until all tasks are done."""
         while self.waiting or any(w.task for w in self.workers.values()):
-            self._staff()
+            self._start_workers()
             for key, _ in self.selector.select(TICK):
-                yield from self._heard(key.fd)
+                yield from self._handle_output(key.fd)
             yield from self._late()
 
     def end(self) -> None:
@@ -149,7 +149,7 @@ class _Pool:
         self.workers.clear()
         self.selector.close()
 
-    def _staff(self) -> None:
+    def _start_workers(self) -> None:
         """Start as many workers as there are tasks, up to the limit, and give a task to each idle worker."""
         busy = sum(w.task is not None for w in self.workers.values())
         while len(self.workers) < min(self.jobs, busy + len(self.waiting)):
@@ -167,12 +167,12 @@ class _Pool:
                 with suppress(OSError):  # it may have died: its pipe ends, and the task is reported then
                     worker.give(task)
 
-    def _heard(self, descriptor: int) -> Iterator[PointOutcome]:
+    def _handle_output(self, descriptor: int) -> Iterator[PointOutcome]:
         """Handle the output of a worker: that it is ready, an outcome, or the end of its process."""
         worker = self.workers[descriptor]
         data = os.read(descriptor, 1 << 20)
         if not data:
-            yield from self._died(descriptor)
+            yield from self._handle_worker_exit(descriptor)
             return
         *lines, worker.read = (worker.read + data).split(b"\n")
         for line in lines:
@@ -183,7 +183,7 @@ class _Pool:
             else:
                 worker.ready, self.lost = True, 0
 
-    def _died(self, descriptor: int, late: bool = False) -> Iterator[PointOutcome]:
+    def _handle_worker_exit(self, descriptor: int, late: bool = False) -> Iterator[PointOutcome]:
         worker = self.workers.pop(descriptor)
         self.selector.unregister(descriptor)
         code = worker.end()
@@ -205,9 +205,9 @@ class _Pool:
         for descriptor, worker in list(self.workers.items()):
             spent = now - worker.since
             if worker.task is not None and self.timeout is not None and self._over(worker, spent):
-                yield from self._died(descriptor, late=True)
+                yield from self._handle_worker_exit(descriptor, late=True)
             elif not worker.ready and spent > START:
-                yield from self._died(descriptor)
+                yield from self._handle_worker_exit(descriptor)
 
     def _over(self, worker: _Worker, wall: float) -> bool:
         """Return whether the task of a worker exceeded its time limit."""

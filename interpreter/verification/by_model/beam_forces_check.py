@@ -98,7 +98,7 @@ class BeamLine:
                 case LineForce(begin=begin, end=end, force=q):
                     f += self._line(np.array(begin), np.array(end))[:, None] * np.array(q)
                 case TendonLoad(guides=int(count)) as tendon:
-                    both += self._guided(tendon, count, rod)
+                    both += self._guided_tendon_forces(tendon, count, rod)
                 case TendonLoad() as tendon:
                     low, high = sorted(shape.own(p)[0] for p in (tendon.begin, tendon.end))
                     ends = np.clip(self.s, low, high)
@@ -138,7 +138,7 @@ class BeamLine:
         arms, slopes = (np.stack([0.0 * z, f.real, f.imag], axis=1) for f in (arm, slope))
         return arms, slopes
 
-    def _guided(self, tendon: TendonLoad, count: int, rod: CheckedRod) -> Floats:
+    def _guided_tendon_forces(self, tendon: TendonLoad, count: int, rod: CheckedRod) -> Floats:
         """Return nodal forces and moments (n, 6), N and N m in space, of a tendon that is straight between guides."""
         low, high = sorted(self.case.prism.own(p)[0] for p in (tendon.begin, tendon.end))
         found, places = np.zeros((len(self.s), 6)), np.linspace(low, high, count)

@@ -69,17 +69,17 @@ class BeamVerifier(Verifier):
         segments = answer.declared.thing.segments
         try:
             with answer.budget.reserving(answer.others if answer.asked else 0.0):
-                fine = seen.of(self._with_segments(answer, 2 * segments))
+                fine = seen.of(self._solve_with_segments(answer, 2 * segments))
         except NoErrorEstimate:
             return super().discretisation(answer, seen)
         farther, apart = None, seen.apart(fine)
         if segments % 2 == 0:
-            farther = seen.of(self._with_segments(answer, segments // 2)).apart(seen)
+            farther = seen.of(self._solve_with_segments(answer, segments // 2)).apart(seen)
         found = error_from_finer(apart, 2.0, self.order, farther)
         must_be_close([found], max(seen.size, seen.acting), HOPELESS)
         return found
 
-    def _with_segments(self, answer: SolutionUnderTest, segments: int) -> Solution:
+    def _solve_with_segments(self, answer: SolutionUnderTest, segments: int) -> Solution:
         """Return the solution with another number of segments. Raises NoErrorEstimate."""
         thing = answer.declared.thing
         declared = replace(answer.declared, thing=replace(thing, segments=segments))
@@ -97,7 +97,7 @@ class BeamVerifier(Verifier):
         while segments > 1 and len(found) < 2:
             fewer = (segments + 1) // 2
             try:
-                solution = self._with_segments(answer, fewer)
+                solution = self._solve_with_segments(answer, fewer)
             except NoErrorEstimate:  # of one segment, supports may hold all
                 if not found:
                     raise

@@ -83,9 +83,9 @@ class DeformedNetwork:
     @cached_property
     def rods(self) -> list[CheckedRod]:
         """Deformed members, from displacements of points on their axes and at a distance from them."""
-        return [self._rod(i, member) for i, member in enumerate(self.network.members)]
+        return [self._deform_member(i, member) for i, member in enumerate(self.network.members)]
 
-    def _rod(self, number: int, member: Member) -> CheckedRod:
+    def _deform_member(self, number: int, member: Member) -> CheckedRod:
         X, across = self.X[number], np.array(member.frame(0.0))[None, 1:]
         shifts: Any = self.found.solution.displacement  # of a network, which knows its members
         x, R = deformed_axes(X, across, arm_of(member.section), partial(shifts.of, number))
@@ -139,13 +139,13 @@ class DeformedNetwork:
                 case MomentLoad(where=where, moment=moment):
                     at = self.network.points[frame_selection.select_points_and_members(where, self.network)[0][0]]
                     ends = [i for i in (0, -1) if np.allclose(X[i], at, rtol=0.0, atol=1e-9 * member.length)]
-                    if ends and number == self._first_at(at):
+                    if ends and number == self._place_number_at(at):
                         found[ends[0], 3:] = moment
                 case _:
                     raise NoIndependentFormula(f"no independent formula is available for the load `{load.name}`")
             yield found
 
-    def _first_at(self, point: tuple[float, float, float]) -> int:
+    def _place_number_at(self, point: tuple[float, float, float]) -> int:
         near = (i for i, m in enumerate(self.network.members) if point in (m.begin, m.end))
         return next(near)
 

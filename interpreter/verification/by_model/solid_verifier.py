@@ -133,22 +133,22 @@ class SolidVerifier(SizedMeshVerifier):
     def discretisation(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the discretisation error from finer cells, or from coarser meshes. Raises NoErrorEstimate."""
         try:
-            return self._from_finer(answer, seen)
+            return self._error_from_finer_space(answer, seen)
         except NoErrorEstimate as unknown:
             why = str(unknown)
         if why == NOT_ASKED:
             raise NoErrorEstimate(why)
         try:
-            return self._from_coarser(answer, seen)
+            return self._error_from_coarser_meshes(answer, seen)
         except NoErrorEstimate as unknown:
             raise NoErrorEstimate(f"{why}; {unknown}" if why and why != str(unknown) else str(unknown)) from unknown
 
-    def _from_finer(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+    def _error_from_finer_space(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the discretisation error from a finer space. Raises NoErrorEstimate."""
         fine: ProbeResultUnderTest
         leaves = self._error_ratio(answer)
         if isinstance(seen, FrequencyUnderTest):
-            fine = replace(seen, vibrations=lambda count: self._tones(answer, count))
+            fine = replace(seen, vibrations=lambda count: self._finer_space_frequencies(answer, count))
         else:
             solution, leaves = self._finer_solution(answer, seen)
             fine = seen.of(solution)
@@ -273,13 +273,13 @@ class SolidVerifier(SizedMeshVerifier):
         if nearby and not (answer.case.contacts or answer.case.pairs):
             return self._above(answer).solution, self._error_ratio(answer)
         try:
-            return self._solved_again(answer)
+            return self._solve_finer_model(answer)
         except BudgetExceeded:
             if nearby and answer.asked:
                 return self._above(answer).solution, self._error_ratio(answer)
             raise
 
-    def _solved_again(self, answer: SolutionUnderTest) -> tuple[Solution, float]:
+    def _solve_finer_model(self, answer: SolutionUnderTest) -> tuple[Solution, float]:
         """Return a solution on finer cells, solved from the start, and the ratio of the error to the distance to it.
 
         Raises NoErrorEstimate.
@@ -308,11 +308,11 @@ class SolidVerifier(SizedMeshVerifier):
         """Return the convergence order assumed for displacements, or for the fluid pressure of a porous body."""
         return SEEPING if answer.case.porous else min(float(answer.solid.thing.order), HIGHEST)
 
-    def _finer(self, answer: SolutionUnderTest) -> CachedField:
+    def _finer_displacement_field(self, answer: SolutionUnderTest) -> CachedField:
         found: CachedField = self._above(answer).solution.displacement  # type: ignore[assignment]
         return found
 
-    def _tones(self, answer: SolutionUnderTest, count: int) -> Floats:
+    def _finer_space_frequencies(self, answer: SolutionUnderTest, count: int) -> Floats:
         def find() -> Floats:
             coarse, known = answer.tangent()
             return self._above(answer).frequencies(coarse, answer.state, known, count)
@@ -320,7 +320,7 @@ class SolidVerifier(SizedMeshVerifier):
         found: Floats = answer.once(f"tones {count}", find)
         return found
 
-    def _from_coarser(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
+    def _error_from_coarser_meshes(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the discretisation error from one or two coarser meshes. Raises NoErrorEstimate."""
         thing: Fem = answer.solid.thing
         if not answer.own.material.thin and thing.locks_at(_largest_poisson(answer)):
@@ -378,9 +378,9 @@ class SolidVerifier(SizedMeshVerifier):
         try:
             return THEORY * self._measure_error_on_coarser_mesh(answer, seen, best)
         except NoErrorEstimate:
-            return self._neglected_strain(answer) * seen.size
+            return self._measure_error_bound(answer) * seen.size
 
-    def _neglected_strain(self, answer: SolutionUnderTest) -> float:
+    def _measure_error_bound(self, answer: SolutionUnderTest) -> float:
         """Return a bound of the relative error of the strain measure, computed from the strain in the answer.
 
         Raises NoErrorEstimate.
@@ -454,7 +454,7 @@ class SolidVerifier(SizedMeshVerifier):
         if seen.in_forces:
             return 1.0
         try:
-            fine = seen.at(self._finer(answer))
+            fine = seen.at(self._finer_displacement_field(answer))
         except NoErrorEstimate:
             return 1.0
         own = float(np.linalg.norm(seen.u))

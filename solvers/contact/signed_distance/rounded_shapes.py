@@ -28,7 +28,7 @@ class BallGap:
         """Smallest radius of curvature of the convex surface, m: the outer radius."""
         return self.radius
 
-    def _from_centre(self, X: Floats) -> tuple[Floats, Floats]:
+    def _vectors_from_centre(self, X: Floats) -> tuple[Floats, Floats]:
         """Return vectors (n, 3), m, from the centre to points X (n, 3), m, and their lengths (n,), m."""
         x = X - np.array(self.centroid)
         return x, np.sqrt(np.einsum("ni,ni->n", x, x))
@@ -40,7 +40,7 @@ class BallGap:
 
     def gap(self, X: Floats) -> Floats:
         """Return the gaps (n,), m, at points X (n, 3), m: |X - c| - R, or near the hollow its radius minus |X - c|."""
-        r = self._from_centre(X)[1]
+        r = self._vectors_from_centre(X)[1]
         return np.where(self._outer(r), r - self.radius, self.inner - r)
 
     def look(self, X: Floats) -> Look:
@@ -49,7 +49,7 @@ class BallGap:
         At a distance r from the centre c, n = (X - c) / r and the Hessian is (1 - n n) / r. At the centre n is along z
         and the Hessian is zero.
         """
-        x, r = self._from_centre(X)
+        x, r = self._vectors_from_centre(X)
         at = r <= AT * self.radius
         r, n = np.where(at, 0.0, r), np.where(at[:, None], [0.0, 0.0, 1.0], x / np.where(at, 1.0, r)[:, None])
         outer = self._outer(r)

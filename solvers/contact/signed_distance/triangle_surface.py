@@ -65,7 +65,7 @@ class TriangleSurface:
         return total, number.reshape(-1, 3)
 
     @cached_property
-    def _tips(self) -> Floats:
+    def _corner_normals(self) -> Floats:
         """Sums (n, 3), at each point, of the normals of its triangles times their angles at the point."""
         total = np.zeros((len(self.points), 3))
         for k in range(3):
@@ -101,7 +101,7 @@ class TriangleSurface:
         x, y, z = (middle + six @ (a + b + c) / (24.0 * signed_volume(self.points, self.triangles))).tolist()
         return x, y, z
 
-    def _closest(self, X: Floats) -> tuple[Ints, Floats, Floats]:
+    def _find_closest_triangles(self, X: Floats) -> tuple[Ints, Floats, Floats]:
         """Return the closest triangle (n,) to each point X (n, 3), m, and the closest point on it.
 
         The closest point is given by barycentric coordinates (n, 3), and by the vector (n, 3), m, from it to X.
@@ -109,7 +109,7 @@ class TriangleSurface:
         t, share = self._tree.closest(X)
         return t, share, X - np.einsum("nk,nki->ni", share, self.corners[t])
 
-    def _normal(self, t: Ints, share: Floats) -> Floats:
+    def _pseudonormals(self, t: Ints, share: Floats) -> Floats:
         """Return the unit normals (n, 3) of the closest face, edge or corner.
 
         t (n,) are the closest triangles, and `share` (n, 3) the barycentric coordinates of the closest points.
@@ -121,15 +121,15 @@ class TriangleSurface:
             edge = zero[:, (k + 2) % 3] & (zero.sum(axis=1) == 1)  # between the corners k and k + 1
             n[edge] = total[number[t[edge], k]]
             tip = zero[:, (k + 1) % 3] & zero[:, (k + 2) % 3]
-            n[tip] = self._tips[self.triangles[t[tip], k]]
+            n[tip] = self._corner_normals[self.triangles[t[tip], k]]
         found: Floats = n / np.maximum(np.linalg.norm(n, axis=1), 1e-300)[:, None]
         return found
 
     def gap(self, X: Floats) -> Floats:
         """Return the gaps (n,), m, at points X (n, 3), m: negative inside the surface."""
-        t, share, off = self._closest(X)
+        t, share, off = self._find_closest_triangles(X)
         d = np.linalg.norm(off, axis=1)
-        found: Floats = np.where(np.einsum("ni,ni->n", off, self._normal(t, share)) < 0.0, -d, d)
+        found: Floats = np.where(np.einsum("ni,ni->n", off, self._pseudonormals(t, share)) < 0.0, -d, d)
         return found
 
     def look(self, X: Floats) -> Look:
@@ -138,8 +138,8 @@ class TriangleSurface:
         At a distance d, with s the sign of the gap, the Hessian is 0 near a face, s (1 - n n - e e) / d near an edge
         along e, and s (1 - n n) / d near a corner.
         """
-        t, share, off = self._closest(X)
-        pseudo = self._normal(t, share)
+        t, share, off = self._find_closest_triangles(X)
+        pseudo = self._pseudonormals(t, share)
         d = np.linalg.norm(off, axis=1)
         sign = np.where(np.einsum("ni,ni->n", off, pseudo) < 0.0, -1.0, 1.0)
         zero = share <= 0.0

@@ -120,11 +120,11 @@ class MovingRod(Energy):
         The latter is the projected symmetric part of the tangent by own-axis rotations.
         """
         if projected:
-            self._add_definite(x, data, slots, scale)
+            self._add_semidefinite_tangent(x, data, slots, scale)
         else:
             self._run(self.chart.turned(x), scale, NO_FORCES, slots, data)
 
-    def _add_definite(self, x: Floats, data: Floats, slots: Ints, scale: float) -> None:
+    def _add_semidefinite_tangent(self, x: Floats, data: Floats, slots: Ints, scale: float) -> None:
         """Add the symmetric part of the tangent by own-axis rotations, with negative eigenvalues set to zero."""
         at, q, T = self.chart.turned(x)
         own = np.zeros((len(self.elastic.elements), 12, 12))

@@ -99,7 +99,7 @@ class Body:
         none: tuple[Any, Any] = np.zeros((0, 2), int), np.zeros(0, int)
         self.pairs, self.middles = ends(problem) if self.quadratic else none
         self.edges = self._edges() if self.quadratic else self.middles
-        self.bubble = self._bubble() if self.quadratic else 1.0
+        self.bubble = self._edge_bubble_value() if self.quadratic else 1.0
         self._bent()
 
     def _edges(self) -> Any:
@@ -112,7 +112,7 @@ class Body:
         wanted = np.sort(number[self.pairs], axis=1) @ np.array([self.mesh.nv, 1])
         return order[np.searchsorted(keys[order], wanted)]
 
-    def _bubble(self) -> float:
+    def _edge_bubble_value(self) -> float:
         """Return the value of the bubble function of an edge at its midpoint."""
         import ngsolve as ng
 

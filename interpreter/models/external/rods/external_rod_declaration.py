@@ -90,10 +90,15 @@ class ExternalRod(ExternalModel):
 
     def reasons(self, case: Case) -> list[Reason]:
         """Return the features of the scene that the program cannot compute exactly, with reasons."""
-        return [*unsupported_motion(case), *self._of_body(case), *self._of_loads(case), *self._of_clamps(case),
-                *self.of_steps(case)]  # fmt: skip
+        return [
+            *unsupported_motion(case),
+            *self._unsupported_body_features(case),
+            *self._unsupported_loads(case),
+            *self._unsupported_supports(case),
+            *self.of_steps(case),
+        ]
 
-    def _of_body(self, case: Case) -> Iterator[Reason]:
+    def _unsupported_body_features(self, case: Case) -> Iterator[Reason]:
         """Yield features of the body and its material that the program cannot represent, with reasons."""
         if not isinstance(case.prism, Prism) or case.prism.tapered:
             yield "the body", "a rod needs one section along a straight axis"
@@ -108,7 +113,7 @@ class ExternalRod(ExternalModel):
             why = f"the step is too long for this damping: use a `step` of {least} or less"
             yield "damping_mass", why
 
-    def _of_loads(self, case: Case) -> Iterator[Reason]:
+    def _unsupported_loads(self, case: Case) -> Iterator[Reason]:
         """Yield loads that the program cannot represent, with reasons."""
         from softmark.interpreter.models.beam.beam_declaration import axis_station
         from softmark.interpreter.vocabulary.loads.body_force import BodyForce
@@ -120,7 +125,7 @@ class ExternalRod(ExternalModel):
             if not dead and not (isinstance(action, PointLoad) and axis_station(case, action.at) is not None):
                 yield f"load `{load.name}`", _NODAL
 
-    def _of_clamps(self, case: Case) -> Iterator[Reason]:
+    def _unsupported_supports(self, case: Case) -> Iterator[Reason]:
         """Yield supports that the program cannot represent, with reasons."""
         nodes, held = tuple(self.stations(case)), set[int]()
         for support in case.supports:

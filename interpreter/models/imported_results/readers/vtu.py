@@ -186,7 +186,7 @@ class Source:
             if form == "ascii":
                 return numbers(item.text or "", kind)
             data = self._appended(item) if form == "appended" else _decode_base64((item.text or "").encode())
-            return np.frombuffer(self._unpacked(data), dtype=np.dtype(kind).newbyteorder(self.order))
+            return np.frombuffer(self._decode_bytes(data), dtype=np.dtype(kind).newbyteorder(self.order))
         except (ValueError, IndexError, EOFError, zlib.error, lzma.LZMAError, binascii.Error, OverflowError) as error:
             raise Unreadable(self.name, f"`{word}` cannot be decoded ({str(error)[:100]})", AGAIN) from None
 
@@ -198,7 +198,7 @@ class Source:
         data = self.appended[start : self.ends[start]]
         return data if self.raw else _decode_base64(data)
 
-    def _unpacked(self, data: bytes) -> bytes:
+    def _decode_bytes(self, data: bytes) -> bytes:
         """Return the decoded bytes of an array.
 
         The data are a size followed by bytes or, if compressed, sizes of blocks before and after compression and the

@@ -74,7 +74,7 @@ class Source:
         if form == "XML":
             found = self._text(item)
         elif form == "HDF":
-            found = self._stored((item.text or "").strip())
+            found = self._numbers_from_hdf5((item.text or "").strip())
         else:
             raise self.refused(f"its numbers have the format `{form[:40]}`, which is not supported", PLAIN)
         shape = tuple(map(int, told.split()))
@@ -91,7 +91,7 @@ class Source:
         except (ValueError, OverflowError) as error:
             raise self.refused(f"an item is not a text of numbers ({str(error)[:80]})") from None
 
-    def _stored(self, told: str) -> Array:
+    def _numbers_from_hdf5(self, told: str) -> Array:
         """Return numbers from an HDF5 file, which must be in the folder of the XDMF file. Raises Unreadable."""
         import h5py
 

@@ -128,13 +128,13 @@ class Lines:
     def _desc(self) -> str:
         """Return a description of the figure in words: the conclusion, and the end of each line."""
         ends = "; ".join(f"{name} at {self._place(X[-1])}" for name, X in self.lines.items())
-        return f"{strip_backticks(self._conclusion())} The lines end as follows: {ends}."
+        return f"{strip_backticks(self._closest_models_sentence())} The lines end as follows: {ends}."
 
     def _place(self, point: Floats) -> str:
         pairs = zip(self.axes, self.plane, strict=True)
         return ", ".join(f"{axis} {format_quantity(float(point[i]), 'm', 4)}" for axis, i in pairs)
 
-    def _conclusion(self) -> str:
+    def _closest_models_sentence(self) -> str:
         said = "; ".join(self.findings.closest(self.probe))
         if not said:
             return (
@@ -149,7 +149,7 @@ class Lines:
         models = [n for n in self.lines if n in self.findings.report.models]
         shown = hidden_models_note(len(models), len([n for n in models if n in open_]))
         gone = f" Outside the drawing: {join_names([f'`{n}`' for n in self.far])}." if self.far else ""
-        return f"{plane} {self._conclusion()}{gone}{self._depth()}{shown}"
+        return f"{plane} {self._closest_models_sentence()}{gone}{self._depth()}{shown}"
 
     def _depth(self) -> str:
         """Return a sentence if the lines leave the plane of the figure."""

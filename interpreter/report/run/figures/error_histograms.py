@@ -98,16 +98,16 @@ class _Distribution:
     def html(self) -> str:
         """Return the HTML of a heading and the charts."""
         known = curve_styles(self.findings.report)
-        charts = [self._plate(i, n, known[n]) for i, n in enumerate(self.samples)]
+        charts = [self._histogram_figure(i, n, known[n]) for i, n in enumerate(self.samples)]
         name = tag("h3", prose(f"`{self.metric.name}`, from `{self.metric.against}`"))
         return name + tag("div", *charts, class_="small-plates") + self._save()
 
-    def _plate(self, index: int, name: str, look: CurveStyle) -> str:
+    def _histogram_figure(self, index: int, name: str, look: CurveStyle) -> str:
         x, y = self.axes
         chart = Chart(
             f"distribution-{self.number}-{index}", f"Errors of {name}, {self.metric.name}",
             f"{name}: {self._words(name)}",
-            x, y, WIDTH, HEIGHT, (self._curve(name, look),), under=self._under(name, look, x, y), labels=False,
+            x, y, WIDTH, HEIGHT, (self._curve(name, look),), under=self._statistics_svg(name, look, x, y), labels=False,
             left=LEFT, top=TOP, right=14.0,
         )  # fmt: skip
         return figure_block(
@@ -133,7 +133,7 @@ class _Distribution:
         mean = format_quantity(float(s.mean()), self.unit, 3)
         return f"mean {mean}, median {median}, 95 % below {high}, largest {most}{cut}{tip}."
 
-    def _under(self, name: str, look: CurveStyle, x: Axis, y: Axis) -> str:
+    def _statistics_svg(self, name: str, look: CurveStyle, x: Axis, y: Axis) -> str:
         """Return the SVG of one histogram, with lines for the statistics and a band for the uncertainty."""
         s, base = self.samples[name], TOP + HEIGHT
         steps, width = [f"M{LEFT:.1f} {base:.1f}"], WIDTH / BINS

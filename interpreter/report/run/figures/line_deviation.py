@@ -84,7 +84,7 @@ class _Pair:
         return figure_block(self._chart(open_), self._caption(open_), self._columns(), self._save(), open_=open_)
 
     @cached_property
-    def _floor(self) -> float:
+    def _axis_lower_end(self) -> float:
         least = DEPTH * self.largest
         return min(float(d[d >= least].min(initial=np.inf)) for d in self.distances.values())
 
@@ -93,7 +93,7 @@ class _Pair:
         return Chart(
             f"error-{self.number}", f"Distance from {self.reference} along {self.probe}", self._desc(),
             linear(0.0, float(s[-1]) or 1.0, "arc position s", "m", 7),
-            logarithmic(self._floor, self.largest, f"distance from {self.reference}", "m"),
+            logarithmic(self._axis_lower_end, self.largest, f"distance from {self.reference}", "m"),
             600.0, 320.0, tuple(self._curves(s, open_)), left=84.0, right=self._margin,
         )  # fmt: skip
 
@@ -103,7 +103,7 @@ class _Pair:
         return min(180.0, 34.0 + LETTER * max(len(name) for name in self.distances))
 
     def _curves(self, s: Floats, open_: Sequence[str]) -> Iterator[Curve]:
-        look, floor = curve_styles(self.findings.report), self._floor
+        look, floor = curve_styles(self.findings.report), self._axis_lower_end
         for column, (name, distance) in enumerate(self.distances.items(), start=1):
             points: tuple[Point | None, ...] = tuple(
                 (float(a), float(d)) if d >= floor else None for a, d in zip(s, distance, strict=True)
@@ -124,7 +124,7 @@ class _Pair:
     def _caption(self, open_: Sequence[str]) -> str:
         own = self.findings.report.references[self.reference].estimated_error
         error = "" if own is None else f" Error of the reference: {format_reference_error(own)}."
-        hidden = any(bool(((d[1:] > 0.0) & (d[1:] < self._floor)).any()) for d in self.distances.values())
+        hidden = any(bool(((d[1:] > 0.0) & (d[1:] < self._axis_lower_end)).any()) for d in self.distances.values())
         cut = " Distances at rounding level are not drawn." if hidden else ""
         shown = hidden_models_note(len(self.distances), len([n for n in open_ if n in self.distances]))
         lead = f"Against `{self.reference}`, at probe `{self.probe}`.{error}"

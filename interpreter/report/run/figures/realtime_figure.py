@@ -197,7 +197,7 @@ class _Strips:
         identity = f"frames-{self.number}"
         title = tag("title", text(f"Times of frames, {strip_backticks(self.metric.name)}"), id=f"{identity}-t")
         desc = tag("desc", text(self._desc()), id=f"{identity}-d")
-        rows = [self._strip(n, TOP + ROW * (i + 0.5)) for i, n in enumerate(self.sampled)]
+        rows = [self._model_strip(n, TOP + ROW * (i + 0.5)) for i, n in enumerate(self.sampled)]
         return tag(
             "svg", title, desc, self._axes(bottom), *rows, role="img", aria_labelledby=f"{identity}-t {identity}-d",
             viewBox=f"0 0 {self.left + WIDTH + 24:.0f} {bottom + BOTTOM:.0f}",
@@ -221,7 +221,7 @@ class _Strips:
         marks = tag("path", class_="rate", d=lines) + tag("g", *rates, class_="ticks")
         return grid + tag("g", *labels, class_="ticks") + words + marks
 
-    def _strip(self, name: str, y: float) -> str:
+    def _model_strip(self, name: str, y: float) -> str:
         times, limit = self.times[name], float(self.sampled[name].details["limit_s"])
         low, middle, high = (self.x(_quantile(times, q)) for q in (0.25, 0.5, 0.75))
         dots = "".join(f"M{self.x(t):.1f} {y + _jitter(i):.1f}h0" for i, t in enumerate(_thin_values(times)))

@@ -203,7 +203,7 @@ class ResultsTable:
     def _row(self, name: str, result: Result) -> str:
         cells = [self._name(name, result), tag("td", status_of(result))]
         cells += [tag("td", self._metric(name, result, m), class_="n") for m in self.columns]
-        effort = self._effort(result) if isinstance(result, ModelResult) else self._no_effort()
+        effort = self._effort(result) if isinstance(result, ModelResult) else self._missing_effort_cells()
         return tag("tr", *cells, *(tag("td", cell, class_="n") for cell in effort))
 
     def _name(self, name: str, result: Result) -> str:
@@ -214,7 +214,7 @@ class ResultsTable:
     def _metric(self, name: str, result: Result, metric: MetricColumn) -> str:
         value = value_of(result, metric.name)
         if value is None:
-            return self.notes.dash(self._reason(name, result, metric))
+            return self.notes.dash(self._missing_value_reason(name, result, metric))
         found = result.metrics[metric.name]
         shown = tag("data", text(self._text(value, metric)), value=repr(value)) + self._stated(result, metric)
         if metric.clock and "verdict" in found.details:
@@ -247,7 +247,7 @@ class ResultsTable:
         largest = max((abs(v) for v in self.values[metric.name]), default=0.0)
         return "0" if is_negligible(value, largest, metric.unit, self.findings.moved) else scale.text(value, decimals)
 
-    def _reason(self, name: str, result: Result, metric: MetricColumn) -> str:
+    def _missing_value_reason(self, name: str, result: Result, metric: MetricColumn) -> str:
         found = result.metrics.get(metric.name)
         if found is not None:
             return found.reason or "no reason was given"
@@ -269,7 +269,7 @@ class ResultsTable:
         iterations = number(rounds) if isinstance(rounds, int) else self.notes.dash(none)
         return [self._size(model), iterations, *(self._time(model, kind) for kind in self.times)]
 
-    def _no_effort(self) -> list[str]:
+    def _missing_effort_cells(self) -> list[str]:
         return [self.notes.dash(NO_MESH)] * (2 + len(self.times))
 
     def _size(self, model: ModelResult) -> str:

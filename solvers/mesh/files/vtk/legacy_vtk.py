@@ -153,7 +153,7 @@ class _Reader:
             words = self._line().split()
         name, width, count, kind = words[0], int(words[1]), int(words[2]), words[3]
         if kind.lower() == "string":
-            self._strings(width * count)
+            self._skip_strings(width * count)
         else:
             self._keep(where, name, self._numbers(width * count, kind), count)
 
@@ -186,9 +186,9 @@ class _Reader:
             return np.array(words, dtype=np.float64 if code[0] == "f" else np.int64)
         if code == "?":
             size = (count + 7) // 8
-            found = np.unpackbits(np.frombuffer(self._raw(size), np.uint8))[:count]
+            found = np.unpackbits(np.frombuffer(self._read_bytes(size), np.uint8))[:count]
         else:
-            found = np.frombuffer(self._raw(count * int(code[1])), dtype=np.dtype(code).newbyteorder(">"))
+            found = np.frombuffer(self._read_bytes(count * int(code[1])), dtype=np.dtype(code).newbyteorder(">"))
         return found.astype(found.dtype.newbyteorder("="))
 
     def _words(self, count: int) -> list[bytes]:
@@ -204,13 +204,13 @@ class _Reader:
                 return parts[:count]
             wide *= 2
 
-    def _raw(self, size: int) -> bytes:
+    def _read_bytes(self, size: int) -> bytes:
         if self.at + size > len(self.data):
             raise MalformedMeshFile("it is incomplete")
         self.at += size
         return self.data[self.at - size : self.at]
 
-    def _strings(self, count: int) -> None:
+    def _skip_strings(self, count: int) -> None:
         """Skip `count` strings.
 
         They are lines in a text file. In a binary file each is preceded by its length, in 1, 2, 4 or 8 bytes.
@@ -222,7 +222,9 @@ class _Reader:
                 self._line(blank=True)
             else:
                 wide = (8, 4, 2, 1)[self.data[self.at] >> 6]
-                self._raw(int.from_bytes(self._raw(wide), "big") & ((1 << (8 * wide - (2 if wide < 8 else 0))) - 1))
+                self._read_bytes(
+                    int.from_bytes(self._read_bytes(wide), "big") & ((1 << (8 * wide - (2 if wide < 8 else 0))) - 1)
+                )
 
     # ------------------------------------------------------------------ cells
 
@@ -275,11 +277,11 @@ class _Reader:
             for kind, size in sorted({*zip(types.tolist(), sizes.tolist(), strict=True)}):
                 which = np.flatnonzero((types == kind) & (sizes == size))
                 cells = nodes[(ends[which] - size)[:, None] + np.arange(size)]
-                for word, own, index in self._as_cells(kind, size, cells):
+                for word, own, index in self._convert_to_meshio_cells(kind, size, cells):
                     yield word, own, before + which[index]
             before += len(ends)
 
-    def _as_cells(self, kind: int, size: int, cells: Ints) -> Iterator[tuple[str, Ints, Ints]]:
+    def _convert_to_meshio_cells(self, kind: int, size: int, cells: Ints) -> Iterator[tuple[str, Ints, Ints]]:
         """Yield cells (k, a) of a VTK type as cells of meshio's types, with their rows in `cells`.
 
         Raises MalformedMeshFile.
@@ -288,7 +290,7 @@ class _Reader:
         if kind in (POLYGON, STRIP) and size < 3:
             raise MalformedMeshFile(f"a polygon or strip of {size} points")
         if kind == POLYGON and size > 4:
-            self._convex(cells)
+            self._require_convex_polygons(cells)
             fan = np.stack([np.zeros(size - 2, dtype=np.int64), np.arange(1, size - 1), np.arange(2, size)], axis=1)
             yield "triangle", cells[:, fan].reshape(-1, 3), np.repeat(every, size - 2)
         elif kind == POLYGON:
@@ -306,7 +308,7 @@ class _Reader:
                 raise MalformedMeshFile(f"a {word} of {size} points")
             yield word, cells[:, list(order)], every
 
-    def _convex(self, cells: Ints) -> None:
+    def _require_convex_polygons(self, cells: Ints) -> None:
         """Raise MalformedMeshFile if a polygon is not convex.
 
         Triangles from the first point of such a polygon would overlap.

@@ -77,9 +77,9 @@ class _AppendedSection:
             raise MalformedMeshFile(f"`{(own.get('name') or own.get('Name') or '')[:40]}` is incomplete")
         own.set("format", "binary")
         del own.attrib["offset"]
-        own.text = (self._encoded(block) if self.raw else block.strip()).decode("ascii")
+        own.text = (self._encode_base64(block) if self.raw else block.strip()).decode("ascii")
 
-    def _encoded(self, block: bytes) -> bytes:
+    def _encode_base64(self, block: bytes) -> bytes:
         """Return raw bytes as base64; the sizes of compressed blocks are encoded separately from the blocks."""
         first = int.from_bytes(block[: self.wide], self.order)  # type: ignore[arg-type]
         if not self.packed:
