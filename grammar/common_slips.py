@@ -100,12 +100,12 @@ class Slip:
         if "NUMBER" in self.accepts:
             return "a version number" if self.accepts == {"NUMBER"} else "a value"
         kinds = ["COMMA", "RPAR", "RSQB", "EQUAL", "AS", "RANGE", "STRING", "NAME", END]
-        wanted = [self._word(kind) for kind in kinds if kind in self.accepts]
+        wanted = [self._describe_kind(kind) for kind in kinds if kind in self.accepts]
         if END in self.accepts:
             wanted.insert(0, "an operator")
         return f"{', '.join(wanted[:-1])} or {wanted[-1]}" if len(wanted) > 1 else wanted[0]
 
-    def _word(self, kind: str) -> str:
+    def _describe_kind(self, kind: str) -> str:
         if kind == END and self.start == "expression":
             return "the end"
         literal = next((t.literal for t in load().terminals if t.name == kind), "")
@@ -139,7 +139,7 @@ class Slip:
     def shown(self) -> str:
         """Description of the unexpected token for messages."""
         if self.found.kind == END:
-            return self._word(END)
+            return self._describe_kind(END)
         return _show(self.found)
 
 

@@ -89,16 +89,16 @@ class _Parser:
         found = []
         rest: Chunk | None = chunk
         while rest is not None:
-            tree, rest = self._one(rest)
+            tree, rest = self._parse_declaration(rest)
             if tree is not None:
                 found.append(tree)
             self._build.first = False
         return found
 
-    def _one(self, chunk: Chunk) -> tuple[Any, Chunk | None]:
+    def _parse_declaration(self, chunk: Chunk) -> tuple[Any, Chunk | None]:
         """Return the tree of a chunk or None, and the remaining chunk if a second declaration starts on its line."""
         if problem := input_limits.report_oversized(self.source, chunk):
-            self._fail(chunk, lambda: problem)
+            self._record_failure(chunk, lambda: problem)
             return None, None
         key = tuple(chunk.tokens) if self.start == "declaration" else ()
         if key in _parsed:
@@ -111,7 +111,7 @@ class _Parser:
         if len(tokens) > input_limits.MAX_DEPTH:
             self._build.note(input_limits.report_deep_nesting(self.source, tree))
         if self._build.problems:
-            self._fail(chunk, lambda: self._build.problems[0])
+            self._record_failure(chunk, lambda: self._build.problems[0])
             return None, None
         if key and not isinstance(tree, Version):  # which must be the first of all
             if len(_parsed) >= KEPT:
@@ -123,10 +123,10 @@ class _Parser:
         """Report the unexpected token, and return the remaining chunk if a second declaration starts there."""
         second = common_slips.second_declaration(tokens, index) if self.start == "declaration" else None
         slip = common_slips.Slip(self.source, chunk, tokens, index, self.start, second)
-        self._fail(chunk, lambda: min([*self._build.problems, common_slips.explain(slip)], key=_start))
+        self._record_failure(chunk, lambda: min([*self._build.problems, common_slips.explain(slip)], key=_start))
         return _remaining_chunk(tokens, second) if second and not self._hidden else None
 
-    def _fail(self, chunk: Chunk, explain: Callable[[], Diagnostic]) -> None:
+    def _record_failure(self, chunk: Chunk, explain: Callable[[], Diagnostic]) -> None:
         self.broken.extend(common_slips.declared_names(chunk.tokens))
         if len(self._shown) < MAX_DIAGNOSTICS:
             self._shown.append(explain())

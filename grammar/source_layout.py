@@ -142,7 +142,7 @@ class _Layout:
             found += [inner + comment.text for comment in self._take(item.span.start)]
             found += self.lines(item, inner, "", ",")
             self._refuse_comments_before(item.span.end)
-            if self._behind(item, following):
+            if self._has_trailing_comment(item, following):
                 found[-1] += f"  {self.comments.pop(0).text}"
         found += [inner + comment.text for comment in self._take(node.span.end)]
         return [*found, margin + closing]
@@ -160,7 +160,7 @@ class _Layout:
     def _has_comment(self, node: Expression | Argument) -> bool:
         return bool(self.comments) and self.comments[0].span.start < node.span.end
 
-    def _behind(self, item: Expression | Argument, following: int) -> bool:
+    def _has_trailing_comment(self, item: Expression | Argument, following: int) -> bool:
         """Return whether the next comment is on the line on which `item` ends, before the following item."""
         if not self.comments:
             return False

@@ -68,14 +68,14 @@ class PartialSlip(ForceTheory):
         return 3.0 * self.friction * own.push * (2.0 - own.poisson) / (16.0 * own.radius * shear)
 
     @property
-    def _part(self) -> float:
+    def _slip_fraction(self) -> float:
         """Tangential displacement as a fraction of that at full sliding, at most 1."""
         return min(self.travel / self.most, 1.0) if self.most > 0.0 else 1.0
 
     @property
     def drag(self) -> float:
         """Tangential force, N."""
-        return self.friction * self.push * (1.0 - math.pow(1.0 - self._part, 1.5))
+        return self.friction * self.push * (1.0 - math.pow(1.0 - self._slip_fraction, 1.5))
 
     @property
     def dragged(self) -> Vector:
@@ -86,7 +86,7 @@ class PartialSlip(ForceTheory):
     @property
     def stick_radius(self) -> float:
         """Radius of the sticking circle, m; 0 if the whole contact slides."""
-        return self.radius * math.sqrt(1.0 - self._part) if self.friction > 0.0 else 0.0
+        return self.radius * math.sqrt(1.0 - self._slip_fraction) if self.friction > 0.0 else 0.0
 
     @property
     def dissipated(self) -> float:
@@ -96,7 +96,7 @@ class PartialSlip(ForceTheory):
         plus the
         work of full sliding.
         """
-        x, m = self._part, self.friction * self.push
+        x, m = self._slip_fraction, self.friction * self.push
         drag, work = 1.0 - math.pow(1.0 - x, 1.5), x - 0.4 * (1.0 - math.pow(1.0 - x, 2.5))
         slid = max(self.travel - self.most, 0.0)
         return m * (self.most * (2.0 * work - x * drag) + slid)

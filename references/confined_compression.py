@@ -238,7 +238,7 @@ class PressedColumn(ConfinedColumn):
         breaks = sorted({0.0, self.now, *(t for t in (*ends, *self.times) if 0.0 < t < self.now)})
         return integrate(self.layer, which, tuple(breaks))
 
-    def _at(self, y: Array, which: int = 1) -> tuple[Array, Array]:
+    def _displacements_and_stretches(self, y: Array, which: int = 1) -> tuple[Array, Array]:
         """Return displacements away from the impermeable plane (k,), m, and stretches (k,).
 
         They are evaluated at distances y (k,), m, from the plane.
@@ -247,12 +247,12 @@ class PressedColumn(ConfinedColumn):
         return self.way * u, J
 
     def _outward(self, y: Array) -> Array:
-        return self._at(y)[0]
+        return self._displacements_and_stretches(y)[0]
 
     def pressure(self, X: Array) -> Array:
         """Return the fluid pressure (n,), Pa, at points X (n, 3), m."""
         y, _, _ = self._folded(X)
-        _, J = self._at(y)
+        _, J = self._displacements_and_stretches(y)
         found: Array = self.skeleton.stress(J) - self._total_stress()
         return found
 
@@ -260,7 +260,7 @@ class PressedColumn(ConfinedColumn):
         """Return the total stress of skeleton and fluid, Pa, which is the stress of the skeleton at the open end."""
         if self.force:
             return self.amount * self.driven.left(0.0, self.now)
-        _, J = self._at(np.array([self.way]), which)
+        _, J = self._displacements_and_stretches(np.array([self.way]), which)
         return float(self.skeleton.stress(J)[0])
 
     @property
@@ -272,7 +272,9 @@ class PressedColumn(ConfinedColumn):
     def estimated_error(self) -> float:
         """Error of a displacement, m: the difference from a solution on a coarser grid with larger time steps."""
         y = np.linspace(0.0, self.way, 33)
-        apart = float(np.abs(self._at(y)[0] - self._at(y, 0)[0]).max())
+        apart = float(
+            np.abs(self._displacements_and_stretches(y)[0] - self._displacements_and_stretches(y, 0)[0]).max()
+        )
         return apart * (2.0 if self.drains == "both" else 1.0) + ROUNDING * self.length
 
     @property

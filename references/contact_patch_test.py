@@ -260,7 +260,7 @@ class DeformedStack:
             for c in stack.across
         ]
 
-    def _common(self, number: int) -> tuple[float, float]:
+    def _overlap_area(self, number: int) -> tuple[float, float]:
         """Return the deformed area in which two blocks overlap, m^2, and that area over the larger block's face.
 
         `number` is the number of the block below the joint.
@@ -279,7 +279,7 @@ class DeformedStack:
         if not self.push:
             return 0.0
         large = all(block.solid.large for block in self.stack.blocks[number : number + 2])
-        return self._common(number)[0] if large else self.stack.area
+        return self._overlap_area(number)[0] if large else self.stack.area
 
     @property
     def area(self) -> float:
@@ -292,7 +292,7 @@ class DeformedStack:
         """Relative errors of the force: the strain of blocks with Hooke's law, and overhanging edges."""
         known = zip(self.stack.blocks, self.strains, strict=True)
         small = max((abs(along) for block, (along, _) in known if not block.solid.large), default=0.0)
-        over = max((1.0 - self._common(i)[1] for i, joint in enumerate(self.stack.joints) if not joint.glued),
+        over = max((1.0 - self._overlap_area(i)[1] for i, joint in enumerate(self.stack.joints) if not joint.glued),
                    default=0.0)  # fmt: skip
         return {"strain": small} | ({"overhang": over} if over > 1e-12 else {})
 

@@ -169,7 +169,7 @@ class FrameMember:
         t, weights = _gauss_rule(FEW)
         found, L = np.zeros((12, 12)), self.length
         for place, weight in zip(t.tolist(), (L * weights).tolist(), strict=True):
-            N, V2, V3, T, M2, M3 = self._inside(place, force, loaded)
+            N, V2, V3, T, M2, M3 = self._internal_forces(place, force, loaded)
             B, S = _hermite_matrix(place, L), np.zeros((6, 6))  # of v', w', phi, v'', w'', phi'
             S[0, 0] = S[1, 1] = 0.5 * N
             S[1, 2], S[0, 2] = 0.5 * V2, -0.5 * V3
@@ -180,7 +180,7 @@ class FrameMember:
         to = np.kron(np.eye(2), self.turned)
         return np.asarray(to.T @ found @ to, dtype=np.float64)
 
-    def _inside(self, place: float, force: Array, loaded: bool) -> Array:
+    def _internal_forces(self, place: float, force: Array, loaded: bool) -> Array:
         """Return internal forces and moments (6,) at a fraction `place` of the member's length, in its axes.
 
         `force` is the force and moment on the end.
@@ -245,10 +245,10 @@ class Frame:
 
     def balanced(self) -> FrameSolution:
         """Return the frame in equilibrium. Raises NotApplicable if it is a mechanism, or its loads are not small."""
-        P, d = self.forces.ravel().copy(), self._imposed()
-        for member, at in self._places():
+        P, d = self.forces.ravel().copy(), self._imposed_displacements()
+        for member, at in self._members_with_unknowns():
             P[at] += member.pushes
-        answer = FrameSolution(self, self._balanced(P, d).reshape(-1, 6))
+        answer = FrameSolution(self, self._solve_free_motions(P, d).reshape(-1, 6))
         if not answer.strayed <= SMALL:
             raise NotApplicable(
                 f"its rotations, and its forces relative to buckling loads, reach {100 * answer.strayed:.2g} %",
@@ -260,12 +260,12 @@ class Frame:
         """Return the end force and moment (6,) of each member if members lengthen by `lengthened`, m."""
         P, none = np.zeros(6 * len(self.X)), np.zeros(6 * len(self.X))
         strains = [np.array([extra, *[0.0] * 5]) for extra in lengthened]
-        for (member, at), strain in zip(self._places(), strains, strict=True):
+        for (member, at), strain in zip(self._members_with_unknowns(), strains, strict=True):
             P[at] -= member.relative_motion_matrix.T @ np.linalg.solve(member.flexibility, strain)
-        d = self._balanced(P, none)
+        d = self._solve_free_motions(P, none)
         return [
             np.linalg.solve(member.flexibility, member.relative_motion_matrix @ d[at] + strain)
-            for (member, at), strain in zip(self._places(), strains, strict=True)
+            for (member, at), strain in zip(self._members_with_unknowns(), strains, strict=True)
         ]
 
     def share(self, forces: list[Array], loaded: bool = True) -> float:
@@ -274,50 +274,50 @@ class Frame:
 
         Forces of either sign are considered.
         """
-        S = np.zeros_like(self._stiffness)
-        for (member, at), force in zip(self._places(), forces, strict=True):
+        S = np.zeros_like(self._stiffness_matrix)
+        for (member, at), force in zip(self._members_with_unknowns(), forces, strict=True):
             S[np.ix_(at, at)] += member.second(force, loaded)
         Z, root = self._free_motions_with_factor
-        eased = np.linalg.solve(root, np.linalg.solve(root, Z.T @ (S * self._scales) @ Z).T)
+        eased = np.linalg.solve(root, np.linalg.solve(root, Z.T @ (S * self._scale_products) @ Z).T)
         return float(np.abs(np.linalg.eigvalsh(0.5 * (eased + eased.T))).max(initial=0.0))
 
-    def _places(self) -> list[tuple[FrameMember, Any]]:
+    def _members_with_unknowns(self) -> list[tuple[FrameMember, Any]]:
         """Return the members, each with the indices of its nodes' unknowns (12,)."""
         return [(m, np.concatenate([6 * n + np.arange(6) for n in m.nodes])) for m in self.members]
 
     @cached_property
-    def _scale(self) -> Array:
+    def _unknown_scales(self) -> Array:
         """Return the factors (6 n,) that give displacements and rotations comparable magnitudes."""
         extent = float(np.linalg.norm(np.ptp(self.X, axis=0)))
         return np.tile([1.0, 1.0, 1.0, *[1.0 / extent] * 3], len(self.X))
 
     @cached_property
-    def _scales(self) -> Array:
-        found: Array = np.outer(self._scale, self._scale)
+    def _scale_products(self) -> Array:
+        found: Array = np.outer(self._unknown_scales, self._unknown_scales)
         return found
 
     @cached_property
-    def _stiffness(self) -> Array:
+    def _stiffness_matrix(self) -> Array:
         """Return the stiffness matrix K (6 n, 6 n)."""
         K = np.zeros((6 * len(self.X), 6 * len(self.X)))
-        for member, at in self._places():
+        for member, at in self._members_with_unknowns():
             K[np.ix_(at, at)] += member.matrix
         return K
 
     @cached_property
-    def _held(self) -> tuple[Array, Array, Array, int]:
+    def _support_decomposition(self) -> tuple[Array, Array, Array, int]:
         """Return the singular vectors and values of the support conditions, and their rank."""
-        U, s, Vt = np.linalg.svd(self.held * self._scale)
+        U, s, Vt = np.linalg.svd(self.held * self._unknown_scales)
         return U, s, Vt, int(np.sum(s > 1e-12 * s.max(initial=0.0)))
 
-    def _imposed(self) -> Array:
+    def _imposed_displacements(self) -> Array:
         """Return displacements that satisfy the support conditions, in scaled unknowns.
 
         Raises NotApplicable if the conditions conflict.
         """
-        U, s, Vt, rank = self._held
+        U, s, Vt, rank = self._support_decomposition
         y: Array = Vt[:rank].T @ ((U.T @ self.imposed)[:rank] / s[:rank])
-        apart = np.abs(self.held * self._scale @ y - self.imposed).max(initial=0.0)
+        apart = np.abs(self.held * self._unknown_scales @ y - self.imposed).max(initial=0.0)
         if apart > 1e-9 * max(np.abs(self.imposed).max(initial=0.0), 1e-300):
             raise NotApplicable("its supports contradict each other", "constrain each point only once")
         return y
@@ -328,23 +328,23 @@ class Frame:
 
         Raises NotApplicable if the supports allow rigid motions.
         """
-        Z = self._held[2][self._held[3] :].T
-        free = Z.T @ (self._stiffness * self._scales) @ Z
+        Z = self._support_decomposition[2][self._support_decomposition[3] :].T
+        free = Z.T @ (self._stiffness_matrix * self._scale_products) @ Z
         values = np.linalg.eigvalsh(free)
         if values.size and values[0] <= LOOSE * values[-1]:
             raise NotApplicable("its supports allow rigid motions", "add supports")
         root: Array = np.asarray(np.linalg.cholesky(free), dtype=np.float64)
         return Z, root
 
-    def _balanced(self, P: Array, y: Array) -> Array:
+    def _solve_free_motions(self, P: Array, y: Array) -> Array:
         """Return displacements d with K d = P in all free motions, added to the imposed displacements y.
 
         Raises NotApplicable.
         """
         Z, root = self._free_motions_with_factor
-        own = self._stiffness * self._scales
-        y = y + Z @ np.linalg.solve(root.T, np.linalg.solve(root, Z.T @ (self._scale * P - own @ y)))
-        found: Array = self._scale * y
+        own = self._stiffness_matrix * self._scale_products
+        y = y + Z @ np.linalg.solve(root.T, np.linalg.solve(root, Z.T @ (self._unknown_scales * P - own @ y)))
+        found: Array = self._unknown_scales * y
         return found
 
 
@@ -358,9 +358,9 @@ class FrameSolution:
     @cached_property
     def ends(self) -> list[tuple[Array, Array]]:
         """Motion of the start, and force and moment on the end (6,), of each member in its axes."""
-        return [self._end(member) for member in self.frame.members]
+        return [self._member_end_state(member) for member in self.frame.members]
 
-    def _end(self, member: FrameMember) -> tuple[Array, Array]:
+    def _member_end_state(self, member: FrameMember) -> tuple[Array, Array]:
         first, last = (member.turned @ self.d[n] for n in member.nodes)
         return first, np.linalg.solve(member.flexibility, last - member.shift @ first - member.sag)
 

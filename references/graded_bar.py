@@ -69,11 +69,11 @@ class PulledBar:
         E = self.young(flat)
         if not (np.isfinite(E).all() and (E > 0.0).all()):
             raise NotApplicable("its Young's modulus is not positive everywhere", "check its range")
-        carried = self.force + (self.pull * self.area * self._above(flat) if self.pull else 0.0)
+        carried = self.force + (self.pull * self.area * self._mass_beyond(flat) if self.pull else 0.0)
         found: Array = (carried / (E * self.area)).reshape(np.shape(s))
         return found
 
-    def _above(self, s: Array) -> Array:
+    def _mass_beyond(self, s: Array) -> Array:
         """Return the mass per area beyond s, int_s^L rho dt (n,), kg/m^2."""
         whole = _cumulative_integral(self.density, self.length, np.array([self.length]))
         found: Array = whole - _cumulative_integral(self.density, self.length, s)

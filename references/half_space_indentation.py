@@ -223,7 +223,7 @@ class HalfSpace:
         """Error of a displacement, m: that of the half-space where the real body ends, at least rounding."""
         if not self.touches:
             return 0.0
-        return max(ROUNDING * abs(self.depth), self._far_face_displacement, self._beside)
+        return max(ROUNDING * abs(self.depth), self._far_face_displacement, self._side_displacement)
 
     @property
     def _far_face_displacement(self) -> float:
@@ -232,7 +232,7 @@ class HalfSpace:
         return 0.0 if math.isinf(h) else float(self.moved(np.zeros(1), np.array([h]))[1][0])
 
     @property
-    def _beside(self) -> float:
+    def _side_displacement(self) -> float:
         """Displacement of the half-space's surface at the distance of the real body's nearest side, m."""
         w = self.around.width
         return 0.0 if math.isinf(w) else float(self.moved(np.array([w]), np.zeros(1))[1][0])
@@ -257,7 +257,7 @@ class HalfSpace:
         """
         if not self.touches:
             return {"thickness": 0.0, "sides": 0.0}
-        thickness, beside = 0.0, self._beside
+        thickness, beside = 0.0, self._side_displacement
         if math.isfinite(self.around.thickness):
             thickness = self.layer.push / self.push - 1.0
             beside = 0.0 if math.isinf(self.around.width) else abs(self.layer.beside(self.around.width))

@@ -95,7 +95,7 @@ class RoundCore:
     # ------------------------------------------------------------------ coefficients
 
     @property
-    def _mean(self) -> float:
+    def _mean_stress(self) -> float:
         return sum(self.stress[: self.n]) / self.n
 
     @cached_property
@@ -108,7 +108,7 @@ class RoundCore:
         else:
             own = self.core.softness(self.n)
             share = (own - soft) / (1.0 + stiff * own)
-        matrix = self._mean / (1.0 - stiff * share * (self.inner / self.outer) ** self.n)
+        matrix = self._mean_stress / (1.0 - stiff * share * (self.inner / self.outer) ** self.n)
         return matrix * (1.0 - stiff * share), matrix, share * matrix
 
     @cached_property
@@ -146,8 +146,8 @@ class RoundCore:
     def displacement(self, X: Array) -> Array:
         """Return displacements (n, 3), m, of points X (n, 3) of the undeformed body. Raises NotApplicable."""
         found = np.zeros((len(as_points(X)), 3))
-        for some, x, inside in self._sides(X):
-            found[some] = self.inner * self._moved(x, inside)
+        for some, x, inside in self._points_by_side(X):
+            found[some] = self.inner * self._scaled_displacements(x, inside)
         return found
 
     def fields(self, X: Array) -> tuple[Array, Array]:
@@ -156,7 +156,7 @@ class RoundCore:
         At the border of the core they are those of the side with the larger stress.
         """
         H, sigma = np.zeros((2, len(as_points(X)), 3, 3))
-        for some, x, inside in self._sides(X):
+        for some, x, inside in self._points_by_side(X):
             H[some], sigma[some] = self._scaled_gradient_and_stress(x, inside)
         return H, sigma
 
@@ -170,7 +170,7 @@ class RoundCore:
 
     def on_border(self, X: Array) -> NDArray[np.bool_]:
         """Return whether each of the points X (n, 3), m, lies on the border of the core (n,)."""
-        near: NDArray[np.bool_] = np.abs(np.linalg.norm(self._own(X), axis=1) - 1.0) <= ALONG
+        near: NDArray[np.bool_] = np.abs(np.linalg.norm(self._scaled_coordinates(X), axis=1) - 1.0) <= ALONG
         return near if self.core is not None else np.zeros_like(near)
 
     @property
@@ -191,7 +191,7 @@ class RoundCore:
         if not math.isfinite(self.outer) or not any(self.stress):
             return 0.0
         away, free, most = self._off_axis_directions, replace(self, outer=math.inf), 0.0
-        for inside in self._beside:
+        for inside in self._border_sides:
             apart = (
                 self._scaled_gradient_and_stress(away, inside)[1] - free._scaled_gradient_and_stress(away, inside)[1]
             )
@@ -201,13 +201,13 @@ class RoundCore:
     @cached_property
     def largest_gradient(self) -> float:
         """Largest norm of the displacement gradient at the borders of core (on both sides) and body."""
-        ends = [self._scaled_gradient_and_stress(self._off_axis_directions, inside)[0] for inside in self._beside]
+        ends = [self._scaled_gradient_and_stress(self._off_axis_directions, inside)[0] for inside in self._border_sides]
         if math.isfinite(self.outer):
             ends.append(self._scaled_gradient_and_stress(self.outer / self.inner * self._off_axis_directions, False)[0])
         return max(float(np.linalg.norm(H, axis=(1, 2)).max()) for H in ends)
 
     @property
-    def _beside(self) -> tuple[bool, ...]:
+    def _border_sides(self) -> tuple[bool, ...]:
         """Sides of the core's border, each as whether it is inside: both sides, or for a hole only the outer one."""
         return (False,) if self.core is None else (False, True)
 
@@ -218,19 +218,19 @@ class RoundCore:
         turn, tilt = (a.ravel() for a in np.meshgrid(t, t if self.n == 3 else t[:1]))
         return np.stack([np.cos(turn) * np.cos(tilt), np.sin(turn) * np.cos(tilt), np.sin(tilt)], axis=1)
 
-    def _own(self, X: Array) -> Array:
+    def _scaled_coordinates(self, X: Array) -> Array:
         """Return coordinates (n, 3) from the centre in units of the core's radius; for a slice z is 0."""
         x: Array = (as_points(X) - np.array(self.centre)) / self.inner
         if self.n == 2:
             x[:, 2] = 0.0
         return x
 
-    def _sides(self, X: Array) -> Iterator[tuple[NDArray[np.bool_], Array, bool]]:
+    def _points_by_side(self, X: Array) -> Iterator[tuple[NDArray[np.bool_], Array, bool]]:
         """Yield matrix and core, each with a mask (n,) of its points and their scaled coordinates (k, 3).
 
         The last item is whether it is the core.
         """
-        x, on = self._own(X), self.on_border(X)
+        x, on = self._scaled_coordinates(X), self.on_border(X)
         within = (np.linalg.norm(x, axis=1) < 1.0) & (self.core is not None)
         if on.any():
             outside, inside = (
@@ -243,7 +243,7 @@ class RoundCore:
                 yield some, x[some], side
 
     @property
-    def _axes(self) -> Array:
+    def _axis_mask(self) -> Array:
         """One for each axis of the problem, zero for the others (3,)."""
         return np.array([1.0, 1.0, float(self.n == 3)])
 
@@ -254,7 +254,7 @@ class RoundCore:
             return self.core, core, 0.0, self._deviator_coefficients[0]
         return self.matrix, matrix, beyond, self._deviator_coefficients[1]
 
-    def _moved(self, x: Array, inside: bool) -> Array:
+    def _scaled_displacements(self, x: Array, inside: bool) -> Array:
         """Return displacements (k, 3) at scaled points x (k, 3), in units of the core's radius."""
         solid, P, C, modes = self._coefficients_of_side(inside)
         S, r = self._deviator, np.linalg.norm(x, axis=1)
@@ -272,7 +272,7 @@ class RoundCore:
     def _scaled_gradient_and_stress(self, x: Array, inside: bool) -> tuple[Array, Array]:
         """Return the displacement gradient and the stress, Pa, (k, 3, 3) each, at scaled points x (k, 3)."""
         solid, P, C, modes = self._coefficients_of_side(inside)
-        mu, r, eye = solid.shear_modulus, np.linalg.norm(x, axis=1), np.diag(self._axes)
+        mu, r, eye = solid.shear_modulus, np.linalg.norm(x, axis=1), np.diag(self._axis_mask)
         H = np.broadcast_to(P * solid.softness(self.n) * eye, (len(x), 3, 3)).copy()
         pressed = np.full(len(x), P - 2.0 * mu * P * solid.softness(self.n))  # lam times the change of volume, Pa
         if C:
@@ -292,10 +292,10 @@ class RoundCore:
             pressed += c * mu * grown * q * _radius_power(r, p - 2) if grown else 0.0
         sigma = pressed[:, None, None] * eye + mu * (H + H.swapaxes(1, 2))
         if self.n == 2:
-            self._across(H, sigma, solid)
+            self._set_normal_components(H, sigma, solid)
         return H, sigma
 
-    def _across(self, H: Array, sigma: Array, solid: Hookean) -> None:
+    def _set_normal_components(self, H: Array, sigma: Array, solid: Hookean) -> None:
         """Set the components of H and sigma normal to a slice, as plane strain or plane stress requires."""
         both = sigma[:, 0, 0] + sigma[:, 1, 1]
         if self.thin is None:
@@ -306,7 +306,7 @@ class RoundCore:
     @property
     def _deviator(self) -> Array:
         """Diagonal of the remote stress deviator (3,), Pa."""
-        found: Array = (np.array(self.stress) - self._mean) * self._axes
+        found: Array = (np.array(self.stress) - self._mean_stress) * self._axis_mask
         return found
 
 

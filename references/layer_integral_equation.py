@@ -69,25 +69,25 @@ class Layer:
         return self.young / (1.0 - self.poisson**2)
 
     @cached_property
-    def _rule(self) -> tuple[Array, Array]:
+    def _gauss_rule(self) -> tuple[Array, Array]:
         x, w = np.polynomial.legendre.leggauss(POINTS)
         return 0.5 * (x + 1.0), 0.5 * w
 
     @cached_property
-    def _base(self) -> tuple[Array, Array]:
+    def _base_kernel_quadrature(self) -> tuple[Array, Array]:
         """Quadrature points w (m,), and their weights times 1 - L (m,)."""
         x, weights = np.polynomial.legendre.leggauss(120)
         w = 0.5 * FARTHEST * (x + 1.0)
         return w, 0.5 * FARTHEST * weights * base_stiffening(w, self.poisson, self.bonded)
 
-    def _solved(self, a: float) -> tuple[Array, Array]:
+    def _solve_at_radius(self, a: float) -> tuple[Array, Array]:
         """Return two solutions y (n + 1,), at the quadrature points and last at the contact radius a.
 
         The first is for a depth of 1 m, Pa, the second for -c t^n, Pa m.
         """
-        x, weights = self._rule
+        x, weights = self._gauss_rule
         t = a * np.append(x, 1.0)
-        w, base = self._base
+        w, base = self._base_kernel_quadrature
         waves = np.cos(np.outer(t / self.thickness, w))
         kernel = 2.0 * (waves * base) @ waves[:-1].T / self.thickness  # cos(x + y) + cos(x - y) = 2 cos x cos y
         system = np.eye(len(t))
@@ -107,7 +107,7 @@ class Layer:
         self._check_layer_thickness(0.4 * high)
         while high - low > CLOSEST * high:
             middle = 0.5 * (low + high)
-            one, other = self._solved(middle)
+            one, other = self._solve_at_radius(middle)
             low, high = (middle, high) if self.depth * one[-1] + other[-1] > 0.0 else (low, middle)
         return self._check_layer_thickness(low)
 
@@ -118,8 +118,8 @@ class Layer:
         return a
 
     @cached_property
-    def _y(self) -> Array:
-        one, other = self._solved(self.radius)
+    def _solution_values(self) -> Array:
+        one, other = self._solve_at_radius(self.radius)
         found: Array = self.depth * one + other
         return found
 
@@ -128,7 +128,7 @@ class Layer:
         """Force into the layer, N."""
         if self.depth <= 0.0:
             return 0.0
-        return float(2.0 * math.pi * self.radius * self._rule[1] @ self._y[:-1])
+        return float(2.0 * math.pi * self.radius * self._gauss_rule[1] @ self._solution_values[:-1])
 
     @property
     def area(self) -> float:
@@ -150,22 +150,27 @@ class Layer:
         r, a = np.abs(np.asarray(r, dtype=float)), self.radius
         if a == 0.0:
             return np.zeros_like(r)
-        t = a * self._rule[0]
+        t = a * self._gauss_rule[0]
         # y minus the half-space solution is even and smooth
-        smooth = self._y - self.modulus / math.pi * (self.depth - self.tip.at(a * np.append(self._rule[0], 1.0)))
+        smooth = self._solution_values - self.modulus / math.pi * (
+            self.depth - self.tip.at(a * np.append(self._gauss_rule[0], 1.0))
+        )
         even = np.polynomial.chebyshev.Chebyshev.fit((t / a) ** 2, smooth[:-1], 12, domain=[0.0, 1.0]).deriv()
         inside = r < a
-        s, weights = self._rule
+        s, weights = self._gauss_rule
         found = np.zeros_like(r)
         for i in np.flatnonzero(inside):
             v = s * math.sqrt(1.0 - (r[i] / a) ** 2)  # v^2 = (t^2 - r^2) / a^2: t' / sqrt(t^2 - r^2) dt = dv a / t
             x = (r[i] / a) ** 2 + v**2
             found[i] = -2.0 / a * math.sqrt(1.0 - (r[i] / a) ** 2) * float(weights @ even(x))
             if self.tip.edge is not None:
-                found[i] += self._y[-1] / math.sqrt(a**2 - r[i] ** 2)
+                found[i] += self._solution_values[-1] / math.sqrt(a**2 - r[i] ** 2)
         with np.errstate(divide="ignore", invalid="ignore"):
-            own = {2: 2.0 * self.tip.rate * np.sqrt(np.maximum(a**2 - r**2, 0.0)),
-                   1: self.tip.rate * np.arccosh(np.maximum(a / r, 1.0)), 0: 0.0 * r}[self.tip.power]  # fmt: skip
+            own = {
+                2: 2.0 * self.tip.rate * np.sqrt(np.maximum(a**2 - r**2, 0.0)),
+                1: self.tip.rate * np.arccosh(np.maximum(a / r, 1.0)),
+                0: 0.0 * r,
+            }[self.tip.power]
         return np.where(inside, found + self.modulus / math.pi * own, 0.0)
 
     def beside(self, r: float) -> float:
@@ -175,6 +180,6 @@ class Layer:
         """
         from scipy.special import j0
 
-        w, base = self._base
+        w, base = self._base_kernel_quadrature
         taken = float(base @ j0(w * r / self.thickness)) / self.thickness
         return self.push / (math.pi * self.modulus) * (1.0 / r - taken)

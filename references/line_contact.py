@@ -61,14 +61,14 @@ class Strip:
         return self.young / (1.0 - self.poisson**2)
 
     @cached_property
-    def _base(self) -> tuple[Array, Array]:
+    def _base_kernel_quadrature(self) -> tuple[Array, Array]:
         """Quadrature points w (m,), and their weights times (exp(-w) - (1 - L)) / w (m,)."""
         x, weights = np.polynomial.legendre.leggauss(160)
         last = 1.5 * FARTHEST  # of exp(-w)
         w = 0.5 * last * (x + 1.0)
         return w, 0.5 * last * weights * (np.exp(-w) - base_stiffening(w, self.poisson, self.bonded)) / w
 
-    def _solved(self, a: float) -> tuple[float, Array]:
+    def _depth_and_coefficients(self, a: float) -> tuple[float, Array]:
         """Return the depth, m, and the coefficients (n,), Pa, of U_0, U_2, ... in the pressure.
 
         a is the half-width of contact, m.
@@ -77,7 +77,7 @@ class Strip:
         x = np.cos(math.pi * (np.arange(n + 1) + 0.5) / (2 * (n + 1)))
         theta = math.pi * (np.arange(POINTS) + 0.5) / POINTS
         s, c = np.cos(theta), np.sin(theta)
-        w, base = self._base
+        w, base = self._base_kernel_quadrature
         y = a / self.thickness
         apart = x[:, None] - s[None, :]
         smooth = (np.cos(y * np.outer(x, w)) * base) @ np.cos(y * np.outer(w, s))
@@ -101,28 +101,32 @@ class Strip:
         if self.depth <= 0.0:
             return 0.0
         low, high = 0.0, min(2.5 * math.sqrt(2.0 * self.radius * self.depth), THINNEST * self.thickness)
-        if self._solved(high)[0] < self.depth:
+        if self._depth_and_coefficients(high)[0] < self.depth:
             raise NotApplicable("the contact half-width is too large relative to the thickness", "reduce the depth")
         for _ in range(60):
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if self._solved(middle)[0] < self.depth else (low, middle)
+            low, high = (middle, high) if self._depth_and_coefficients(middle)[0] < self.depth else (low, middle)
         return 0.5 * (low + high)
 
     @cached_property
-    def _shares(self) -> Array:
-        return self._solved(self.half)[1]
+    def _pressure_coefficients(self) -> Array:
+        return self._depth_and_coefficients(self.half)[1]
 
     @property
     def force(self) -> float:
         """Force per length, N/m."""
-        return float(0.5 * math.pi * self.half * self._shares[0]) if self.depth > 0.0 else 0.0
+        return float(0.5 * math.pi * self.half * self._pressure_coefficients[0]) if self.depth > 0.0 else 0.0
 
     def pressure(self, x: Array) -> Array:
         """Return the contact pressure (n,), Pa, at distances x from the centre (n,), m."""
         t = np.asarray(x, dtype=float) / (self.half or 1.0)
         inside = (np.abs(t) < 1.0) & (self.depth > 0.0)
         turn = np.arccos(np.where(inside, t, 0.0))
-        found = sum(b * np.sin((2 * k + 1) * turn) for k, b in enumerate(self._shares)) if inside.any() else 0.0 * t
+        found = (
+            sum(b * np.sin((2 * k + 1) * turn) for k, b in enumerate(self._pressure_coefficients))
+            if inside.any()
+            else 0.0 * t
+        )
         return np.where(inside, found, 0.0)
 
 

@@ -83,7 +83,7 @@ class CompressedPorousBody:
         return find_mode_roots(self.dimension, self.g, self.force, count)
 
     @cached_property
-    def _weights(self) -> Array:
+    def _residue_denominators(self) -> Array:
         """Denominators (n,) of the residues at the poles: -x^2 D'(s)."""
         x, g = self.roots, self.g
         if self.dimension == 1:
@@ -96,7 +96,7 @@ class CompressedPorousBody:
         return found
 
     @property
-    def _rates(self) -> Array:
+    def _decay_rates(self) -> Array:
         rates: Array = self.roots**2 / self.time
         return rates
 
@@ -107,7 +107,7 @@ class CompressedPorousBody:
             part, end = (0.5 * g, 0.5 * g / (1.0 - g)) if self.force else (2.0 * g, 2.0 * g)
         else:
             part, end = (g, g / (3.0 - 4.0 * g)) if self.force else (g, g / (1.0 - g))
-        return ModalResponse(np.full(len(shape), end), part * shape / self._weights, at_once)
+        return ModalResponse(np.full(len(shape), end), part * shape / self._residue_denominators, at_once)
 
     def _axial_strain_response(self) -> ModalResponse:
         """Modal response of the axial strain."""
@@ -116,12 +116,14 @@ class CompressedPorousBody:
             return ModalResponse(one, np.zeros((1, len(self.roots))), one)
         x, g = self.roots, self.g
         if self.dimension == 1:
-            return ModalResponse(one / (4.0 * (1.0 - g)), (0.25 * np.cos(x) / self._weights)[None], one / 4.0)
+            return ModalResponse(
+                one / (4.0 * (1.0 - g)), (0.25 * np.cos(x) / self._residue_denominators)[None], one / 4.0
+            )
         j0, j1 = _mode_functions(2, x)
-        share = (j0 - 2.0 * g * j1 / x) / self._weights
+        share = (j0 - 2.0 * g * j1 / x) / self._residue_denominators
         return ModalResponse(one * (1.0 - g) / (3.0 - 4.0 * g), share[None], one / 3.0)
 
-    def _shape(self, r: Array) -> Array:
+    def _mode_shapes(self, r: Array) -> Array:
         """Return the mode shapes (k, n) at distances r from the axis or middle plane (k,), m."""
         return _mode_functions(self.dimension, self.roots * (r / self.half)[:, None])[0]
 
@@ -133,17 +135,17 @@ class CompressedPorousBody:
         found: Array = np.where(small, 1.0, self.dimension * _mode_functions(self.dimension, safe)[1] / safe)
         return found
 
-    def _told(self, followed: ModalResponse) -> Array:
-        return self._prescribed_load * followed.at(self.driven, self._rates, self.now)
+    def _present_response(self, followed: ModalResponse) -> Array:
+        return self._prescribed_load * followed.at(self.driven, self._decay_rates, self.now)
 
     @property
     def axial(self) -> float:
         """Present axial strain."""
-        return float(self._told(self._axial_strain_response())[0])
+        return float(self._present_response(self._axial_strain_response())[0])
 
     def _mean_volume_strain(self, r: Array) -> Array:
         """Return the mean volume strain (k,) of the region within distances r (k,), m."""
-        return self._told(self._volume_strain_response(self._mean_mode_shapes(r), np.zeros_like(r)))
+        return self._present_response(self._volume_strain_response(self._mean_mode_shapes(r), np.zeros_like(r)))
 
     def _side_volume_strain(self) -> float:
         """Volume strain at the open side."""
@@ -153,13 +155,15 @@ class CompressedPorousBody:
 
     def pressure(self, X: Array) -> Array:
         """Return the fluid pressure (n,), Pa, at points X (n, 3), m."""
-        r = self._across(as_points(X))[1]
-        own = self._told(self._volume_strain_response(self._shape(r), np.where(r < self.half, 0.0, np.nan)))
+        r = self._lateral_vectors(as_points(X))[1]
+        own = self._present_response(
+            self._volume_strain_response(self._mode_shapes(r), np.where(r < self.half, 0.0, np.nan))
+        )
         side = self._side_volume_strain()
         found: Array = self.modulus * np.where(r >= self.half, 0.0, own - side)
         return found
 
-    def _across(self, points: Array) -> tuple[Array, Array]:
+    def _lateral_vectors(self, points: Array) -> tuple[Array, Array]:
         """Return the lateral vectors (n, 3), m, from axis or middle plane to points (n, 3), and their lengths (n,)."""
         off = points - np.asarray(self.root)
         if self.dimension == 1:
@@ -174,7 +178,7 @@ class CompressedPorousBody:
         """Return displacements (n, 3), m, of points X (n, 3) of the undeformed body. Raises NotApplicable."""
         points = as_points(X)
         n, e = np.asarray(self.axis), self.axial
-        away, r = self._across(points)
+        away, r = self._lateral_vectors(points)
         grows = (self._mean_volume_strain(r) - e) / self.dimension
         along = (points - np.asarray(self.root)) @ n
         found: Array = e * along[:, None] * n + grows[:, None] * away
@@ -198,7 +202,7 @@ class CompressedPorousBody:
     def estimated_error(self) -> float:
         """Error of a displacement, m, due to modes beyond the last and to rounding."""
         swells = self._volume_strain_response(self._mean_mode_shapes(np.array([self.half])), np.zeros(1))
-        missed = [f.missed(self.driven, self._rates, self.now) for f in (swells, self._axial_strain_response())]
+        missed = [f.missed(self.driven, self._decay_rates, self.now) for f in (swells, self._axial_strain_response())]
         size = abs(self._prescribed_load) / (3.0 if self.force else 1.0)
         return abs(self._prescribed_load) * (self.half * sum(missed) + self.length * missed[1]) + ROUNDING * size * (
             self.length + self.half

@@ -113,13 +113,13 @@ class RelaxingBar:
             )
 
     @property
-    def _rates(self) -> Array:
+    def _relaxation_rates(self) -> Array:
         return 1.0 / np.array(self.tau)
 
     @cached_property
-    def _creep(self) -> tuple[Array, Array, Array]:
+    def _creep_function_terms(self) -> tuple[Array, Array, Array]:
         """Poles of the creep function (k,), -1/s, their shares in the strain (k,), and branch stresses (k, k)."""
-        a, g = self._rates, np.array(self.g)
+        a, g = self._relaxation_rates, np.array(self.g)
         product = np.polynomial.polynomial.polyfromroots
         N = product(-a)
         for i, gi in enumerate(g):
@@ -136,7 +136,7 @@ class RelaxingBar:
         """Return the axial strain at time t, s."""
         if not self.force:
             return self.amount / self.length * self.driven.left(0.0, t)
-        r, strain, _ = self._creep
+        r, strain, _ = self._creep_function_terms
         creep = self.driven.left(0.0, t) / (1.0 - sum(self.g))
         creep += sum(c * self.driven.left(-p, t) for c, p in zip(strain, r, strict=True))
         return self.amount / (self.area * self.young) * float(creep)
@@ -144,9 +144,9 @@ class RelaxingBar:
     def branches_at(self, t: float) -> Array:
         """Return the stress of each branch of the Prony series (k,), Pa, at time t, s."""
         if not self.force:
-            each = [g * self.driven.left(rate, t) for g, rate in zip(self.g, self._rates, strict=True)]
+            each = [g * self.driven.left(rate, t) for g, rate in zip(self.g, self._relaxation_rates, strict=True)]
             return self.young * self.amount / self.length * np.array(each)
-        r, _, branches = self._creep
+        r, _, branches = self._creep_function_terms
         found: Array = self.amount / self.area * (branches @ np.array([self.driven.left(-p, t) for p in r]))
         return found
 

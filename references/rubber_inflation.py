@@ -65,7 +65,7 @@ class BlownBall:
     def at(self, e: Array) -> Array:
         """Return the pressures (n,), Pa, at logarithms e of the inner stretch (n,); NaN beyond the law's domain."""
         least = np.log1p(np.expm1(3.0 * e) * (self.inner / self.outer) ** 3) / 3.0
-        x, w = self._rule
+        x, w = self._gauss_rule
         half = 0.5 * (e - least)
         s = (least + half)[:, None] + half[:, None] * x
         tensions = self.rubber.tensions(np.stack([-2.0 * s, s, s]).reshape(3, -1))
@@ -74,10 +74,10 @@ class BlownBall:
         return found
 
     @cached_property
-    def _rule(self) -> tuple[Array, Array]:
+    def _gauss_rule(self) -> tuple[Array, Array]:
         return np.polynomial.legendre.leggauss(POINTS)
 
-    def _one(self, e: float) -> float:
+    def _pressure_at_stretch(self, e: float) -> float:
         return float(self.at(np.array([e]))[0])
 
     @cached_property
@@ -102,9 +102,9 @@ class BlownBall:
             a, b = low + (high - low) / 3.0, high - (high - low) / 3.0
             if not low < a < b < high:
                 break
-            low, high = (a, high) if self._one(a) < self._one(b) else (low, b)
+            low, high = (a, high) if self._pressure_at_stretch(a) < self._pressure_at_stretch(b) else (low, b)
         top = 0.5 * (low + high)
-        return math.exp(top), self._one(top)
+        return math.exp(top), self._pressure_at_stretch(top)
 
     @cached_property
     def opened(self) -> float:
@@ -125,7 +125,7 @@ class BlownBall:
             middle = 0.5 * (low + high)
             if not low < middle < high:
                 break
-            low, high = (middle, high) if self._one(middle) < self.pressure else (low, middle)
+            low, high = (middle, high) if self._pressure_at_stretch(middle) < self.pressure else (low, middle)
         return 0.5 * (low + high)
 
     @property
@@ -137,7 +137,7 @@ class BlownBall:
     def estimated_error(self) -> float:
         """Error of the deformed inner radius, m, due to rounding; it is large near a pressure maximum."""
         e = self.opened
-        slope = (self._one(e + 1e-5) - self._one(e - 1e-5)) / 2e-5
+        slope = (self._pressure_at_stretch(e + 1e-5) - self._pressure_at_stretch(e - 1e-5)) / 2e-5
         least = ROUNDING * self.outer * self.stretch
         return least + ROUNDING * abs(self.pressure / slope) * self.inner * self.stretch if slope else math.inf
 

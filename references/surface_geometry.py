@@ -135,9 +135,9 @@ class SurfaceSearch:
     def closest(self, queries: Array) -> ClosestPoints:
         """Return the exact closest points on the surface for the query points (n, 3), m."""
         found = ClosestPoints(np.empty_like(queries), np.empty(len(queries)), np.empty(len(queries), dtype=np.int64))
-        bound = self._bound(queries)
-        for chunk in self._chunks(queries, bound):
-            which, triangle = self._pairs(queries[chunk], bound[chunk])
+        bound = self._distance_bound(queries)
+        for chunk in self._query_batches(queries, bound):
+            which, triangle = self._candidate_pairs(queries[chunk], bound[chunk])
             points = closest_in_triangles(queries[chunk][which], self.points[self.triangles[triangle]])
             distances = np.linalg.norm(points - queries[chunk][which], axis=1)
             best = _first_minimum(which, distances, chunk.stop - chunk.start)
@@ -145,7 +145,7 @@ class SurfaceSearch:
             found.triangles[chunk] = triangle[best]
         return found
 
-    def _bound(self, queries: Array) -> Array:
+    def _distance_bound(self, queries: Array) -> Array:
         """Return the distance of each query point (n,), m, to the triangle with the nearest centre, as upper bound."""
         nearest = self._centre_tree.query(queries)[1]
         points = closest_in_triangles(queries, self.points[self.triangles[nearest]])
@@ -153,25 +153,25 @@ class SurfaceSearch:
         scale = np.abs(queries).max(initial=0.0) + np.abs(self.points).max()
         return np.asarray(distances * (1 + SLACK) + SLACK * scale)
 
-    def _chunks(self, queries: Array, bound: Array) -> Iterator[slice]:
+    def _query_batches(self, queries: Array, bound: Array) -> Iterator[slice]:
         """Yield slices of the queries, each of at least one query and about PAIRS candidate triangles in total."""
         counts = sum(
             np.asarray(tree.query_ball_point(queries, bound + radius, return_length=True))
-            for tree, _, radius in self._classes
+            for tree, _, radius in self._size_groups
         )
         group = np.cumsum(counts) // PAIRS
         edges = [0, *(np.flatnonzero(np.diff(group)) + 1).tolist(), len(queries)]
         return (slice(a, b) for a, b in pairwise(edges) if b > a)
 
-    def _pairs(self, queries: Array, bound: Array) -> tuple[Ints, Ints]:
+    def _candidate_pairs(self, queries: Array, bound: Array) -> tuple[Ints, Ints]:
         """Return pairs (p,) of a query and a triangle whose bounding ball is within the query's distance bound."""
         which, triangle = [], []
-        for tree, members, radius in self._classes:
+        for tree, members, radius in self._size_groups:
             near = tree.query_ball_point(queries, bound + radius)
             which.append(np.repeat(np.arange(len(queries)), [len(n) for n in near]))
             triangle.append(members[np.concatenate(near).astype(np.int64)])
         q, t = np.concatenate(which), np.concatenate(triangle)
-        gap = np.linalg.norm(queries[q] - self._triangle_centres[t], axis=1) - self._radii[t]
+        gap = np.linalg.norm(queries[q] - self._triangle_centres[t], axis=1) - self._bounding_radii[t]
         near_enough = gap <= bound[q]
         return q[near_enough], t[near_enough]
 
@@ -180,7 +180,7 @@ class SurfaceSearch:
         return np.asarray(self.points[self.triangles].mean(axis=1))
 
     @cached_property
-    def _radii(self) -> Array:
+    def _bounding_radii(self) -> Array:
         """Radius of the bounding ball of each triangle about its centre, (t,), m."""
         apart = self.points[self.triangles] - self._triangle_centres[:, None]
         return np.asarray(np.linalg.norm(apart, axis=2).max(axis=1) * (1 + SLACK))
@@ -192,16 +192,16 @@ class SurfaceSearch:
         return cKDTree(self._triangle_centres)
 
     @cached_property
-    def _classes(self) -> list[tuple[Any, Ints, float]]:
+    def _size_groups(self) -> list[tuple[Any, Ints, float]]:
         """Triangles grouped by size: for each group a k-d tree of centres, the triangle numbers and the largest radius.
 
         One large triangle among small ones would otherwise widen every search.
         """
         from scipy.spatial import cKDTree
 
-        octave = np.round(np.log2(np.maximum(self._radii, 1e-300)))
+        octave = np.round(np.log2(np.maximum(self._bounding_radii, 1e-300)))
         groups = [np.flatnonzero(octave == o) for o in np.unique(octave)]
-        return [(cKDTree(self._triangle_centres[g]), g, float(self._radii[g].max())) for g in groups]
+        return [(cKDTree(self._triangle_centres[g]), g, float(self._bounding_radii[g].max())) for g in groups]
 
 
 def _first_minimum(which: Ints, values: Array, count: int) -> Ints:

@@ -146,10 +146,10 @@ class RodEquations:
         parts = []
         for own, part in zip(np.split(y, len(self.stretches)), self.stretches, strict=True):
             span = part.end - part.begin
-            parts.append(span * self._rates(part.begin + z * span, own, part.routes))
+            parts.append(span * self._part_derivatives(part.begin + z * span, own, part.routes))
         return np.concatenate(parts)
 
-    def _rates(self, s: Array, y: Array, routes: Sequence[TendonRoute]) -> Array:
+    def _part_derivatives(self, s: Array, y: Array, routes: Sequence[TendonRoute]) -> Array:
         v, u = self.strains(y)
         R = _rotation_matrices(y[3:7])
         n, m = y[7:10], y[10:13]

@@ -113,26 +113,26 @@ class Column(ConfinedColumn):
         return found
 
     @property
-    def _rates(self) -> Array:
+    def _decay_rates(self) -> Array:
         rates: Array = self._wave_numbers**2 / self.time
         return rates
 
     @property
-    def _strain(self) -> float:
+    def _final_strain(self) -> float:
         """Final axial strain under the whole amplitude."""
         return self.amount / (self.area * self.modulus) if self.force else self.amount / self.length
 
-    def _followed(self, y: Array) -> ModalResponse:
+    def _displacement_response(self, y: Array) -> ModalResponse:
         """Return the modal response of the displacements `_outward` at distances y (k,), m."""
         M, h = self._wave_numbers, self.way
         sign = np.where(np.arange(len(M)) % 2 == 0, 1.0, -1.0)
         shape = np.sin(M * (y / h)[:, None])
         shares = -shape * (2.0 * sign / M**2) if self.force else -shape * (2.0 * sign / M)
         at_once = np.zeros_like(y) if self.force else np.where(y >= h, h, 0.0)
-        return ModalResponse(self._strain * y, self._strain * h * shares, self._strain * at_once)
+        return ModalResponse(self._final_strain * y, self._final_strain * h * shares, self._final_strain * at_once)
 
     def _outward(self, y: Array) -> Array:
-        return self._followed(y).at(self.driven, self._rates, self.now)
+        return self._displacement_response(y).at(self.driven, self._decay_rates, self.now)
 
     def pressure(self, X: Array) -> Array:
         """Return the fluid pressure (n,), Pa, at points X (n, 3), m."""
@@ -142,10 +142,10 @@ class Column(ConfinedColumn):
         shape = np.cos(M * (y / self.way)[:, None])
         inside = np.where(y < self.way, 1.0, 0.0)
         shares = -shape * (2.0 * sign / M) if self.force else -2.0 * (shape * sign + 1.0)
-        scale = self.modulus * self._strain
+        scale = self.modulus * self._final_strain
         moments = None if self.force else 0.5 * scale * self.time * ((y / self.way) ** 2 - 1.0)
         own = ModalResponse(none, scale * shares, -scale * inside if self.force else none, moments)
-        return own.at(self.driven, self._rates, self.now)
+        return own.at(self.driven, self._decay_rates, self.now)
 
     @property
     def pull(self) -> float:
@@ -155,19 +155,21 @@ class Column(ConfinedColumn):
         modes = ModalResponse(
             np.ones(1), np.full((1, len(self._wave_numbers)), 2.0), np.zeros(1), np.full(1, self.time / 3.0)
         )
-        return self.area * self.modulus * self._strain * float(modes.at(self.driven, self._rates, self.now)[0])
+        return (
+            self.area * self.modulus * self._final_strain * float(modes.at(self.driven, self._decay_rates, self.now)[0])
+        )
 
     @property
     def estimated_error(self) -> float:
         """Error of a displacement, m, due to modes beyond the last and to rounding."""
         places = np.linspace(0.0, self.way, 9)[1:]
-        missed = self._followed(places).missed(self.driven, self._rates, self.now)
-        return missed + ROUNDING * abs(self._strain) * self.length
+        missed = self._displacement_response(places).missed(self.driven, self._decay_rates, self.now)
+        return missed + ROUNDING * abs(self._final_strain) * self.length
 
     @property
     def strained(self) -> float:
         """Largest known strain over the whole amplitude."""
-        return abs(self._strain)
+        return abs(self._final_strain)
 
 
 @dataclass(frozen=True)

@@ -28,9 +28,9 @@ class ProgressLine:
             return
         self._last = now
         words = " ".join(f"{what} {detail}".split())
-        self._show("".join(c if c.isprintable() else "?" for c in words)[:WIDE])
+        self._update_text("".join(c if c.isprintable() else "?" for c in words)[:WIDE])
 
-    def _show(self, words: str) -> None:
+    def _update_text(self, words: str) -> None:
         from IPython.display import display
 
         bundle = {"text/plain": words}
@@ -42,7 +42,7 @@ class ProgressLine:
     def end(self) -> None:
         """Remove the progress line."""
         if self._handle is not None:
-            self._show("")
+            self._update_text("")
 
 
 @contextmanager

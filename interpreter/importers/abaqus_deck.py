@@ -228,7 +228,7 @@ class _Reader:
         body = _Body(mesh, self.left)
         found = body.deck
         found.static = self.static
-        found.parts = list(self._parts(body))
+        found.parts = list(self._material_parts(body))
         found.strain = "finite" if self.finite or any(_is_nonlinear_law(p.law) for p in found.parts) else "small"
         if found.strain == "finite":
             found.parts = [abaqus_materials.with_finite_strain_law(part) for part in found.parts]
@@ -240,7 +240,7 @@ class _Reader:
         found.taken += mesh.taken
         return found
 
-    def _parts(self, body: _Body) -> Iterator[MaterialPart]:
+    def _material_parts(self, body: _Body) -> Iterator[MaterialPart]:
         owner = np.full(len(body.deck.cells), -1)
         named: list[str] = []
         laws: dict[str, tuple[ImportedLaw | None, str]] = {}  # law of each material, or why there is none
@@ -252,7 +252,7 @@ class _Reader:
                 continue
             owner[which] = len(named)
             if material not in laws:
-                laws[material] = self._law(material, card)
+                laws[material] = self._law_or_reason(material, card)
             named.append(material)
         for name, law in laws.items():
             if len(own := np.flatnonzero(np.isin(owner, [i for i, told in enumerate(named) if told == name]))):
@@ -262,7 +262,7 @@ class _Reader:
             self.left.append(NotImported(f"the material of {len(rest)} cells", why))
             yield MaterialPart("rest", rest, None, why)
 
-    def _law(self, material: str, card: Card) -> tuple[ImportedLaw | None, str]:
+    def _law_or_reason(self, material: str, card: Card) -> tuple[ImportedLaw | None, str]:
         """Return the law of a material, or None and the reason why there is none. Raises DeckError."""
         if (told := self.materials.get(material)) is None:
             why = f"the material `{material[:60]}` is not defined" if material else "its section has no material"

@@ -147,7 +147,7 @@ class AccumulatedLoads:
         if card.keyword == "BOUNDARY":
             yield from self._boundary(card, row, factor)
         elif card.keyword == "CLOAD":
-            yield from self._force(card, row, factor)
+            yield from self._add_nodal_force(card, row, factor)
         else:
             yield from self._distributed(card, row, factor)
 
@@ -155,7 +155,7 @@ class AccumulatedLoads:
         word = row[1].upper()
         if word in NAMED:
             for c in NAMED[word]:
-                self._move(row[0], c, 0.0, card)
+                self._prescribe_displacement(row[0], c, 0.0, card)
             return
         if word in SHELLS:
             yield NotImported(f"{word} of *BOUNDARY on `{row[0]}`", "it applies to pipe elements", card.line)
@@ -167,7 +167,7 @@ class AccumulatedLoads:
         last = read_integer(row[2], card) if len(row) > 2 and row[2] else first
         value = factor * read_number(row[3], card) if len(row) > 3 and row[3] else 0.0
         for c in range(max(first, 1), min(last, 3) + 1):
-            self._move(row[0], c - 1, value, card)
+            self._prescribe_displacement(row[0], c - 1, value, card)
         if first < 1 or last < first or (last > 3 and (value or last > 6 or first > 3)):
             beyond = first if first < 1 or first > 3 else last
             why = (
@@ -175,12 +175,12 @@ class AccumulatedLoads:
             )
             yield NotImported(f"direction {beyond} of *BOUNDARY on `{row[0]}`", why, card.line)
 
-    def _move(self, who: str, component: int, value: float, card: Card) -> None:
+    def _prescribe_displacement(self, who: str, component: int, value: float, card: Card) -> None:
         key = _target_key(who, card), component
         self.moved.pop(key, None)
         self.moved[key] = PrescribedDisplacement(who, value, card, self.step)
 
-    def _force(self, card: Card, row: list[str], factor: float) -> Iterator[NotImported]:
+    def _add_nodal_force(self, card: Card, row: list[str], factor: float) -> Iterator[NotImported]:
         component, value = read_integer(row[1], card), factor * read_number(row[2], card) if len(row) > 2 else 0.0
         if 1 <= component <= 3:
             key = _target_key(row[0], card), component - 1

@@ -79,28 +79,31 @@ class FileUnits:
 
     def of_stress(self, value: float) -> str:
         """Format a stress for a scene. Raises MissingUnit."""
-        return _format_with_unit(value, self._stress("stresses"))
+        return _format_with_unit(value, self._require_stress_unit("stresses"))
 
     def of_force(self, value: float) -> float:
         """Return a force in N. Raises MissingUnit."""
-        return _require_finite(value * self._stress("forces").factor * self.length.factor**2)
+        return _require_finite(value * self._require_stress_unit("forces").factor * self.length.factor**2)
 
     def of_density(self, value: float) -> str:
         """Format a density for a scene. Raises MissingUnit."""
-        whole = self._stress("densities").factor * (self._time("densities") / self.length.factor) ** 2
+        whole = (
+            self._require_stress_unit("densities").factor
+            * (self._require_time_factor("densities") / self.length.factor) ** 2
+        )
         return f"{_require_finite(value * whole)!r} kg/m^3"
 
     def of_acceleration(self, value: float) -> float:
         """Return an acceleration in m/s^2. Raises MissingUnit."""
-        return _require_finite(value * self.length.factor / self._time("accelerations") ** 2)
+        return _require_finite(value * self.length.factor / self._require_time_factor("accelerations") ** 2)
 
-    def _stress(self, of: str) -> FileUnit:
+    def _require_stress_unit(self, of: str) -> FileUnit:
         if self.stress is None:
             raise MissingUnit(f"the file has {of}, but no stress unit",
                           "give the stress unit, `--stress 1MPa`, or `--units mm-t-s`")  # fmt: skip
         return self.stress
 
-    def _time(self, of: str) -> float:
+    def _require_time_factor(self, of: str) -> float:
         if self.time is None:
             raise MissingUnit(f"the file has {of}, but no time unit",
                           "give the time unit, `--time 1s`, or `--units mm-t-s`")  # fmt: skip

@@ -92,7 +92,7 @@ class _Reader:
         self.left += [NotImported(f"`{own.tag}`", "not supported") for own in self.top if own.tag not in ROOM]
         self._check_analysis_kind()
         found = self._mesh()
-        found.parts = list(self._parts(found))
+        found.parts = list(self._material_parts(found))
         self._boundary(found)
         for own in self._section("Loads"):
             self._load(own, found)
@@ -112,7 +112,7 @@ class _Reader:
         own = self.top.find(tag)
         yield from () if own is None else own
 
-    def _add_not_imported(self, what: str, why: str) -> None:
+    def _skip(self, what: str, why: str) -> None:
         self.left.append(NotImported(what, why))
 
     def _units(self) -> DeclaredUnits | None:
@@ -136,7 +136,7 @@ class _Reader:
             raise NotImportable(f"{self.name} uses the module `{kind[:40]}`", "only `solid` models are imported")
         self.static = (child_text(self.top.find("Control"), "analysis") or "STATIC").strip().upper() in ("STATIC", "0")
         if not self.static:
-            self._add_not_imported("a dynamic analysis", "only static analyses are imported")
+            self._skip("a dynamic analysis", "only static analyses are imported")
 
     # ------------------------------------------------------------------ mesh
 
@@ -156,9 +156,7 @@ class _Reader:
         for elements in mesh.findall("Elements"):
             kind, name = elements.get("type", ""), elements.get("name", "")
             if kind not in KINDS:
-                self._add_not_imported(
-                    f"{len(elements)} elements `{kind[:40]}` (`{name[:60]}`)", "not supported as solid cells"
-                )
+                self._skip(f"{len(elements)} elements `{kind[:40]}` (`{name[:60]}`)", "not supported as solid cells")
                 continue
             rows = blocks.setdefault(kind, [])
             first = len(rows)
@@ -181,13 +179,13 @@ class _Reader:
         own = cells.reshape(len(rows), -1).astype(np.int64)
         return Deck(self.name, kind, X, own, [], strain="finite", static=self.static)
 
-    def _parts(self, found: Deck) -> Iterator[MaterialPart]:
+    def _material_parts(self, found: Deck) -> Iterator[MaterialPart]:
         materials = {own.get("name", ""): own for own in self._section("Material")}
         materials |= {own.get("id", ""): own for own in self._section("Material")}
         of = {own.get("name", ""): own.get("mat", "") for own in self._section("MeshDomains")}
         for domain in self._section("MeshDomains"):
             for odd in (*sorted(domain.attrib.keys() - {"name", "mat"}), *(inner.tag for inner in domain)):
-                self._add_not_imported(
+                self._skip(
                     f"`{odd[:40]}` of the domain `{domain.get('name', '')[:60]}`",
                     "cells use softmark's own formulation",
                 )
@@ -197,24 +195,22 @@ class _Reader:
         for name, cells in together_.items():
             own = materials.get(name)
             if own is None:
-                self._add_not_imported(f"the material of {len(cells)} cells", "not given in `MeshDomains`")
+                self._skip(f"the material of {len(cells)} cells", "not given in `MeshDomains`")
             law = None if own is None else self._law(own)
             yield MaterialPart(name or "rest", np.array(cells, dtype=np.int64), law)
 
     def _law(self, own: ElementT) -> ImportedLaw | None:
         kind, name = own.get("type", ""), own.get("name", "")[:60]
         if kind not in LAWS:
-            self._add_not_imported(f"the material `{name}`, `{kind[:60]}`", "this law is not supported")
+            self._skip(f"the material `{name}`, `{kind[:60]}`", "this law is not supported")
             return None
         word, stresses, plain, choices = LAWS[kind]
         known = {"density", *stresses, *plain}
         if odd := [c.tag for c in own if c.tag not in known or c.attrib]:
-            self._add_not_imported(
-                f"the material `{name}`, `{kind}`", f"its `{odd[0]}` is not supported, or is not a number"
-            )
+            self._skip(f"the material `{name}`, `{kind}`", f"its `{odd[0]}` is not supported, or is not a number")
             return None
         if missing := [n for n in (*stresses, *plain) if own.find(n) is None]:
-            self._add_not_imported(f"the material `{name}`, `{kind}`", f"`{missing[0]}` is missing")
+            self._skip(f"the material `{name}`, `{kind}`", f"`{missing[0]}` is missing")
             return None
         density = child_text(own, "density")
         return ImportedLaw(
@@ -232,7 +228,7 @@ class _Reader:
             if all(apart):
                 found.formulation = "mean_dilatation"
             else:
-                self._add_not_imported("three fields of `Mooney-Rivlin` in hex8", "not supported for other materials")
+                self._skip("three fields of `Mooney-Rivlin` in hex8", "not supported for other materials")
 
     # ------------------------------------------------------------------ sets
 
@@ -245,14 +241,14 @@ class _Reader:
                 for facet in own:
                     if facet.tag not in FACETS:
                         raise self.words.wrong(f"`{facet.tag[:40]}` is not a facet")
-                    found.append(self._nodes_of(self.words.wholes(facet.text)))
+                    found.append(self._node_indices(self.words.wholes(facet.text)))
                 return found
         return None
 
-    def _nodes_of(self, numbers: Ints) -> Ints:
+    def _node_indices(self, numbers: Ints) -> Ints:
         return np.array([self.place.get(n, -1) for n in numbers.tolist()], dtype=np.int64)
 
-    def _nodes(self, name: str) -> Ints | None:
+    def _nodes_of_set(self, name: str) -> Ints | None:
         """Return the nodes of a named set or surface; None if the name is unknown."""
         self.asked.add(name)
         if name.startswith("@surface:"):
@@ -262,7 +258,7 @@ class _Reader:
         for own in () if mesh is None else mesh.findall("NodeSet"):
             if own.get("name") == name:
                 listed = [self.words.whole(n.get("id")) for n in own] if len(own) else self.words.wholes(own.text)
-                return self._nodes_of(np.array(listed, dtype=np.int64))
+                return self._node_indices(np.array(listed, dtype=np.int64))
         return None
 
     def _map(self, node: ElementT | None, node_set: str) -> Floats | None:
@@ -272,7 +268,7 @@ class _Reader:
         factor = 1.0 if node.get("lc") in (None, "0") else self._curve(str(node.get("lc")))
         data = next((own for own in self._section("MeshData") if own.tag == "NodeData" and own.get("name") ==
                      (node.text or "").strip() and own.get("node_set") == node_set), None)  # fmt: skip
-        nodes = self._nodes(node_set)
+        nodes = self._nodes_of_set(node_set)
         if factor is None or data is None or nodes is None or not len(data):
             return None
         rows = [self.words.floats(own.text) for own in data]
@@ -283,7 +279,7 @@ class _Reader:
         found[np.array(places) - 1] = rows
         return found * factor
 
-    def _faces(self, name: str, found: Deck) -> Ints | None:
+    def _faces_of_surface(self, name: str, found: Deck) -> Ints | None:
         self.asked.add(f"@surface:{name}")
         facets = self._facets(name)
         if facets is None:
@@ -292,7 +288,7 @@ class _Reader:
         rows = np.array([f[:many] for f in facets if len(f) >= many], dtype=np.int64).reshape(-1, many)
         faces, foreign = found.sides.of(rows)
         if foreign:
-            self._add_not_imported(f"{foreign} facets of `{name[:60]}`", "they are not faces on the surface")
+            self._skip(f"{foreign} facets of `{name[:60]}`", "they are not faces on the surface")
         return faces
 
     def _sets(self, found: Deck) -> None:
@@ -308,26 +304,24 @@ class _Reader:
                     found, name, np.array(sorted({place[n] for n in numbers if n in place}), dtype=np.int64)
                 )
             elif own.tag == "NodeSet" and name not in self.asked:
-                nodes = self._nodes(name)
+                nodes = self._nodes_of_set(name)
                 unreferenced_deck_sets.add_node_set(
                     found, name, np.zeros(0, dtype=np.int64) if nodes is None else nodes[nodes >= 0]
                 )
             elif own.tag == "Surface" and f"@surface:{name}" not in self.asked:
-                faces = self._faces(name, found)
+                faces = self._faces_of_surface(name, found)
                 unreferenced_deck_sets.add_face_set(
                     found, name, np.zeros((0, 2), dtype=np.int64) if faces is None else faces
                 )
             elif own.tag not in ("Nodes", "Elements", "NodeSet", "Surface"):
-                self._add_not_imported(f"`{own.tag[:40]}` `{name[:60]}` of the mesh", "not supported")
+                self._skip(f"`{own.tag[:40]}` `{name[:60]}` of the mesh", "not supported")
         for own in self._section("MeshData"):
             if own.tag != "NodeData":
-                self._add_not_imported(
-                    f"`{own.tag[:40]}` `{own.get('name', '')[:60]}`", "only nodal values are supported"
-                )
+                self._skip(f"`{own.tag[:40]}` `{own.get('name', '')[:60]}`", "only nodal values are supported")
 
     # ------------------------------------------------------- what acts on it
 
-    def _value(self, node: ElementT | None) -> Floats | None:
+    def _element_numbers(self, node: ElementT | None) -> Floats | None:
         """Return the numbers of an XML element at the imported time; None if their load curve is unknown there."""
         if node is None:
             return None
@@ -338,7 +332,7 @@ class _Reader:
         factor = 1.0 if lc in (None, "0") else self._curve(str(lc))
         return None if factor is None else values * factor
 
-    def _end(self) -> float | None:
+    def _imported_time(self) -> float | None:
         """Return the imported time. Raises NotImportable if the analysis does not reach it."""
         control = self.top.find("Control")
         steps, size = child_text(control, "time_steps"), child_text(control, "step_size")
@@ -352,7 +346,7 @@ class _Reader:
 
     def _curve(self, number: str) -> float | None:
         """Return the value of a load curve at the imported time; None if it is unknown there."""
-        end = self._end()
+        end = self._imported_time()
         for own in self._section("LoadData"):
             if own.get("id") != number or own.get("type") != "loadcurve" or end is None:
                 continue
@@ -360,13 +354,13 @@ class _Reader:
             rows = np.array([self.words.floats(p.text, 2) for p in (points if points is not None else [])])
             if not len(rows) or (np.diff(rows[:, 0]) < 0).any():
                 return None
-            value = self._at(own, rows, end)
+            value = self._evaluate_curve_at(own, rows, end)
             if value is not None:
                 self._record_ended_load(number, value, rows[rows[:, 0] <= end * (1.0 + 1e-9)], end)
             return value
         return None
 
-    def _at(self, own: ElementT, rows: Floats, end: float) -> float | None:
+    def _evaluate_curve_at(self, own: ElementT, rows: Floats, end: float) -> float | None:
         """Return the value of a load curve with points (n, 2) at a time; None if it is unknown there."""
         exact = np.flatnonzero(np.isclose(rows[:, 0], end, rtol=1e-9, atol=0.0))
         if len(exact):
@@ -396,13 +390,13 @@ class _Reader:
         told: dict[tuple[int, int], float] = {}
         for own in self._section("Boundary"):
             what = self.reading = f"the support `{own.get('name', own.get('type', ''))[:60]}`"
-            nodes = self._nodes(own.get("node_set", ""))
+            nodes = self._nodes_of_set(own.get("node_set", ""))
             acts = self._mapped_displacements(own) or self._prescribed_displacements(own)
             if own.tag != "bc" or nodes is None or acts is None:
-                self._add_not_imported(what, "not a nodal displacement in x, y or z")
+                self._skip(what, "not a nodal displacement in x, y or z")
                 continue
             if (nodes < 0).any():
-                self._add_not_imported(f"{what} on nodes of no cell", "only nodes of cells are supported")
+                self._skip(f"{what} on nodes of no cell", "only nodes of cells are supported")
             for component, values in acts.items():
                 for node, value in zip(nodes.tolist(), np.broadcast_to(values, len(nodes)).tolist(), strict=True):
                     if node < 0:
@@ -435,7 +429,7 @@ class _Reader:
             return {"xyz".index(d): 0.0 for d in dofs} if all(d in ("x", "y", "z") for d in dofs) else None
         if kind in ("prescribed displacement", "prescribe"):
             dof = (child_text(own, "dof") or "").strip()
-            value = self._value(own.find("value" if kind == "prescribed displacement" else "scale"))
+            value = self._element_numbers(own.find("value" if kind == "prescribed displacement" else "scale"))
             if dof not in ("x", "y", "z") or value is None or len(value) != 1:
                 return None
             return {"xyz".index(dof): float(value[0])}
@@ -450,15 +444,15 @@ class _Reader:
         elif own.tag == "body_load" and own.get("type") in ("const", "body force"):
             self._body_force(own, what, found)
         else:
-            self._add_not_imported(what, "only pressures, dead tractions, nodal forces and body forces are supported")
+            self._skip(what, "only pressures, dead tractions, nodal forces and body forces are supported")
 
     def _read_nodal_force(self, own: ElementT, what: str, found: Deck) -> None:
-        nodes, node = self._nodes(own.get("node_set", "")), own.find("value")
+        nodes, node = self._nodes_of_set(own.get("node_set", "")), own.find("value")
         mapped = self._map(node, own.get("node_set", ""))
-        one = self._value(node) if mapped is None and (node is None or node.get("type") != "map") else None
+        one = self._element_numbers(node) if mapped is None and (node is None or node.get("type") != "map") else None
         rows = mapped if one is None else one[None, :]
         if nodes is None or rows is None or rows.shape[1] != 3 or (nodes < 0).any():
-            self._add_not_imported(what, "its nodes or its final vectors are missing")
+            self._skip(what, "its nodes or its final vectors are missing")
             return
         found.forces += group_equal_forces(
             zip(nodes.tolist(), np.broadcast_to(rows, (len(nodes), 3)).tolist(), strict=True)
@@ -468,25 +462,21 @@ class _Reader:
         kind, name = own.get("type", ""), own.get("surface", "")
         dead = (child_text(own, "linear") or "0").strip() in ("1", "true")
         if kind == "pressure" and not dead:
-            value, count = self._value(own.find("pressure")), 1
+            value, count = self._element_numbers(own.find("pressure")), 1
         elif kind == "traction" and dead:
-            scale = self._value(own.find("scale"))
-            vector = self._value(own.find("traction"))
+            scale = self._element_numbers(own.find("scale"))
+            vector = self._element_numbers(own.find("traction"))
             known = vector is not None and (scale is not None or own.find("scale") is None)
             value, count = (vector * (1.0 if scale is None else scale) if known and vector is not None else None), 3
         else:
             if kind not in ("pressure", "traction"):
-                self._add_not_imported(
-                    what, f"surface load `{kind[:40]}` is not supported, only pressures and tractions"
-                )
+                self._skip(what, f"surface load `{kind[:40]}` is not supported, only pressures and tractions")
                 return
-            self._add_not_imported(
-                what, "pressures must be follower loads (`linear` 0) and tractions dead loads (`linear` 1)"
-            )
+            self._skip(what, "pressures must be follower loads (`linear` 0) and tractions dead loads (`linear` 1)")
             return
-        faces = self._faces(name, found)
+        faces = self._faces_of_surface(name, found)
         if value is None or len(value) != count or faces is None or not len(faces):
-            self._add_not_imported(what, "its surface or its final magnitude is missing")
+            self._skip(what, "its surface or its final magnitude is missing")
             return
         x, *yz = value.tolist()
         if not any(value.tolist()):
@@ -495,12 +485,12 @@ class _Reader:
         found.pushes.append(push)
 
     def _body_force(self, own: ElementT, what: str, found: Deck) -> None:
-        vector = self._value(own.find("force"))
+        vector = self._element_numbers(own.find("force"))
         if own.find("force") is None:
-            each = [np.zeros(1) if own.find(c) is None else self._value(own.find(c)) for c in "xyz"]
+            each = [np.zeros(1) if own.find(c) is None else self._element_numbers(own.find(c)) for c in "xyz"]
             vector = None if any(e is None or len(e) != 1 for e in each) else np.concatenate(each)  # type: ignore[arg-type]
         if vector is None or len(vector) != 3 or own.get("elem_set"):
-            self._add_not_imported(what, "not a uniform vector on the whole body at the end")
+            self._skip(what, "not a uniform vector on the whole body at the end")
             return
         x, y, z = (-vector).tolist()
         if any((x, y, z)):

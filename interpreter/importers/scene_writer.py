@@ -190,7 +190,7 @@ class _Writer:
         parts = sorted(deck.parts, key=lambda part: -len(part.cells))
         materials = [self.name("solid", part.name if part.law else "told") for part in parts]
         for name, part in zip(materials, parts, strict=True):
-            yield f"material {name} = {self._law(part)}"
+            yield f"material {name} = {self._material_text(part)}"
         unit = self.units.length.text
         kept = ", coincident = keep" if len(self.doubled) else ""
         if kept:
@@ -208,7 +208,7 @@ class _Writer:
             {"cells": self.sets, "faces": self.surfaces, "nodes": self.node_sets}[own.kind][region] = own.members
             yield f"region {region} = group(body, {_quote_text(region)})"
         yield ""
-        yield from self._acting()
+        yield from self._support_and_load_lines()
         yield ""
         yield from self._model()
 
@@ -225,15 +225,15 @@ class _Writer:
         kept = f", formulation = {deck.formulation}" if deck.formulation else ""
         yield f"model fe = fem({deck.kind}, strain = {deck.strain}{kept})"
 
-    def _acting(self) -> Iterator[str]:
+    def _support_and_load_lines(self) -> Iterator[str]:
         deck = self.deck
         if not (deck.holds or deck.pushes or deck.forces or deck.weights):
             return
         for hold in deck.holds:
             yield from self._support_lines(hold)
         for push in deck.pushes:
-            yield from self._push(push)
-        yield from self._forces(deck.forces)
+            yield from self._face_load_lines(push)
+        yield from self._nodal_force_lines(deck.forces)
         for vector in deck.weights:
             size = math.sqrt(sum(v * v for v in vector))
             if size > 0.0:
@@ -241,7 +241,7 @@ class _Writer:
                 yield (f"load {self.name('load', 'weight')} = gravity({told!r} m/s^2, direction = "
                        f"{_vector([v / size + 0.0 for v in vector])})")  # fmt: skip
 
-    def _law(self, own: MaterialPart) -> str:
+    def _material_text(self, own: MaterialPart) -> str:
         law, part, cells = own.law, own.name, len(own.cells)
         if law is None:
             why = f" ({own.why})" if own.why else ""
@@ -296,7 +296,7 @@ class _Writer:
             return np.zeros(0, dtype=np.int64)
         return np.unique(find_coincident_nodes(self.deck.points, self.deck.cells))
 
-    def _push(self, push: FaceLoad) -> Iterator[str]:
+    def _face_load_lines(self, push: FaceLoad) -> Iterator[str]:
         region = self.name("at", push.name)
         self.surfaces[region] = push.faces
         yield f"region {region} = group(body, {_quote_text(region)})"
@@ -308,8 +308,8 @@ class _Writer:
             items = ", ".join(self.units.of_stress(v) for v in push.traction)
             yield f"load {name} = traction(body, where = {region}, vector = ({items}))"
 
-    def _forces(self, forces: Sequence[NodeForces]) -> Iterator[str]:
-        known = self._apart(self._without_roundoff_forces(forces))
+    def _nodal_force_lines(self, forces: Sequence[NodeForces]) -> Iterator[str]:
+        known = self._forces_at_unique_nodes(self._without_roundoff_forces(forces))
         many = sum(len(force.nodes) for force in known)
         if many > FORCES:
             total = np.sum([len(f.nodes) * np.array(f.force) for f in known], axis=0) * self.units.of_force(1.0)
@@ -322,7 +322,7 @@ class _Writer:
                 at = f"{_vector(self.deck.points[node].tolist())} {self._unit()}"
                 yield f"load {self.name('load', force.name)} = point_force(body, at = {at}, vector = {vector} N)"
 
-    def _apart(self, forces: Sequence[NodeForces]) -> list[NodeForces]:
+    def _forces_at_unique_nodes(self, forces: Sequence[NodeForces]) -> list[NodeForces]:
         """Return the forces at nodes with a unique position; list the others as not imported."""
         own = [np.isin(force.nodes, self.doubled) for force in forces]
         if many := sum(int(double.sum()) for double in own):

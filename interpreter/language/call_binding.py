@@ -63,9 +63,9 @@ class Binder:
 
         Raises EvaluationError.
         """
-        constructor = self._constructor(kind, node)
+        constructor = self._find_constructor(kind, node)
         self._refuse_decimal_comma(constructor, node)
-        bound, broken = self._match_arguments(constructor, node, outermost)
+        bound, broken = self._match(constructor, node, outermost)
         values: dict[str, Any] = dict(whole := field_parsers.default_selection(self, constructor, bound))
         for field in constructor.fields:
             if field.name not in bound:
@@ -81,7 +81,7 @@ class Binder:
         places = {name: Location(place.source, value.span) for name, (value, place) in bound.items()}
         return constructor, field_parsers.create_object(self, constructor, values, bound, node), places
 
-    def _constructor(self, kind: str, node: tree.Call) -> Constructor:
+    def _find_constructor(self, kind: str, node: tree.Call) -> Constructor:
         name = node.function.text
         found = self.vocabulary.constructor(kind, name)
         if found is not None:
@@ -109,13 +109,11 @@ class Binder:
 
     # ------------------------------------------------------------------ arguments to fields
 
-    def _match_arguments(
-        self, constructor: Constructor, node: tree.Call, outermost: bool
-    ) -> tuple[dict[str, Bound], bool]:
+    def _match(self, constructor: Constructor, node: tree.Call, outermost: bool) -> tuple[dict[str, Bound], bool]:
         bound: dict[str, Bound] = {}
         broken = False
         for position, argument in enumerate(node.arguments):
-            field = self._field(constructor, argument, position)
+            field = self._find_field(constructor, argument, position)
             if field is None:
                 broken = True
             elif field.name in bound:
@@ -126,7 +124,7 @@ class Binder:
             else:
                 bound[field.name] = (argument.value, self.place)
         if outermost:
-            broken |= self._override(constructor, bound)
+            broken |= self._apply_overrides(constructor, bound)
         return bound, broken
 
     def _refuse_decimal_comma(self, constructor: Constructor, node: tree.Call) -> None:
@@ -144,7 +142,7 @@ class Binder:
     def _text_of(self, node: tree.Expression) -> str:
         return self.place.source.text[node.span.start : node.span.end]
 
-    def _override(self, constructor: Constructor, bound: dict[str, Bound]) -> bool:
+    def _apply_overrides(self, constructor: Constructor, bound: dict[str, Bound]) -> bool:
         broken = False
         for name, override in self.compiler.replaced.items():
             owner, _, attribute = name.rpartition(".")
@@ -162,7 +160,7 @@ class Binder:
         message = f"`{constructor.name}` has no field `{attribute}`"
         override.place.fail("E205", override.name_span, message, "not a field", hint)
 
-    def _compared(self, constructor: Constructor, value: tree.Expression) -> None:
+    def _refuse_comparison(self, constructor: Constructor, value: tree.Expression) -> None:
         """Refuse a comparison such as `strain == small` in place of the assignment of a field."""
         if not isinstance(value, tree.Compare) or value.operators[0] != "==":
             return
@@ -171,9 +169,9 @@ class Binder:
             problem, help = f"expected `=` after `{name}`, found `==`", write(f"{name} = {given}")
             raise self.place.fail("E106", value.span, problem, "a comparison", help)
 
-    def _field(self, constructor: Constructor, argument: tree.Argument, position: int) -> Field | None:
+    def _find_field(self, constructor: Constructor, argument: tree.Argument, position: int) -> Field | None:
         if argument.name is None:
-            self._compared(constructor, argument.value)
+            self._refuse_comparison(constructor, argument.value)
             if position < len(constructor.fields):
                 return constructor.fields[position]
             count = len(constructor.fields)
@@ -257,7 +255,7 @@ class Binder:
         found = evaluation.describe_expression(node)
         return place.fail("E207", node.span, f"expected {field.expected}, found {found}", found, field.meaning)
 
-    def _quantity(self, field: Field, node: tree.Expression, place: Place) -> float:
+    def _parse_quantity(self, field: Field, node: tree.Expression, place: Place) -> float:
         if isinstance(node, tree.String | tree.List | tree.Compare):
             raise self.wrong(field, node, place)
         if isinstance(node, tree.Call) and self.vocabulary.find(node.function.text):
@@ -321,7 +319,7 @@ class Binder:
             self._parameter_origins(node),
         )
 
-    def _vector(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+    def _parse_vector(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         unit = units.vector_unit(field.dimension or units.NONE)
         if isinstance(node, tree.List):
             help = f"write a vector in round brackets: `(0, 0, 1) {unit}`"
@@ -339,7 +337,7 @@ class Binder:
             self.within(field, node, place, component)
         return value.values
 
-    def _integer(self, field: Field, node: tree.Expression, place: Place) -> int:
+    def _parse_integer(self, field: Field, node: tree.Expression, place: Place) -> int:
         if isinstance(node, tree.String | tree.List | tree.Compare | tree.Vector):
             raise self.wrong(field, node, place)
         q = self.compiler.scope.evaluator(self.module, place).quantity(node)
@@ -350,7 +348,7 @@ class Binder:
         self.within(field, node, place, q.value)
         return int(q.value)
 
-    def _flag(self, field: Field, node: tree.Expression, place: Place) -> bool:
+    def _parse_flag(self, field: Field, node: tree.Expression, place: Place) -> bool:
         if isinstance(node, tree.Name) and node.text in ("yes", "no"):
             return node.text == "yes"
         if isinstance(node, tree.Name) and node.text.lower() in ("true", "false", "on", "off"):
@@ -358,7 +356,7 @@ class Binder:
             raise place.fail("E212", node.span, f"`{node.text}` is not yes or no", "unknown word", write(word))
         raise self.wrong(field, node, place)
 
-    def _choice(self, field: Field, node: tree.Expression, place: Place) -> str:
+    def _parse_choice(self, field: Field, node: tree.Expression, place: Place) -> str:
         if not isinstance(node, tree.Name | tree.String):
             raise self.wrong(field, node, place)
         word = node.text if isinstance(node, tree.Name) else node.value
@@ -374,13 +372,13 @@ class Binder:
         hint = did_you_mean(close, more=f" {due}") if close else due
         raise place.fail("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice", hint)
 
-    def _text(self, field: Field, node: tree.Expression, place: Place) -> str:
+    def _parse_text(self, field: Field, node: tree.Expression, place: Place) -> str:
         if not isinstance(node, tree.String):
             raise self.wrong(field, node, place)
         return node.value
 
-    def _file(self, field: Field, node: tree.Expression, place: Place) -> str:
-        name = self._text(field, node, place)
+    def _parse_file(self, field: Field, node: tree.Expression, place: Place) -> str:
+        name = self._parse_text(field, node, place)
         if name.startswith("data:"):
             return self._data_set_name(name, node, place)
         if not name.strip():
@@ -407,7 +405,7 @@ class Binder:
         hint = did_you_mean(close, f'"{close}"') if close else "`dsl list data` lists the data sets"
         raise place.fail("E401", node.span, f"there is no data set `{name}`", "not found", hint)
 
-    def _direction(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+    def _parse_direction(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         match node:
             case tree.Name(parts=(("x" | "y" | "z") as axis,)):
                 return _axis_unit_vector(axis, 1.0)
@@ -439,13 +437,13 @@ class Binder:
             raise place.fail("E301", node.span, "a direction must not be zero", "no direction", field.meaning)
         return tuple(v / norm for v in value.values)
 
-    def _condition(self, field: Field, node: tree.Expression, place: Place) -> Any:
+    def _parse_condition(self, field: Field, node: tree.Expression, place: Place) -> Any:
         evaluator = self.compiler.scope.evaluator(self.module, place)
         find = self.compiler.named
         named = make_region_lookup(self.module, self.compiler.table, lambda name: find(name, KIND, self.module, place))
         return replace(read_condition(node, evaluator, named), said=format_condition(node, evaluator, named))
 
-    def _name(self, field: Field, node: tree.Expression, place: Place) -> str:
+    def _parse_name(self, field: Field, node: tree.Expression, place: Place) -> str:
         if isinstance(node, tree.String) and self.module.prefix + node.value in self.compiler.table.symbols:
             raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text",
                              write(node.value, ", without quotes"))  # fmt: skip
@@ -458,12 +456,12 @@ class Binder:
         self.compiler.named(node, field.kind, self.module, place, field.also)
         return self.module.prefix + node.text
 
-    def _names(self, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
+    def _parse_names(self, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
         if not isinstance(node, tree.List) or node.unit is not None:
             raise self.wrong(field, node, place)
-        return tuple(self._name(field, item, place) for item in node.items)
+        return tuple(self._parse_name(field, item, place) for item in node.items)
 
-    def _list(self, field: Field, node: tree.Expression, place: Place) -> VectorValue:
+    def _parse_list(self, field: Field, node: tree.Expression, place: Place) -> VectorValue:
         if not isinstance(node, tree.List):
             raise self.wrong(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).values(node)
@@ -475,7 +473,7 @@ class Binder:
 
     def _parse_value_object(self, field: Field, node: tree.Expression, place: Place) -> Any:
         if field.kind == "element":
-            return self._element(field, node, place)
+            return self._parse_element(field, node, place)
         if isinstance(node, tree.Call):
             return self.call(field.kind, node, outermost=False)[1]
         if isinstance(node, tree.Name):
@@ -483,7 +481,7 @@ class Binder:
             return word.cls() if word else self.compiler.named(node, field.kind, self.module, place).thing
         raise self.wrong(field, node, place)
 
-    def _element(self, field: Field, node: tree.Expression, place: Place) -> Any:
+    def _parse_element(self, field: Field, node: tree.Expression, place: Place) -> Any:
         elements = self.vocabulary.words()
         if isinstance(node, tree.String) and node.value in elements:
             raise place.fail("E207", node.span, "expected an element, found a text", "a text",

@@ -138,7 +138,7 @@ class Scene:
         Rigid bodies are not in "body"; they have the kind RIGID, since most questions about bodies concern deformable
         ones.
         """
-        return self._kinds.get(kind, {})
+        return self._declarations_by_kind.get(kind, {})
 
     def asked(self, kind: str) -> dict[str, Declared]:
         """Return the declarations of a kind, leaving out models that the user did not request."""
@@ -151,7 +151,7 @@ class Scene:
         return {}
 
     @cached_property
-    def _kinds(self) -> dict[str, dict[str, Declared]]:
+    def _declarations_by_kind(self) -> dict[str, dict[str, Declared]]:
         found: dict[str, dict[str, Declared]] = {}
         for name, declared in self.declared.items():
             if "." not in name:
@@ -161,11 +161,11 @@ class Scene:
 
     def acting(self, kind: str, body: str) -> tuple[Declared, ...]:
         """Return the supports or loads on a body in the order of the text, including those that name no body."""
-        found = self._acting.get((kind, body), []) + self._acting.get((kind, None), [])
+        found = self._declarations_by_body.get((kind, body), []) + self._declarations_by_body.get((kind, None), [])
         return tuple(declared for _, declared in sorted(found, key=itemgetter(0)))
 
     @cached_property
-    def _acting(self) -> dict[tuple[str, str | None], list[tuple[int, Declared]]]:
+    def _declarations_by_body(self) -> dict[tuple[str, str | None], list[tuple[int, Declared]]]:
         found: dict[tuple[str, str | None], list[tuple[int, Declared]]] = {}
         for kind in ("support", "load", "contact"):
             for place, declared in enumerate(self.of_kind(kind).values()):

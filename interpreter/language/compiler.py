@@ -217,7 +217,7 @@ class Compiler:
                     self.declaration(name)
                 except EvaluationError:
                     continue
-        self._expectations()
+        self._compile_expectations()
 
     # ------------------------------------------------------------------ declarations
 
@@ -245,12 +245,12 @@ class Compiler:
         self._open.append(full)
         try:
             with self.scope.record_dependencies(full):
-                self.declared[full] = made = self._declaration(full, symbol)
+                self.declared[full] = made = self._compile_declaration(full, symbol)
         finally:
             self._open.pop()
         return made
 
-    def _declaration(self, full: str, symbol: Symbol) -> Declared:
+    def _compile_declaration(self, full: str, symbol: Symbol) -> Declared:
         node, module = symbol.node, symbol.module
         if not isinstance(node, tree.Declare):
             raise EvaluationError
@@ -299,10 +299,10 @@ class Compiler:
             )  # fmt: skip
         full = module.prefix + name.text
         if full in self._open:
-            self._circle(full, name, place)
+            self._report_circular_declaration(full, name, place)
         return self.declaration(full)
 
-    def _circle(self, full: str, name: tree.Name, place: Place) -> None:
+    def _report_circular_declaration(self, full: str, name: tree.Name, place: Place) -> None:
         members = self._open[self._open.index(full) :]
         problem = f"declarations refer to each other in a circle: {' -> '.join([*members, full])}"
         if len(members) == 1:
@@ -311,7 +311,7 @@ class Compiler:
 
     # ------------------------------------------------------------------ expectations
 
-    def _expectations(self) -> None:
+    def _compile_expectations(self) -> None:
         main = self.table.modules[0]
         checker = Expectations(self, main)
         for node in main.tree.declarations:

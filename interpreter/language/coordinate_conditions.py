@@ -105,10 +105,10 @@ class Term:
     def combine(self, operator: str, other: Term) -> Term:
         """Return the combination of this term with another by the operator + - * / or ^."""
         f = _OPERATORS[operator]
-        plane, axes = self._plane(operator, other), self.axes | other.axes
+        plane, axes = self._combined_plane(operator, other), self.axes | other.axes
         return Term(lambda p: f(self.at(p), other.at(p)), True, plane=plane, axes=axes)
 
-    def _plane(self, operator: str, other: Term) -> Plane | None:
+    def _combined_plane(self, operator: str, other: Term) -> Plane | None:
         """Return the coefficients (a, b, c, d) of the combined term if it is linear, else None."""
         match operator:
             case "+":

@@ -43,7 +43,9 @@ class Expectations:
         broken: EvaluationError | None = None
         for part in _split_comparisons(node):
             try:
-                is_satisfied(part, Evaluator(self.place, self._lookup, self.compiler.table.vocabulary, self._at))
+                is_satisfied(
+                    part, Evaluator(self.place, self._lookup, self.compiler.table.vocabulary, self._lookup_in_state)
+                )
             except EvaluationError as bad:
                 broken = bad
         if broken is not None:
@@ -55,16 +57,16 @@ class Expectations:
         return self.module.place
 
     @cached_property
-    def _kinds(self) -> Mapping[str, str]:
+    def _kinds_by_name(self) -> Mapping[str, str]:
         """Kind of each declared name, by name."""
         symbols = self.compiler.table.symbols
         return {n: s.node.kind for n, s in symbols.items() if isinstance(s.node, tree.Declare)}
 
-    def _own(self, *kinds: str) -> list[str]:
-        return [n for n, k in self._kinds.items() if k in kinds and "." not in n]
+    def _names_of_kinds(self, *kinds: str) -> list[str]:
+        return [n for n, k in self._kinds_by_name.items() if k in kinds and "." not in n]
 
-    def _known(self, *kinds: str) -> str:
-        return field_schema.join_names(self._own(*kinds)) or "none is declared"
+    def _list_known_names(self, *kinds: str) -> str:
+        return field_schema.join_names(self._names_of_kinds(*kinds)) or "none is declared"
 
     def _lookup(self, name: tree.Name) -> Value:
         """Return an unknown value with the dimension of `model.metric`, or the value of a parameter."""
@@ -74,34 +76,34 @@ class Expectations:
         symbol = table.symbols.get(name.text)
         if symbol is not None and isinstance(symbol.node, tree.Param):
             return self.compiler.scope.lookup(name, self.module, self.place)
-        owner = self._kinds.get(name.parts[0], "")
+        owner = self._kinds_by_name.get(name.parts[0], "")
         if len(name.parts) == 1:
-            raise self._alone(name, owner)
+            raise self._report_undotted_name(name, owner)
         if owner in OWNERS:
-            return self._metric(name)
+            return self._lookup_metric(name)
         if owner:
             problem = f"`{name.parts[0]}` is {field_schema.article(owner)} {owner}, which has no metrics"
             raise self.place.fail("E216", name.span, problem, "not a model",
-                                  f"models and references have them: {self._known(*OWNERS)}")  # fmt: skip
+                                  f"models and references have them: {self._list_known_names(*OWNERS)}")  # fmt: skip
         if name.parts[0] in table.aliases:
             raise self.place.fail("E216", name.span,
                                   "a scene that is used provides its declarations, not its results",
                                   "not computed here",
                                   "declare the model in this scene")  # fmt: skip
-        close = nearest(name.parts[0], self._own(*OWNERS))
-        hint: str | Remedy = f"models and references: {self._known(*OWNERS)}"
+        close = nearest(name.parts[0], self._names_of_kinds(*OWNERS))
+        hint: str | Remedy = f"models and references: {self._list_known_names(*OWNERS)}"
         if close:
             hint = did_you_mean(".".join((close, *name.parts[1:])))
         raise self.place.fail("E201", name.span, f"`{name.parts[0]}` is not declared", "not found", hint)
 
-    def _at(self, name: tree.Name, node: tree.Expression, value: Quantity) -> Value:
+    def _lookup_in_state(self, name: tree.Name, node: tree.Expression, value: Quantity) -> Value:
         """Return an unknown value with the dimension of a metric in one state, as in `model.metric.at(12.5 %)`.
 
         The analysis must have that state exactly once. Raises EvaluationError.
         """
         found, states = self._lookup(name), self._analysis_states()
-        if not states and (end := self._end()) is not None and name.text not in self.compiler.table.symbols:
-            self._in_time(name, node, value, end)
+        if not states and (end := self._end_time()) is not None and name.text not in self.compiler.table.symbols:
+            self._check_recorded_over_time(name, node, value, end)
             return found
         timed = any(isinstance(state, Moment) for state in states)
         if value.dimension != (units.TIME if timed else units.NONE):
@@ -127,20 +129,20 @@ class Expectations:
 
     def _analysis_states(self) -> tuple[float, ...]:
         """Return the states of the analysis. Raises EvaluationError if the analysis has an error."""
-        own = self._own("analysis")
+        own = self._names_of_kinds("analysis")
         known = self.compiler.declaration(own[0]).thing.situations if own else None
         return () if known is None else tuple(known)
 
-    def _end(self) -> float | None:
+    def _end_time(self) -> float | None:
         """Return the end time of a dynamic analysis, s; None for other analyses.
 
         Raises EvaluationError if the analysis has an error.
         """
-        own = self._own("analysis")
+        own = self._names_of_kinds("analysis")
         thing = self.compiler.declaration(own[0]).thing if own else None
         return getattr(thing, "duration", None) if getattr(thing, "moving", False) else None
 
-    def _in_time(self, name: tree.Name, node: tree.Expression, value: Quantity, end: float) -> None:
+    def _check_recorded_over_time(self, name: tree.Name, node: tree.Expression, value: Quantity, end: float) -> None:
         """Check that a metric at a time of a dynamic analysis is recorded over time. Raises EvaluationError."""
         if value.dimension != units.TIME:
             found = units.dimension_name(value.dimension)
@@ -154,9 +156,9 @@ class Expectations:
             raise self.place.fail("E313", node.span, f"the analysis has no time {format_state(Moment(value.value))}",
                                   "after its end", f"it goes from 0 s to {format_state(Moment(end))}")  # fmt: skip
 
-    def _alone(self, name: tree.Name, kind: str) -> EvaluationError:
+    def _report_undotted_name(self, name: tree.Name, kind: str) -> EvaluationError:
         """Report a name without a dot that is not a parameter, and return the error."""
-        metrics, owners = self._own("metric"), self._own(*OWNERS)
+        metrics, owners = self._names_of_kinds("metric"), self._names_of_kinds(*OWNERS)
         example = f"{owners[0] if owners else 'model'}.{metrics[0] if metrics else 'metric'}"
         if kind == "metric":
             example = f"{owners[0] if owners else 'model'}.{name.text}"
@@ -177,9 +179,9 @@ class Expectations:
             return bad
         return EvaluationError("has a value after all")
 
-    def _metric(self, name: tree.Name) -> Value:
+    def _lookup_metric(self, name: tree.Name) -> Value:
         owner, metric = name.parts[0], ".".join(name.parts[1:])
-        if self._kinds.get(metric) != "metric" or "." in metric:
+        if self._kinds_by_name.get(metric) != "metric" or "." in metric:
             raise self._report_unknown_metric(name, owner, metric)
         thing = self.compiler.declaration(metric).thing
         if thing.measured_from == owner:
@@ -192,9 +194,9 @@ class Expectations:
     def _report_unknown_metric(self, name: tree.Name, owner: str, metric: str) -> EvaluationError:
         if self.compiler.table.is_broken(metric):
             return EvaluationError()
-        close = nearest(metric, self._own("metric"))
-        hint = did_you_mean(f"{owner}.{close}") if close else f"metrics: {self._known('metric')}"
-        found, problem = self._kinds.get(metric), f"there is no metric `{metric}`"
+        close = nearest(metric, self._names_of_kinds("metric"))
+        hint = did_you_mean(f"{owner}.{close}") if close else f"metrics: {self._list_known_names('metric')}"
+        found, problem = self._kinds_by_name.get(metric), f"there is no metric `{metric}`"
         if found:
             problem = f"`{metric}` is {field_schema.article(found)} {found}, not a metric"
         return self.place.fail("E216", name.span, problem, "not a metric", hint)

@@ -104,11 +104,11 @@ class Evaluator:
         """Return the number or vector that an expression has as value. Raises EvaluationError."""
         match node:
             case tree.Number():
-                return self._number(node)
+                return self._evaluate_number(node)
             case tree.Name():
-                return self._name(node)
+                return self._evaluate_name(node)
             case tree.Vector():
-                return self._vector(node)
+                return self._evaluate_vector(node)
             case tree.Unary(operator="-", operand=operand):
                 value = self.value(operand)
                 return _map_components(lambda c: -c, value, value.dimension)
@@ -123,7 +123,7 @@ class Evaluator:
             "E207", node.span, f"expected a number, found {describe_expression(node)}", "not a number", help
         )
 
-    def _name(self, node: tree.Name) -> Value:
+    def _evaluate_name(self, node: tree.Name) -> Value:
         if node.text in CONSTANTS:
             return Quantity(CONSTANTS[node.text], NONE)
         if node.text in COORDINATES:
@@ -145,17 +145,17 @@ class Evaluator:
             remedy = Remedy(error.remedy, Fix(meant) if meant else None)
             raise self.place.fail("E209", unit.span, error.problem, help=remedy) from None
 
-    def _number(self, node: tree.Number) -> Quantity:
+    def _evaluate_number(self, node: tree.Number) -> Quantity:
         if node.unit is None:
             return Quantity(node.value, NONE)
         return self._multiply_by_unit(Quantity(node.value, NONE), self.measure(node.unit), node.span)
 
     def _multiply_by_unit(self, plain: Quantity, measure: units.Measure, span: Span) -> Quantity:
         """Return a dimensionless number multiplied by the unit that follows it."""
-        value = self._finite(Quantity(plain.value * measure.factor, measure.dimension), span)
-        return self._kept(value, plain.value != 0.0, span)
+        value = self._require_finite(Quantity(plain.value * measure.factor, measure.dimension), span)
+        return self._require_no_underflow(value, plain.value != 0.0, span)
 
-    def _finite(self, value: V, span: Span) -> V:
+    def _require_finite(self, value: V, span: Span) -> V:
         """Return a value that double precision can hold or that is known only after a run. Raises EvaluationError."""
         if any(map(math.isinf, value_components(value))):
             raise self.place.fail("E219", span, "the number is too large", "numbers go up to 1.8e308")
@@ -163,7 +163,7 @@ class Evaluator:
             raise self.place.fail("E219", span, "the power of the unit is too large", f"powers go up to {HIGHEST}")
         return value
 
-    def _kept(self, value: V, meant: bool, span: Span) -> V:
+    def _require_no_underflow(self, value: V, meant: bool, span: Span) -> V:
         """Return a value unless it underflowed to zero. Raises EvaluationError.
 
         `meant` is true if zero is the correct value.
@@ -175,9 +175,9 @@ class Evaluator:
 
     def values(self, node: tree.List) -> VectorValue:
         """Return the numbers of a list, which must have one dimension and may be only one. Raises EvaluationError."""
-        return self._vector(node)
+        return self._evaluate_vector(node)
 
-    def _vector(self, node: tree.Vector | tree.List) -> VectorValue:
+    def _evaluate_vector(self, node: tree.Vector | tree.List) -> VectorValue:
         items = [self.quantity(item) for item in node.items]
         if node.unit is not None:
             measure = self.measure(node.unit)
@@ -199,9 +199,11 @@ class Evaluator:
     def _evaluate_binary(self, node: tree.Binary) -> Value:
         left, right = self.value(node.left), self.value(node.right)
         try:
-            value = self._finite(self._combine_operands(node, left, right), node.span)
+            value = self._require_finite(self._combine_operands(node, left, right), node.span)
             factors = {"*": (left, right), "/": (left,), "^": (left, right)}.get(node.operator, ())
-            return self._kept(value, bool(factors) and all(any(value_components(f)) for f in factors), node.span)
+            return self._require_no_underflow(
+                value, bool(factors) and all(any(value_components(f)) for f in factors), node.span
+            )
         except ZeroDivisionError:
             raise self.place.fail("E219", node.span, "this divides by zero") from None
         except (OverflowError, ValueError):
@@ -220,7 +222,7 @@ class Evaluator:
             case "/" if isinstance(right, Quantity):
                 return _map_components(lambda c: c / right.value, left, units.multiply_dimensions(a, b, -1))
             case "^" if isinstance(left, Quantity) and isinstance(right, Quantity) and b == NONE:
-                return self._power(node, left, right)
+                return self._raise_to_power(node, left, right)
         raise self.unlike(node, left, right)
 
     def unlike(self, node: tree.Binary, left: Value, right: Value) -> EvaluationError:
@@ -236,7 +238,7 @@ class Evaluator:
         }[node.operator]
         return self.place.fail("E218", node.span, problem, help=help)
 
-    def _power(self, node: tree.Binary, base: Quantity, exponent: Quantity) -> Quantity:
+    def _raise_to_power(self, node: tree.Binary, base: Quantity, exponent: Quantity) -> Quantity:
         n = exponent.value
         if base.dimension != NONE and n != int(n):
             raise self.place.fail(
@@ -263,7 +265,7 @@ class Evaluator:
             self.alike(node, [q.dimension for q in arguments])
             return (min if name == "min" else max)(arguments, key=lambda q: q.value)
         self.single(node)
-        return self._finite(self._apply_function(node, name, arguments[0]), node.span)
+        return self._require_finite(self._apply_function(node, name, arguments[0]), node.span)
 
     def callable(self, node: tree.Call, known: bool = False) -> None:
         """Refuse an unknown function, or a function that has no value in this context. Raises EvaluationError."""

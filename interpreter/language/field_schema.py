@@ -175,10 +175,10 @@ class Constructor:
 
     def field(self, name: str) -> Field | None:
         """Return the field that scenes call `name`, or None."""
-        return self._named.get(name)
+        return self._fields_by_name.get(name)
 
     @cached_property
-    def _named(self) -> dict[str, Field]:
+    def _fields_by_name(self) -> dict[str, Field]:
         return {f.name: f for f in self.fields}
 
 
@@ -231,11 +231,13 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         name = ALIASES.get(name, name)
         if (kind, name) not in self._made:
             cls = self.get(kind, {}).get(name)
-            made = None if cls is None else Constructor(name, kind, cls, self._chosen(kind, name, cls))
+            made = (
+                None if cls is None else Constructor(name, kind, cls, self._fields_with_plugin_choices(kind, name, cls))
+            )
             self._made[kind, name] = made
         return self._made[kind, name]
 
-    def _chosen(self, kind: str, name: str, cls: type[Any]) -> tuple[Field, ...]:
+    def _fields_with_plugin_choices(self, kind: str, name: str, cls: type[Any]) -> tuple[Field, ...]:
         """Return the fields of a constructor, including the choices that plugins add."""
         found = _fields_of_class(cls)
         for plugin in self.plugins:

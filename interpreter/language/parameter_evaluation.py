@@ -57,7 +57,10 @@ class _Order:
         return list(done)
 
     def _search_depth_first(self, start: str, done: dict[str, None]) -> None:
-        path, entered = [(start, self._needs(start))], {start}  # a dictionary would be slow to find its last key
+        path, entered = (
+            [(start, self._find_dependencies(start))],
+            {start},
+        )  # a dictionary would be slow to find its last key
         while path:
             last, needs = path[-1]
             need = next(needs, None)
@@ -68,10 +71,10 @@ class _Order:
             elif need.full in entered:
                 self._report_circular_parameters([name for name, _ in path], need)
             elif need.full not in done and need.full not in self.scope.parameters:
-                path.append((need.full, self._needs(need.full)))
+                path.append((need.full, self._find_dependencies(need.full)))
                 entered.add(need.full)
 
-    def _needs(self, full: str) -> Iterator[_Need]:
+    def _find_dependencies(self, full: str) -> Iterator[_Need]:
         symbol = self.scope.table.symbols[full]
         texts = [(e, symbol.module.place) for e in tree.expressions(symbol.node)]
         if full in self.replaced:
@@ -132,7 +135,7 @@ class _Evaluation:
         """Return the parameter with its value, checked against its range. Raises EvaluationError."""
         module = self.symbol.module
         value = self.scope.evaluator(module).value(self.node.value)
-        interval = self._interval(value)
+        interval = self._evaluate_interval(value)
         if self.override is None:
             self._check_range(value, interval, self.node.value, module.place)
             location = Location(module.source, self.node.value.span)
@@ -154,7 +157,7 @@ class _Evaluation:
         help = f"the scene declares `{self.full} = {own}`; give it in {units.usual_units(value.dimension)}"
         raise place.fail("E204", node.span, f"expected {due}, found {found}", found, help)
 
-    def _interval(self, value: Value) -> field_schema.Interval | None:
+    def _evaluate_interval(self, value: Value) -> field_schema.Interval | None:
         low, high, place = self.node.low, self.node.high, self.symbol.module.place
         if low is None or high is None:
             return None

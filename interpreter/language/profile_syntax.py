@@ -67,7 +67,7 @@ class Reader:
             case tree.Binary(operator="+" | "-" | "*" | "/" | "^"):
                 return self._read_binary(node)
             case tree.Call():
-                return self._function(node)
+                return self._read_function(node)
         found = describe_expression(node)
         raise self.evaluator.place.fail(
             "E207", node.span, f"expected a number, found {found}", found,
@@ -106,7 +106,7 @@ class Reader:
                 )  # fmt: skip
         raise self.evaluator.unlike(node, Quantity(0.0, da), Quantity(0.0, db))
 
-    def _function(self, node: tree.Call) -> tuple[Node, Dimension]:
+    def _read_function(self, node: tree.Call) -> tuple[Node, Dimension]:
         name = node.function.text
         self.evaluator.callable(node)
         parts = [self.node(a.value) for a in node.arguments]

@@ -108,9 +108,9 @@ class CheckScheduler:
             except (Exception, SystemExit) as error:
                 report(error)
                 found = [*at_once, *describe_failure(error)]
-            loop.call_soon_threadsafe(self._done, uri, PublishedState(document, found, at_once), meanwhile)
+            loop.call_soon_threadsafe(self._finish_check, uri, PublishedState(document, found, at_once), meanwhile)
 
-    def _done(self, uri: str, said: PublishedState, meanwhile: asyncio.TimerHandle) -> None:
+    def _finish_check(self, uri: str, said: PublishedState, meanwhile: asyncio.TimerHandle) -> None:
         meanwhile.cancel()
         if self.documents.get(uri) is said.document:
             self._said[uri] = said

@@ -49,9 +49,9 @@ class Plugins:
             return
         named = own["plugins"] or []
         if isinstance(named, list) and all(isinstance(one, str) for one in named):
-            self._set = tuple(self._placed(one) for one in named)
+            self._set = tuple(self._absolute_plugin_path(one) for one in named)
         else:
-            self._show(FORM)
+            self._show_warning_once(FORM)
 
     def load(self) -> None:
         """Load named plugins that are new or have changed since they were loaded."""
@@ -60,7 +60,7 @@ class Plugins:
             return
         self.loading, self._latest = True, object()
         loop = asyncio.get_running_loop()
-        late = loop.call_later(LATE, self._show, f"these plugins load slowly: {', '.join(named)}")
+        late = loop.call_later(LATE, self._show_warning_once, f"these plugins load slowly: {', '.join(named)}")
         self._do(partial(self._load, loop, self._latest, named, late))
 
     def has(self, uris: Sequence[str]) -> bool:
@@ -69,7 +69,7 @@ class Plugins:
         named = {os.path.realpath(one) for one in (*self._started, *self._set)}
         return bool(files & (named | {plugin.file for plugin in self.vocabulary.plugins}))
 
-    def _placed(self, named: str) -> str:
+    def _absolute_plugin_path(self, named: str) -> str:
         """Return the absolute path of a plugin file in the open folder; names of installed plugins are unchanged."""
         root = self.server.workspace.root_path
         by_path = named.endswith(SUFFIX) or "/" in named or os.sep in named
@@ -86,9 +86,11 @@ class Plugins:
                 CATALOGUE,
                 [Diagnostic("E731", f"plugins cannot be loaded: {format_exception(error)}", None, None)],
             )
-        loop.call_soon_threadsafe(self._loaded, which, vocabulary, found, late)
+        loop.call_soon_threadsafe(self._finish_loading, which, vocabulary, found, late)
 
-    def _loaded(self, which: object, vocabulary: Any, found: Sequence[Diagnostic], late: asyncio.TimerHandle) -> None:
+    def _finish_loading(
+        self, which: object, vocabulary: Any, found: Sequence[Diagnostic], late: asyncio.TimerHandle
+    ) -> None:
         late.cancel()
         if which is not self._latest:
             return
@@ -96,11 +98,11 @@ class Plugins:
         self.vocabulary, self.loading = (vocabulary if new else self.vocabulary), False
         said = [format_in_one_line(one) for one in found]
         for text in said:
-            self._show(text)
+            self._show_warning_once(text)
         self._shown.intersection_update(said)  # an error that returns after a fix is shown again
         self._renewed(new)
 
-    def _show(self, text: str) -> None:
+    def _show_warning_once(self, text: str) -> None:
         if text not in self._shown:
             self._shown.add(text)
             self.server.window_show_message(types.ShowMessageParams(types.MessageType.Warning, text))

@@ -68,25 +68,27 @@ class LastReport:
         if isinstance(node, tree.Expect):
             said = self._expectation(document, node)
         elif isinstance(node, tree.Declare) and node.kind == "metric":
-            said = self._metric(node.name)
+            said = self._metric_hint(node.name)
         if said is None:
             return None
         text, more = said
-        marks = [*([] if self.same else ["of an earlier text"]), *self._given]
+        marks = [*([] if self.same else ["of an earlier text"]), *self._overrides]
         if self.same and self.since:
             marks.insert(0, f"of an earlier {self.since}")
         return MeasuredHint(
-            f"{', '.join(marks)}: {text}" if marks else text, "\n\n".join([*more, self._from]), self.current
+            f"{', '.join(marks)}: {text}" if marks else text,
+            "\n\n".join([*more, self._source_description]),
+            self.current,
         )
 
     @property
-    def _given(self) -> list[str]:
+    def _overrides(self) -> list[str]:
         """Overrides with which the run was started."""
         over = self.report["scene"].get("overrides") or []
         return [f"with {', '.join(map(str, over))}"] if over else []
 
     @property
-    def _from(self) -> str:
+    def _source_description(self) -> str:
         """Description of the report's source as text."""
         when = str((self.report.get("environment") or {}).get("started") or "").replace("T", " ")
         what = f"What it reads, {self.since}," if self.same else "The scene"
@@ -104,11 +106,11 @@ class LastReport:
         line = node.span.line
         own = min(judged, key=lambda e: abs(int(e.get("line") or 0) - line))  # of duplicates, the first counts
         verdict, reason = VERDICTS.get(own["verdict"], own["verdict"]), own.get("reason") or ""
-        value = self._about(node, own)
+        value = self._measured_number(node, own)
         said = f"{verdict}: {value}" if value else f"{verdict}: {_shorten_reason(reason)}" if reason else verdict
         return said, [f"**{verdict}**" + (f": {value}" if value else ""), *([reason] if reason else [])]
 
-    def _about(self, node: tree.Expect, own: Json) -> str:
+    def _measured_number(self, node: tree.Expect, own: Json) -> str:
         """Return the first number of an expectation's comparison as text, with its stated error if it is a metric."""
         value, unit = own.get("value"), own.get("unit")
         if value is None:
@@ -122,7 +124,7 @@ class LastReport:
 
     # ------------------------------------------------------------------ metrics
 
-    def _metric(self, name: str) -> tuple[str, list[str]] | None:
+    def _metric_hint(self, name: str) -> tuple[str, list[str]] | None:
         """Return a metric's value for each model and reference, and the number of its expectations that are met."""
         rows = list(self._values(name))
         if not rows:

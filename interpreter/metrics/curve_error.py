@@ -66,7 +66,7 @@ class CurveError(CurveMetric):
             raise Undefined(f"`{self.against}` is not a curve, or there is no curve to compare it with")
         x, y, (along, own), reference = seen.curve.x, seen.curve.y, seen.curve.units, seen.known.curve
         if len(x) == 1:
-            return self._point(float(x[0]), float(y[0]), reference, (along, own))
+            return self._compare_single_point(float(x[0]), float(y[0]), reference, (along, own))
         over = curve_geometry.overlay(x, y, reference, along)
         value, uncertainty = _STATISTICS[self.statistic](over, self.initial)
         at = int(np.abs(over.d).argmax())
@@ -78,7 +78,7 @@ class CurveError(CurveMetric):
         }  # fmt: skip
         return Measurement(value, details, uncertainty=uncertainty, curve=seen.curve)
 
-    def _point(self, x: float, y: float, reference: Curve, units: tuple[str, str]) -> Measurement:
+    def _compare_single_point(self, x: float, y: float, reference: Curve, units: tuple[str, str]) -> Measurement:
         """Return the comparison of a curve of a single point (x, y) with the reference at the same x."""
         if self.statistic in ("unexplained", "slope"):
             raise Undefined(f"`{self.statistic}` needs a curve of two or more states, and there is one")

@@ -64,9 +64,11 @@ class Hysteresis(CurveMetric):
             return Measurement(loop.lost, details, curve=seen.curve)
         if seen.known is None or seen.known.curve is None:
             raise Undefined(f"`{self.against}` is not a curve, or there is no curve to compare it with")
-        return self._apart(loop, seen.known.curve, details, seen.curve)
+        return self._compare_with_measured_loop(loop, seen.known.curve, details, seen.curve)
 
-    def _apart(self, loop: Loop, reference: Curve, details: dict[str, float], course: MetricCurve) -> Measurement:
+    def _compare_with_measured_loop(
+        self, loop: Loop, reference: Curve, details: dict[str, float], course: MetricCurve
+    ) -> Measurement:
         """Return the difference of the lost fraction from that of a measured loop, on the measured range.
 
         Raises Undefined.

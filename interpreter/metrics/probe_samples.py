@@ -67,7 +67,7 @@ class ProbePlace:
         domain = self.domain or ProbeDomain()
         if over == "largest":
             X = self._extreme_value_points(domain, field, number)
-            inner = self._materials(domain, field)
+            inner = self._material_numbers(domain, field)
             if number is None and len(X) > len(self.X):  # points on an interface have no unique side
                 rows = field.sides(X).rows
                 single = np.bincount(rows, minlength=len(X)) == 1
@@ -86,7 +86,7 @@ class ProbePlace:
             return self.X
         return np.concatenate([self.X, self.domain.border])
 
-    def _materials(self, domain: ProbeDomain, field: Stresses) -> Ints | None:
+    def _material_numbers(self, domain: ProbeDomain, field: Stresses) -> Ints | None:
         """Return the material numbers inside a surface or a volume; None if the field has only one material."""
         inner = self.X if self.weights is not None else domain.points
         if domain.border is None or inner is None or len(getattr(field, "each", ())) < 2:

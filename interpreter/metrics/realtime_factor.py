@@ -55,10 +55,10 @@ class RealTimeFactor(Metric):
         if not seen.clock and seen.history is None:
             raise Undefined("a reference has no frames")
         if seen.history is not None:
-            return self._dynamic(seen.history)
-        return self._static(seen)
+            return self._measure_dynamic(seen.history)
+        return self._measure_static(seen)
 
-    def _dynamic(self, history: History) -> Measurement:
+    def _measure_dynamic(self, history: History) -> Measurement:
         """Return the measurement of a dynamic analysis, whose frames are time steps."""
         unsolved, steps = history.solved.count(False), len(history.step_s)
         if unsolved:
@@ -70,7 +70,7 @@ class RealTimeFactor(Metric):
         more = {"step_s": history.step, "basis": f"wall clock of each of {steps} time steps"}
         return self._compare_with_limit(history.step_s, history.step_cpu_s, history.step, late, more)
 
-    def _static(self, seen: MetricInput) -> Measurement:
+    def _measure_static(self, seen: MetricInput) -> Measurement:
         """Return the measurement of a static analysis, whose frames are solutions from rest."""
         wall, cpu = seen.clock.get("solve_s"), seen.clock.get("solve_cpu_s")
         if wall is None:

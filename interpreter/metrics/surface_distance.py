@@ -70,7 +70,7 @@ class SurfaceDistance(DistanceStatistic):
         Raises Undefined without a surface, or if no normal intersects it.
         """
         target, x = find_target_surface(seen), seen.X + seen.u
-        found = self._distances_along_normals if self.along == "normal" else self._nearest
+        found = self._distances_along_normals if self.along == "normal" else self._distances_to_nearest_points
         signed, foot, more = found(seen, x, target)
         met = np.isfinite(signed)
         if not met.any():
@@ -87,7 +87,9 @@ class SurfaceDistance(DistanceStatistic):
         }
         return self.summed(details, d, d if met.all() else None)
 
-    def _nearest(self, seen: MetricInput, x: Floats, target: SurfaceSearch) -> tuple[Floats, Floats, dict[str, Any]]:
+    def _distances_to_nearest_points(
+        self, seen: MetricInput, x: Floats, target: SurfaceSearch
+    ) -> tuple[Floats, Floats, dict[str, Any]]:
         """Return signed distances (n,), m, of points x (n, 3) to the target, closest points (n, 3) and details."""
         closest = target.closest(x)
         return closest.distances * side_of_surface(x, closest, target), closest.points, {}

@@ -56,7 +56,7 @@ class Measurements(Mapping[str, Any]):
         """Return the data of a reference. Raises KeyError if the reference is not measured or cannot be read."""
         if name not in self._read:
             wall, cpu = time.perf_counter(), time.process_time()
-            self._read[name] = self._loaded(name)
+            self._read[name] = self._read_reference(name)
             spent = time.perf_counter() - wall, time.process_time() - cpu
             self.seconds = self.seconds[0] + spent[0], self.seconds[1] + spent[1]
         if self._read[name] is None:
@@ -69,7 +69,7 @@ class Measurements(Mapping[str, Any]):
     def __len__(self) -> int:
         return sum(1 for _ in self)
 
-    def _loaded(self, name: str) -> Any:
+    def _read_reference(self, name: str) -> Any:
         declared = self.scene.of_kind("reference").get(name)
         if declared is None or declared.thing.how != "measured":
             return None

@@ -94,7 +94,7 @@ class StateRun:
         """
         self.told.setdefault(self.about, []).append(WarningGroup(tuple(found), tuple(here), once))
         found = [d for d in found if d not in self.warnings] if once else found
-        new, where = [d for d in (*found, *here) if not self._said(d)], self.where.strip()
+        new, where = [d for d in (*found, *here) if not self._was_reported(d)], self.where.strip()
         self.warnings.extend((*found, *here))
         self.options.warn([replace(d, notes=(*d.notes, where)) if where and d in here else d for d in new])
 
@@ -103,9 +103,9 @@ class StateRun:
         """Runs of the earlier states, in order."""
         return [] if self.before is None else [*self.before.earlier, self.before]
 
-    def _said(self, found: Diagnostic) -> bool:
+    def _was_reported(self, found: Diagnostic) -> bool:
         before = self.before
-        return before is not None and (found in before.warnings or before._said(found))
+        return before is not None and (found in before.warnings or before._was_reported(found))
 
     @property
     def where(self) -> str:

@@ -77,27 +77,27 @@ class Walk:
 
     def wanted(self) -> float | None:
         """Return the next position t to compute; None if the walk is complete."""
-        rung = self._outward()
+        rung = self._next_rung()
         if rung is not None:
             return rung
-        for a, b in self._brackets():
+        for a, b in self._edge_brackets():
             between = self.ladder.between(a, b)
             if between is not None:
                 return between
         return None
 
-    def _outward(self) -> float | None:
+    def _next_rung(self) -> float | None:
         """Return the next rung that is not computed yet, or None if the walk has reached its end."""
-        if self._ends(0.0):
+        if self._is_end(0.0):
             return None
         for rung in self.ladder.rungs:
             if rung not in self.seen:
                 return rung
-            if self._ends(rung):
+            if self._is_end(rung):
                 return None
         return None
 
-    def _ends(self, t: float) -> bool:
+    def _is_end(self, t: float) -> bool:
         """Return whether the outward walk ends at position t."""
         seen = self.seen[t]
         if self.until == "failure":
@@ -108,7 +108,7 @@ class Walk:
 
     # ------------------------------------------------------------------ edges
 
-    def _brackets(self) -> list[tuple[float, float]]:
+    def _edge_brackets(self) -> list[tuple[float, float]]:
         """Return the pairs of neighbouring positions between which an edge lies."""
         found = []
         ts = sorted(self.seen)

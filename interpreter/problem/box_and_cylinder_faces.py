@@ -127,11 +127,12 @@ class Round:
         stations = [shape.length * s for s in (0.0, 0.37, 1.0)]
         for border in condition.borders:
             for r in (0.37 * shape.radius, shape.radius):
-                levels = [border.at(*self._at(s, r, way)) for s in stations for way in ANGLES]
+                levels = [border.at(*self._point_at(s, r, way)) for s in stations for way in ANGLES]
                 if max(levels) - min(levels) > SAME * extent**border.power:
                     return False
         holds = [
-            bool(condition.holds(*self._at(stations[1], r * shape.radius, ANGLES[1]), extent)) for r in (*WITHIN, 1)
+            bool(condition.holds(*self._point_at(stations[1], r * shape.radius, ANGLES[1]), extent))
+            for r in (*WITHIN, 1)
         ]
         return holds[-1] and not any(holds[:-1])
 
@@ -143,7 +144,7 @@ class Round:
         beside = condition.over(above, high, extent), condition.over(low, below, extent)
         return not any(true for _, true in beside)
 
-    def _at(self, station: float, radius: float, way: tuple[float, float]) -> Vector3:
+    def _point_at(self, station: float, radius: float, way: tuple[float, float]) -> Vector3:
         axis, first, second = self.shape.frame(0.0)
         x, y, z = (
             r + station * a + radius * (way[0] * u + way[1] * v)

@@ -80,10 +80,12 @@ class _ConditionInShape:
         """Return the cuts at which the mesh needs nodes."""
         where = [(axis, at) for border in self.condition.borders for axis, at in self.places(border)][:MOST]
         found = [
-            Cut(axis, at, self._is_selected_to_end(axis, at)) for axis, at in where if self._bounds(axis, at, where)
+            Cut(axis, at, self._is_selected_to_end(axis, at))
+            for axis, at in where
+            if self._changes_across_surface(axis, at, where)
         ]
         chords = (self.shape.chord(b.plane) for b in self.condition.borders if b.plane)
-        return found + [chord for chord in chords if chord is not None and self._along(chord, where)]
+        return found + [chord for chord in chords if chord is not None and self._changes_across_chord(chord, where)]
 
     # -------------------------------------------------------------- where a border lies
 
@@ -92,7 +94,7 @@ class _ConditionInShape:
         for axis, (low, high) in self.shape.spans.items():
             if axis in ANGLES:
                 continue
-            met = [self._crossings(border, axis, share) for share in RAYS]
+            met = [self._border_crossings_of_ray(border, axis, share) for share in RAYS]
             if met[0] and all(_is_close(met[0], other, SAME * (high - low)) for other in met[1:]):
                 yield from ((axis, at) for at in met[0])
 
@@ -111,7 +113,7 @@ class _ConditionInShape:
             n: a + (b - a) * _scattered_fractions(share, i) for i, (n, (a, b)) in enumerate(self.shape.spans.items())
         }
 
-    def _crossings(self, border: Border, axis: str, share: float) -> list[float]:
+    def _border_crossings_of_ray(self, border: Border, axis: str, share: float) -> list[float]:
         """Return the values of a coordinate, m, at which a ray along it crosses a border in isolated points."""
         others = self._scattered_coordinates(share)
 
@@ -144,7 +146,7 @@ class _ConditionInShape:
         x, y, z = self.shape.place(**place)
         return bool(self.condition.holds(x, y, z, self.extent))
 
-    def _samples(self, axis: str, where: Sequence[tuple[str, float]]) -> Iterator[dict[str, float]]:
+    def _sample_coordinates(self, axis: str, where: Sequence[tuple[str, float]]) -> Iterator[dict[str, float]]:
         """Yield sample values of all coordinates but `axis`: at the ends, at borders, and between these."""
         columns = []
         for name, (low, high) in self.shape.spans.items():
@@ -156,12 +158,15 @@ class _ConditionInShape:
             columns.append([(name, value) for value in (*known, *between, *even)])
         return (dict(row) for row in product(*columns))
 
-    def _bounds(self, axis: str, at: float, where: Sequence[tuple[str, float]]) -> bool:
+    def _changes_across_surface(self, axis: str, at: float, where: Sequence[tuple[str, float]]) -> bool:
         """Return whether the selection changes across the surface `axis` = `at`, on the body or in it."""
         low, high = self.shape.spans[axis]
         aside = ASIDE * (high - low)
         near = [t for t in (at - aside, at, at + aside) if low <= t <= high]
-        return any(len({self._holds({**others, axis: t}) for t in near}) == 2 for others in self._samples(axis, where))
+        return any(
+            len({self._holds({**others, axis: t}) for t in near}) == 2
+            for others in self._sample_coordinates(axis, where)
+        )
 
     def _is_selected_to_end(self, axis: str, at: float) -> bool:
         """Return whether everything between the surface `axis` = `at` and the nearer end of the body is selected."""
@@ -170,13 +175,13 @@ class _ConditionInShape:
         if axis == "radius" and end == low:
             return False
         between = (0.5 * (at + end), at + 0.1 * (end - at), end)
-        return all(self._holds({**others, axis: t}) for t in between for others in self._samples(axis, ()))
+        return all(self._holds({**others, axis: t}) for t in between for others in self._sample_coordinates(axis, ()))
 
-    def _along(self, chord: Cut, where: Sequence[tuple[str, float]]) -> bool:
+    def _changes_across_chord(self, chord: Cut, where: Sequence[tuple[str, float]]) -> bool:
         """Return whether the selection changes across a chord of a cylinder's cross-section."""
         radius = self.shape.spans["radius"][1]
         half, aside = math.sqrt(radius**2 - chord.at**2), ASIDE * radius
-        stations = sorted({row["along"] for row in self._samples("radius", where)})
+        stations = sorted({row["along"] for row in self._sample_coordinates("radius", where)})
         for q, s in product([half * (2 * i + 1 - STEPS) / STEPS for i in range(STEPS)], stations):
             sides = ((chord.at + step, q) for step in (-aside, aside))
             held = [

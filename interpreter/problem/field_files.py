@@ -38,7 +38,7 @@ class Image:
     inverse: Floats  # A^-1 (3, 3), 1/m
     centre: Floats  # b (3,), m
 
-    def _places(self, X: Floats) -> Floats:
+    def _voxel_indices(self, X: Floats) -> Floats:
         """Return the fractional voxel indices (n, 3) of points X (n, 3), m."""
         found: Floats = (X - self.centre) @ self.inverse.T
         return found
@@ -48,9 +48,9 @@ class Image:
 
         Points outside the image have the value of the nearest voxel.
         """
-        return self._at(np.clip(self._places(X), 0.0, np.array(self.numbers.shape) - 1))
+        return self._interpolate_voxels(np.clip(self._voxel_indices(X), 0.0, np.array(self.numbers.shape) - 1))
 
-    def _at(self, at: Floats) -> Floats:
+    def _interpolate_voxels(self, at: Floats) -> Floats:
         """Return the values (n,) at fractional voxel indices (n, 3) within the image, by trilinear interpolation."""
         low = np.minimum(at.astype(np.int64), np.array(self.numbers.shape) - 2)
         (i, j, k), (r, s, t) = low.T, (at - low).T
@@ -71,7 +71,7 @@ class Image:
 
         Small boxes use the values at corners, since values between neighbouring centres are linear along each axis.
         """
-        middle, reach = self._places(0.5 * (low + high)), 0.5 * (high - low) @ np.abs(self.inverse).T
+        middle, reach = self._voxel_indices(0.5 * (low + high)), 0.5 * (high - low) @ np.abs(self.inverse).T
         last = np.array(self.numbers.shape) - 1
         ends = np.clip(middle - reach, 0.0, last), np.clip(middle + reach, 0.0, last)
         first, final = np.floor(ends[0] + EDGE).astype(np.int64), np.ceil(ends[1] - EDGE).astype(np.int64)
@@ -80,13 +80,13 @@ class Image:
         low, high = ends[0][few], ends[1][few]
         each = np.stack([low, np.clip(first[few] + 1.0, low, high), high])
         corners = (np.stack([each[c, :, i] for i, c in enumerate(which)], axis=1) for which in np.ndindex(3, 3, 3))
-        found = [self._at(at) for at in corners]
+        found = [self._interpolate_voxels(at) for at in corners]
         least[few], most[few] = np.min(found, axis=0), np.max(found, axis=0)
         return least, most
 
     def outside(self, X: Floats) -> Bools:
         """Return a mask of the points X (n, 3), m, that lie beyond the faces of the outermost voxels (n,)."""
-        at, last = self._places(X), np.array(self.numbers.shape) - 1
+        at, last = self._voxel_indices(X), np.array(self.numbers.shape) - 1
         found: Bools = np.any((at < -0.5 - EDGE) | (at > last + 0.5 + EDGE), axis=1)
         return found
 

@@ -108,10 +108,17 @@ class _FrameBuilder:
                 members.append(self._member(member, a, b))
                 starts.append(a)
                 own.append(number)
-        held, imposed = self._held()
+        held, imposed = self._support_constraints()
         forces = self._forces()
         pieces = np.array(own), np.array(starts)
-        return Frame(np.array(self.nodes), forces, tuple(members), held, imposed, lambda X: self._nearest(X, *pieces))
+        return Frame(
+            np.array(self.nodes),
+            forces,
+            tuple(members),
+            held,
+            imposed,
+            lambda X: self._nearest_piece_numbers(X, *pieces),
+        )
 
     def _member(self, member: Member, a: float, b: float) -> FrameMember:
         from softmark.references.frame_theory import FrameMember
@@ -157,7 +164,7 @@ class _FrameBuilder:
         """Return the numbers of the nodes that a condition selects: joints first, then nodes within members."""
         return [i for i, node in enumerate(self.nodes) if thing.where.holds(*node, self.network.diagonal)]
 
-    def _held(self) -> tuple[Floats, Floats]:
+    def _support_constraints(self) -> tuple[Floats, Floats]:
         """Return constraint rows over the unknowns of the nodes (c, 6 n), and the prescribed values (c,)."""
         rows, imposed, taken = [], [], set()
         for support in self.case.supports:
@@ -176,7 +183,7 @@ class _FrameBuilder:
                         imposed.append(value)
         return np.array(rows).reshape(-1, 6 * len(self.nodes)), np.array(imposed, dtype=np.float64)
 
-    def _nearest(self, X: Floats, own: Any, starts: Floats) -> Any:
+    def _nearest_piece_numbers(self, X: Floats, own: Any, starts: Floats) -> Any:
         """Return the number of the nearest piece of a member for each point X (n, 3), m, shape (n,)."""
         whole, found = self.network.nearest(X), np.zeros(len(X), dtype=np.int64)
         for number in np.unique(whole).tolist():

@@ -118,10 +118,10 @@ class PluginSource:
 
     def doubt(self, code: str, message: str, line: int | ast.AST = 0, label: str = "", help: str = "") -> Diagnostic:
         """Return a diagnostic at a line or a node of the plugin."""
-        span = self._span(line) if isinstance(line, ast.AST) else self._line(line)
+        span = self._span(line) if isinstance(line, ast.AST) else self._span_of_line(line)
         return Diagnostic(code, f"the plugin `{self.source.name}` {message}", self.source, span, label, help)
 
-    def _line(self, number: int) -> Span:
+    def _span_of_line(self, number: int) -> Span:
         lines = self.source.text.split("\n")
         if not 1 <= number <= len(lines):
             return START

@@ -103,8 +103,8 @@ class ErrorEstimate(SolutionUnderTest):
         """Return the functions that compute the parts of the error, by name."""
         found: dict[str, Callable[[ProbeResultUnderTest], float]] = {
             "discretisation": self._discretisation_error,
-            "model": self._model,
-            "rounding": self._rounding,
+            "model": self._model_error,
+            "rounding": self._rounding_error,
             "solver": self._solver_error,
         }
         found |= selection_errors(self)
@@ -127,14 +127,14 @@ class ErrorEstimate(SolutionUnderTest):
         found |= facet_errors(self)
         if isinstance(self.case.analysis, Quasistatic) and self.case.remembers:
             found["time"] = lambda seen: self._time_step_error_by_refinement(seen, 2.0)
-        return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
+        return found | ({"time": self._time_step_error} if isinstance(self.case.analysis, Dynamic) else {})
 
     def _discretisation_error(self, seen: ProbeResultUnderTest) -> float:
         """Return the discretisation error. Raises NoErrorEstimate."""
         verifier = verifier_of(self.declared.thing)
         if not isinstance(seen.metric, TensorMetric):
             self._refuse_singular_results(seen)
-            return self._of_mesh(verifier, seen)
+            return self._mesh_error(verifier, seen)
         from softmark.interpreter.verification.stress_singularities import converged_mesh_error
         from softmark.interpreter.verification.surface_traction_check import mismatch
 
@@ -145,7 +145,7 @@ class ErrorEstimate(SolutionUnderTest):
         surface = mismatch(seen.metric, self.case, seen.place, seen.stress(), seen.at_rest)
         return found if surface is None else max(found, surface.error)
 
-    def _of_mesh(self, verifier: Verifier, seen: ProbeResultUnderTest) -> float:
+    def _mesh_error(self, verifier: Verifier, seen: ProbeResultUnderTest) -> float:
         """Return the mesh error, at least the amount by which contact areas and pressures contradict their force."""
         if not self.case.contacts:
             return verifier.discretisation(self, seen)
@@ -188,10 +188,10 @@ class ErrorEstimate(SolutionUnderTest):
                 f"it is evaluated at {place_of(load)}, where displacements grow with every mesh refinement"
             )
 
-    def _model(self, seen: ProbeResultUnderTest) -> float:
+    def _model_error(self, seen: ProbeResultUnderTest) -> float:
         return verifier_of(self.declared.thing).model(self, seen)
 
-    def _rounding(self, seen: ProbeResultUnderTest) -> float:
+    def _rounding_error(self, seen: ProbeResultUnderTest) -> float:
         return rounding_error.rounding_error(
             self.result, self.case, self.mesh, verifier_of(self.declared.thing).cells(self), seen
         )
@@ -211,7 +211,7 @@ class ErrorEstimate(SolutionUnderTest):
         if most is not None and (most <= TRIFLE * seen.acting or not self.asked):
             left = LEFT * most
         else:
-            left = LEFT * seen.apart(seen.moved(self._moving(step)))
+            left = LEFT * seen.apart(seen.moved(self._nodal_step_field(step)))
         if left > COARSE * seen.beside(left):
             change = 100 * left / LEFT / seen.beside(left)
             raise NoErrorEstimate(
@@ -232,14 +232,14 @@ class ErrorEstimate(SolutionUnderTest):
             raise NoErrorEstimate("the residual of the reduced model in the equations of the full model is not known")
         return (largest if seen.unit == "m" and not seen.in_forces else relative * seen.size), relative
 
-    def _moving(self, step: Floats) -> NodalDisplacementField:
+    def _nodal_step_field(self, step: Floats) -> NodalDisplacementField:
         from softmark.interpreter.models.shared.deformed_mesh import displacement_of
 
         if self.mesh is None:
             raise NoErrorEstimate("the nodal displacements are not known")
         return displacement_of(self.mesh.mesh, step)
 
-    def _time(self, seen: ProbeResultUnderTest) -> float:
+    def _time_step_error(self, seen: ProbeResultUnderTest) -> float:
         """Error due to the time step of a motion, at least the time-step error of the vibrations at the probe.
 
         The order is that of the integrator, or one where contacts open and close, since motions are not smooth there.

@@ -106,15 +106,15 @@ class _KnownValues:
         """Return the value of a metric or a parameter. Raises _NoValue."""
         if name.text in self.scene.parameters:
             return self.scene.parameters[name.text].value
-        return self._metric(name, self.number)
+        return self._metric_value(name, self.number)
 
     def at(self, name: tree.Name, node: tree.Expression, value: Quantity) -> Value:
         """Return the value of a metric in the state given by `value`, or at that time. Raises _NoValue."""
         if not self.states:
-            return self._in_time(name, value.value)
-        return self._metric(name, find_state_indices(self.states, value.value)[0])
+            return self._interpolate_in_time(name, value.value)
+        return self._metric_value(name, find_state_indices(self.states, value.value)[0])
 
-    def _in_time(self, name: tree.Name, time: float) -> Value:
+    def _interpolate_in_time(self, name: tree.Name, time: float) -> Value:
         """Return the value of a metric at a time, s, by linear interpolation."""
         import numpy as np
 
@@ -127,7 +127,7 @@ class _KnownValues:
         value = float(np.interp(time, known.curve.x, known.curve.y))
         return Quantity(value, units.parse_unit(known.unit).dimension)
 
-    def _metric(self, name: tree.Name, number: int | None) -> Value:
+    def _metric_value(self, name: tree.Name, number: int | None) -> Value:
         owner, metric = name.parts
         number = None if _needs_all_states(self.scene, metric) else number
         result = self.results[owner] if number is None else self.results[owner].each[number]

@@ -52,7 +52,7 @@ class MixedPoints(Elastic):
         cof = cofactor(f)
         J = determinant(f, cof)
         grown = (inner(cof, h) - trace(cof)) / J  # cof F : dF over J, dF = h - I
-        return replace(self, expected=self._slope(J) + self._volumetric_stiffness(J) * grown)
+        return replace(self, expected=self._volumetric_pressure(J) + self._volumetric_stiffness(J) * grown)
 
     def corotated(self, x: Floats) -> MixedPoints:
         """Return the same energy with the pressures that a corotational law has in x: lam tr(S - I), F = R S."""
@@ -64,9 +64,11 @@ class MixedPoints(Elastic):
 
     def _volumetric_stiffness(self, J: Floats) -> Floats:
         """Return J U''(J) (n,), Pa, by differences of U'."""
-        return (self._slope((1.0 + NEAR) * J) - self._slope((1.0 - NEAR) * J)) / (2.0 * NEAR)
+        return (self._volumetric_pressure((1.0 + NEAR) * J) - self._volumetric_pressure((1.0 - NEAR) * J)) / (
+            2.0 * NEAR
+        )
 
-    def _slope(self, J: Floats) -> Floats:
+    def _volumetric_pressure(self, J: Floats) -> Floats:
         """Return U'(J) (n,), Pa, at volume ratios J (n,).
 
         It follows from the stress P = U' J^(2/3) I of a pure dilatation.
@@ -86,12 +88,12 @@ class MixedPoints(Elastic):
             return
         if self._of_invariants:
             f = components(self.F(x))
-            more = self.expected - self._slope(determinant(f, cofactor(f)))
+            more = self.expected - self._volumetric_pressure(determinant(f, cofactor(f)))
             self._add_invariant_hessian(x, data, slots, scale, more.reshape(self.w.shape))
             return
         Elastic.add_hessian(self, x, data, slots, scale)
         F = self.F(x)
-        f, more = components(F), self.expected - self._slope(np.linalg.det(F))
+        f, more = components(F), self.expected - self._volumetric_pressure(np.linalg.det(F))
         H = np.zeros((9, 9, len(F)), dtype=F.dtype)
         add_cross(H, f * more)
         A = np.empty((len(F), 3, 3, 3, 3), dtype=F.dtype)

@@ -53,7 +53,7 @@ class SingleAssembly(Assembly):
         return made
 
     @cached_property
-    def _gradients(self) -> float:
+    def _largest_shape_gradient(self) -> float:
         """Largest gradient of a shape function, 1/m, which converts rounding of displacements to strain."""
         whole: list[Any] = [part for e in self.internal for part in (e.parts if isinstance(e, EnergySum) else (e,))]
         steepest = [float(np.abs(part.dNdX).max()) for part in whole if hasattr(part, "dNdX")]  # which springs have not
@@ -62,4 +62,4 @@ class SingleAssembly(Assembly):
     def rounding(self, x: Floats) -> float:
         """Return the norm of the rounding error of the gradient, N, from strains and from displacements."""
         noise = self.whole.rounding(x)
-        return RATIO * noise * (1.0 + float(np.abs(x).max(initial=0.0)) * self._gradients)
+        return RATIO * noise * (1.0 + float(np.abs(x).max(initial=0.0)) * self._largest_shape_gradient)

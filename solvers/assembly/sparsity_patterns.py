@@ -50,15 +50,15 @@ class Pattern:
         """
         rows = number[stencils]
         wanted = rows[:, :, None] * self.size + rows[:, None, :]
-        found: Ints = np.minimum(np.searchsorted(self._numbers, wanted), len(self._numbers) - 1)
+        found: Ints = np.minimum(np.searchsorted(self._entry_keys, wanted), len(self._entry_keys) - 1)
         held = (rows < 0)[:, :, None] | (rows < 0)[:, None, :]
         found[held] = -1
-        if not np.array_equal(self._numbers[found[~held]], wanted[~held]):
+        if not np.array_equal(self._entry_keys[found[~held]], wanted[~held]):
             raise ValueError("the sparsity pattern lacks couplings of a stencil")
         return found
 
     @cached_property
-    def _numbers(self) -> Ints:
+    def _entry_keys(self) -> Ints:
         """Key of each entry (nnz,), its row times the matrix size plus its column, in ascending order."""
         rows = np.repeat(np.arange(self.size), np.diff(self.indptr))
         found: Ints = rows * self.size + self.indices

@@ -40,7 +40,7 @@ class Barrier:
         s = 1.0 - g / self.distance
         b = np.clip(s, 0.0, self.bend)
         far = np.maximum(s - self.bend, 0.0)
-        first, second = self._slopes(b)
+        first, second = self._pressure_ratio_with_derivative(b)
         inner = -np.log1p(-b) - b - 0.5 * b * b  # the integral of s^2 / (1 - s)
         found: Floats = self.stiffness * self.distance * (inner + far * (first + 0.5 * second * far))
         return found
@@ -49,14 +49,14 @@ class Barrier:
         """Return the pressure, Pa (n,), at gaps g (n,), m: the negative derivative of the energy."""
         s = 1.0 - g / self.distance
         b = np.clip(s, 0.0, self.bend)
-        first, second = self._slopes(b)
+        first, second = self._pressure_ratio_with_derivative(b)
         found: Floats = self.stiffness * (first + second * np.maximum(s - self.bend, 0.0))
         return found
 
     def slope(self, g: Floats) -> Floats:
         """Return the second derivative of the energy, Pa/m (n,), at gaps g (n,), m."""
         b = np.clip(1.0 - g / self.distance, 0.0, self.bend)
-        found: Floats = self.stiffness / self.distance * self._slopes(b)[1]
+        found: Floats = self.stiffness / self.distance * self._pressure_ratio_with_derivative(b)[1]
         return found
 
     def gap(self, pressure: Floats) -> Floats:
@@ -66,12 +66,12 @@ class Barrier:
         """
         y = pressure / self.stiffness
         s = 0.5 * (np.sqrt(y * y + 4.0 * y) - y)
-        first, second = self._slopes(np.array(self.bend))
+        first, second = self._pressure_ratio_with_derivative(np.array(self.bend))
         found: Floats = self.distance * (1.0 - np.where(s <= self.bend, s, self.bend + (y - first) / second))
         return found
 
     @staticmethod
-    def _slopes(s: Floats) -> tuple[Floats, Floats]:
+    def _pressure_ratio_with_derivative(s: Floats) -> tuple[Floats, Floats]:
         """Return s^2 / (1 - s) and its derivative, both (n,), for dimensionless depths s (n,) in the barrier."""
         left = 1.0 - s
         return s * s / left, s * (2.0 - s) / left**2

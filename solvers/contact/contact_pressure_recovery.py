@@ -74,7 +74,7 @@ class ContactPressure:
         return FACETS[self._facet_class.corners]
 
     @cached_property
-    def _forces(self) -> Floats:
+    def _forces_at_corners(self) -> Floats:
         """Forces at all nodes (n,), N, with those at the middles of sides moved to the corners, half to each end."""
         found, first, done = self.f.copy(), self._facet_class.corners, np.zeros(len(self.f), dtype=np.bool_)
         for i, ends in enumerate(
@@ -87,7 +87,7 @@ class ContactPressure:
         return found
 
     @cached_property
-    def _weights(self) -> Floats:
+    def _corner_areas(self) -> Floats:
         """Integrals (k, c), m^2, of linear corner shape functions over facets; zero where a facet gets no force."""
         xi, w = moment_fitted_quadrature.gauss_rule(self._facet_class.corners, POINTS)
         X, N = self.x[self.corners], self.plain.shape(xi)
@@ -116,7 +116,7 @@ class ContactPressure:
         return found
 
     @cached_property
-    def _triangles(self) -> Ints:
+    def _contact_area_triangles(self) -> Ints:
         """Triangles (t, 3) of the facets that count for the contact area.
 
         These are the facets on which contact forces act, and the facets that have no corner in contact.
@@ -130,8 +130,10 @@ class ContactPressure:
     @cached_property
     def pressures(self) -> Floats:
         """Contact pressure at all nodes (n,), Pa: positive in contact and zero elsewhere."""
-        F = self._forces
-        area: Floats = np.bincount(self.corners.ravel(), self._weights.ravel(), minlength=len(F)).astype(np.float64)
+        F = self._forces_at_corners
+        area: Floats = np.bincount(self.corners.ravel(), self._corner_areas.ravel(), minlength=len(F)).astype(
+            np.float64
+        )
         if self.alike is not None:
             F = np.bincount(self.alike, F).astype(np.float64)[self.alike]
             area = np.bincount(self.alike, area).astype(np.float64)[self.alike]
@@ -181,9 +183,9 @@ class ContactPressure:
 
         Source: Johnson 1985, "Contact mechanics", 5.1.
         """
-        triangles = self._triangles
+        triangles = self._contact_area_triangles
         on = self.touching[triangles]
-        own = self._areas(triangles)
+        own = self._triangle_areas(triangles)
         total = float(own[on.all(axis=1)].sum())
         for lone, sign in ((1, 1.0), (2, -1.0)):  # one corner of three in contact, or two
             cut = on.sum(axis=1) == lone
@@ -194,18 +196,22 @@ class ContactPressure:
             part = np.ones(len(tri))
             for k in (1, 2):
                 other = tri[rows, (alone + k) % 3]
-                part *= self._share(tip, other) if lone == 1 else 1.0 - self._share(other, tip)
+                part *= (
+                    self._contact_fraction_of_edges(tip, other)
+                    if lone == 1
+                    else 1.0 - self._contact_fraction_of_edges(other, tip)
+                )
             total += float(own[cut] @ (part if sign > 0.0 else 1.0 - part))
         return total
 
     @cached_property
     def border(self) -> float:
         """Area of the triangles that are partly in contact, m^2: the uncertainty of the contact area."""
-        triangles = self._triangles
+        triangles = self._contact_area_triangles
         on = self.touching[triangles]
-        return float(self._areas(triangles)[on.any(axis=1) & ~on.all(axis=1)].sum())
+        return float(self._triangle_areas(triangles)[on.any(axis=1) & ~on.all(axis=1)].sum())
 
-    def _areas(self, triangles: Ints) -> Floats:
+    def _triangle_areas(self, triangles: Ints) -> Floats:
         """Return the areas of triangles (t,), m^2."""
         a, b, c = (self.x[triangles[:, i]] for i in range(3))
         found: Floats = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
@@ -215,7 +221,7 @@ class ContactPressure:
             found = found * circumference_in_slices(np.abs(self.x[triangles, 0]).mean(axis=1), self.depth)
         return found
 
-    def _share(self, touching: Ints, free: Ints) -> Floats:
+    def _contact_fraction_of_edges(self, touching: Ints, free: Ints) -> Floats:
         """Return the fraction in (0, 1] of lines from nodes in contact to nodes without contact that lies in contact.
 
         Both arrays of node numbers and the result have the shape (m,). With c = k^(-2/3), for the k of `area`, and the

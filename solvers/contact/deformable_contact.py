@@ -71,20 +71,20 @@ class IpcContact(DynamicPatternEnergy):
     conservative: bool = True
 
     @cached_property
-    def _kept(self) -> dict[str, Any]:
+    def _cached_results(self) -> dict[str, Any]:
         """Cache of results for the last state."""
         return {}
 
     @cached_property
-    def _unit(self) -> float:
+    def _length_unit(self) -> float:
         """Size of the surface, m, used as the unit of length in ipctk, whose tolerances are absolute."""
         return float(np.ptp(self.skin.X, axis=0).max())
 
     @cached_property
-    def _surface(self) -> Any:
+    def _face_collision_mesh(self) -> Any:
         """ipctk collision mesh of the faces, without samples; faces must not intersect."""
         skin = self.skin
-        mesh = self._mesh(skin.X[: skin.corners])
+        mesh = self._build_collision_mesh(skin.X[: skin.corners])
         if self.alone:
             mesh.can_collide = import_ipctk().make_vertex_patches_filter(skin.patch[: skin.corners].astype(np.int32))
         return mesh
@@ -93,20 +93,20 @@ class IpcContact(DynamicPatternEnergy):
     def _sample_collision_mesh(self) -> Any:
         """ipctk collision mesh of the faces and the samples."""
         skin = self.skin
-        mesh = self._mesh(skin.X)
+        mesh = self._build_collision_mesh(skin.X)
         which = skin.patch if self.alone else np.arange(len(skin.X)) >= skin.corners
         mesh.can_collide = import_ipctk().make_vertex_patches_filter(which.astype(np.int32))
         return mesh
 
-    def _mesh(self, X: Floats) -> Any:
+    def _build_collision_mesh(self, X: Floats) -> Any:
         """Return an ipctk collision mesh of the faces, with vertices at X (v, d), m."""
         skin, kind = self.skin, np.int32
         faces = np.zeros((0, 3), dtype=kind) if skin.flat else skin.faces.astype(kind)
-        each = (np.asfortranarray(own) for own in (X / self._unit, skin.edges.astype(kind), faces))
+        each = (np.asfortranarray(own) for own in (X / self._length_unit, skin.edges.astype(kind), faces))
         return import_ipctk().CollisionMesh(*each)
 
     @cached_property
-    def _beside(self) -> Any:
+    def _neighbouring_facets(self) -> Any:
         """Sparse matrix (f, f), nonzero for pairs of mesh facets that share a corner of a face."""
         skin = self.skin
         n = 1 + int(max(skin.home.max(), skin.of.max(initial=0)))
@@ -117,12 +117,14 @@ class IpcContact(DynamicPatternEnergy):
     @cached_property
     def _sample_barrier(self) -> Any:
         """ipctk barrier potential between samples and faces."""
-        return import_ipctk().BarrierPotential(self._scaled_barrier_distance, HALF * self.stiffness * self._unit, True)
+        return import_ipctk().BarrierPotential(
+            self._scaled_barrier_distance, HALF * self.stiffness * self._length_unit, True
+        )
 
     @cached_property
     def _intersection_barrier(self) -> Any:
         """Weak ipctk barrier potential between all vertices, edges and faces; it only prevents intersections."""
-        size = self._unit ** self.skin.X.shape[1]  # area times distance in units of ipctk
+        size = self._length_unit ** self.skin.X.shape[1]  # area times distance in units of ipctk
         return import_ipctk().BarrierPotential(
             self._scaled_barrier_distance, FAINT * self.thickness * self.stiffness * size, True
         )
@@ -130,50 +132,50 @@ class IpcContact(DynamicPatternEnergy):
     @property
     def _scaled_barrier_distance(self) -> float:
         """Barrier distance divided by the surface size."""
-        return self.distance / self._unit
+        return self.distance / self._length_unit
 
     # ------------------------------------------------------------------ collision candidates
 
-    def _places(self, x: Floats) -> tuple[Floats, Floats]:
+    def _scaled_positions(self, x: Floats) -> tuple[Floats, Floats]:
         """Return positions of all points (v, d), and of the corners only, for ipctk.
 
         They have the length unit and the memory order that ipctk expects.
         """
-        V = self.skin.places(x) / self._unit
+        V = self.skin.places(x) / self._length_unit
         return np.asfortranarray(V), np.asfortranarray(V[: self.skin.corners])
 
-    def _near(self, x: Floats) -> tuple[Any, Any, Floats, Floats]:
+    def _collisions_and_positions(self, x: Floats) -> tuple[Any, Any, Floats, Floats]:
         """Return the collisions of a state x: of samples, of faces, and the vertex positions for both.
 
         The result for the last state is cached.
         """
-        if self._kept.get("x") is x:
-            found: tuple[Any, Any, Floats, Floats] = self._kept["near"]
+        if self._cached_results.get("x") is x:
+            found: tuple[Any, Any, Floats, Floats] = self._cached_results["near"]
             return found
-        V, corners = self._places(x)
-        self._kept.clear()
-        pairs, self._kept["beside"] = self._pairs(V)
-        self._kept["x"], self._kept["near"] = x, (pairs, self._face_collisions(corners), V, corners)
-        return self._near(x)
+        V, corners = self._scaled_positions(x)
+        self._cached_results.clear()
+        pairs, self._cached_results["beside"] = self._sample_collisions(V)
+        self._cached_results["x"], self._cached_results["near"] = x, (pairs, self._face_collisions(corners), V, corners)
+        return self._collisions_and_positions(x)
 
     def beside(self, x: Floats) -> Ints:
         """Return pairs (p, 2) of a sample, as row of the surface, and a face near it, in a state x."""
-        self._near(x)
-        found: Ints = self._kept["beside"]
+        self._collisions_and_positions(x)
+        found: Ints = self._cached_results["beside"]
         return found
 
     def _face_collisions(self, corners: Floats) -> Any:
         """Return the vertex-triangle and edge-edge collisions of faces at corner positions (c, d)."""
         ipc = import_ipctk()
         near = ipc.Candidates()
-        near.build(self._surface, corners, self._scaled_barrier_distance)
-        self._crossing(near, corners)
+        near.build(self._face_collision_mesh, corners, self._scaled_barrier_distance)
+        self._remove_parallel_edge_pairs(near, corners)
         guard = ipc.NormalCollisions()
         guard.use_area_weighting = True
-        guard.build(near, self._surface, corners, self._scaled_barrier_distance)
+        guard.build(near, self._face_collision_mesh, corners, self._scaled_barrier_distance)
         return guard
 
-    def _crossing(self, near: Any, corners: Floats) -> None:
+    def _remove_parallel_edge_pairs(self, near: Any, corners: Floats) -> None:
         """Remove pairs of parallel edges from the candidates `near`.
 
         Parallel edges meet first at a corner, and the pair with this corner is a candidate of its own.
@@ -182,13 +184,13 @@ class IpcContact(DynamicPatternEnergy):
         if not each:
             return
         ids = np.array([(c.edge0_id, c.edge1_id) for c in each])
-        ends = corners[self._surface.edges[ids]]
+        ends = corners[self._face_collision_mesh.edges[ids]]
         way = ends[:, :, 1] - ends[:, :, 0]
         across = np.sum(np.cross(way[:, 0], way[:, 1]) ** 2, axis=1)
         kept = across > PARALLEL * np.prod(np.sum(way**2, axis=2), axis=1)
         near.ee_candidates = [each[i] for i in np.flatnonzero(kept)]
 
-    def _pairs(self, V: Floats) -> tuple[Any, Ints]:
+    def _sample_collisions(self, V: Floats) -> tuple[Any, Ints]:
         """Return the collisions of samples at positions V (v, d) with faces, and pairs (p, 2) of sample and face
         numbers.
 
@@ -205,7 +207,7 @@ class IpcContact(DynamicPatternEnergy):
         if not self.alone and wanted.any():
             own = ids[wanted]
             facets = skin.of[own[:, 0] - skin.corners], skin.home[own[:, 1]]
-            wanted[wanted] = np.asarray(self._beside[facets]).ravel() == 0
+            wanted[wanted] = np.asarray(self._neighbouring_facets[facets]).ravel() == 0
         for other in ("vv_candidates", "ev_candidates", "ee_candidates", "fv_candidates"):
             setattr(near, other, [each[i] for i in np.flatnonzero(wanted)] if other == name else [])
         pairs = ipc.NormalCollisions()
@@ -220,13 +222,13 @@ class IpcContact(DynamicPatternEnergy):
 
     def intersects(self, x: Floats) -> bool:
         """Return whether any two faces intersect in a state x."""
-        return bool(import_ipctk().has_intersections(self._surface, self._places(x)[1]))
+        return bool(import_ipctk().has_intersections(self._face_collision_mesh, self._scaled_positions(x)[1]))
 
     def least(self, x: Floats) -> float:
         """Return the least distance between two faces, m; infinity if it exceeds the barrier distance."""
-        _, guard, _, corners = self._near(x)
+        _, guard, _, corners = self._collisions_and_positions(x)
         return (
-            self._unit * float(np.sqrt(guard.compute_minimum_distance(self._surface, corners)))
+            self._length_unit * float(np.sqrt(guard.compute_minimum_distance(self._face_collision_mesh, corners)))
             if len(guard)
             else np.inf
         )
@@ -235,10 +237,10 @@ class IpcContact(DynamicPatternEnergy):
         """Return the energy of the barrier, J; infinite if surfaces intersect."""
         if self.intersects(x):
             return np.inf
-        pairs, guard, V, corners = self._near(x)
+        pairs, guard, V, corners = self._collisions_and_positions(x)
         return float(
             self._sample_barrier(pairs, self._sample_collision_mesh, V)
-            + self._intersection_barrier(guard, self._surface, corners)
+            + self._intersection_barrier(guard, self._face_collision_mesh, corners)
         )
 
     def forces(self, x: Floats) -> Floats:
@@ -246,14 +248,14 @@ class IpcContact(DynamicPatternEnergy):
 
         The result for the last state is cached.
         """
-        pairs, guard, V, corners = self._near(x)
-        if "forces" in self._kept:
-            known: Floats = self._kept["forces"]
+        pairs, guard, V, corners = self._collisions_and_positions(x)
+        if "forces" in self._cached_results:
+            known: Floats = self._cached_results["forces"]
             return known
         g = self._sample_barrier.gradient(pairs, self._sample_collision_mesh, V)
-        g[: corners.size] += self._intersection_barrier.gradient(guard, self._surface, corners)
-        found: Floats = np.asarray(g).reshape(V.shape) / self._unit
-        self._kept["forces"] = found
+        g[: corners.size] += self._intersection_barrier.gradient(guard, self._face_collision_mesh, corners)
+        found: Floats = np.asarray(g).reshape(V.shape) / self._length_unit
+        self._cached_results["forces"] = found
         return found
 
     def stored(self, x: Floats) -> float:
@@ -271,7 +273,7 @@ class IpcContact(DynamicPatternEnergy):
 
     def matrix(self, x: Floats, projected: bool = False) -> Any:
         """Return the Hessian d2E/dx2, sparse (dofs, dofs), N/m; positive semidefinite if `projected`."""
-        pairs, guard, V, corners = self._near(x)
+        pairs, guard, V, corners = self._collisions_and_positions(x)
         psd = import_ipctk().PSDProjectionMethod
         way = psd.CLAMP if projected else psd.NONE
         M = self.skin.M
@@ -279,29 +281,29 @@ class IpcContact(DynamicPatternEnergy):
             H = M.T @ (self._sample_barrier.hessian(pairs, self._sample_collision_mesh, V, way) @ M)
         if len(guard):
             M = M[: corners.size]
-            H = H + M.T @ (self._intersection_barrier.hessian(guard, self._surface, corners, way) @ M)
-        H = H.tocsr() / self._unit**2
+            H = H + M.T @ (self._intersection_barrier.hessian(guard, self._face_collision_mesh, corners, way) @ M)
+        H = H.tocsr() / self._length_unit**2
         H.resize((len(x), len(x)))  # pressure unknowns, if any, come last
         return H
 
     def stiff(self, x: Floats) -> Any:
         """Return the Hessian of the sample barrier by positions of corners and samples, sparse (d v, d v), N/m."""
-        pairs, _, V, _ = self._near(x)
+        pairs, _, V, _ = self._collisions_and_positions(x)
         none = import_ipctk().PSDProjectionMethod.NONE
-        return self._sample_barrier.hessian(pairs, self._sample_collision_mesh, V, none).tocsr() / self._unit**2
+        return self._sample_barrier.hessian(pairs, self._sample_collision_mesh, V, none).tocsr() / self._length_unit**2
 
     def limit(self, x: Floats, d: Floats) -> float:
         """Return the largest fraction, at most 1, of a step d (dofs,) from x for which no two faces meet.
 
         No step uses up more than nine tenths of a distance between faces.
         """
-        here, there = self._places(x)[1], self._places(x + d)[1]
+        here, there = self._scaled_positions(x)[1], self._scaled_positions(x + d)[1]
         ipc = import_ipctk()
         near = ipc.Candidates()
-        near.build(self._surface, here, there)
-        self._crossing(near, here)
+        near.build(self._face_collision_mesh, here, there)
+        self._remove_parallel_edge_pairs(near, here)
         ccd = ipc.AdditiveCCD(PATIENCE, LEAVES)
-        return float(near.compute_collision_free_stepsize(self._surface, here, there, 0.0, ccd))
+        return float(near.compute_collision_free_stepsize(self._face_collision_mesh, here, there, 0.0, ccd))
 
     def rounding(self, x: Floats) -> float:
         """Return the error of the contact forces due to rounding of positions, N."""

@@ -95,7 +95,7 @@ class DeformableFriction(DynamicPatternEnergy):
     conservative: bool = False
 
     @cached_property
-    def _kept(self) -> dict[str, Any]:
+    def _cached_coupling(self) -> dict[str, Any]:
         """Cache of the contact in the last state."""
         return {}
 
@@ -141,12 +141,12 @@ class DeformableFriction(DynamicPatternEnergy):
 
         The result for the last state is cached.
         """
-        if self._kept.get("x") is not x:
-            self._kept["x"], self._kept["hold"] = x, self._held(x)
-        found: TangentialCoupling = self._kept["hold"]
+        if self._cached_coupling.get("x") is not x:
+            self._cached_coupling["x"], self._cached_coupling["hold"] = x, self._compute_tangential_coupling(x)
+        found: TangentialCoupling = self._cached_coupling["hold"]
         return found
 
-    def _held(self, x: Floats) -> TangentialCoupling:
+    def _compute_tangential_coupling(self, x: Floats) -> TangentialCoupling:
         """Compute the samples in contact in a state x, their nearest faces and their tangential coupling."""
         skin, V = self.skin, self.skin.places(x)
         n = _face_normals(V[skin.faces[skin.own]])
@@ -161,10 +161,10 @@ class DeformableFriction(DynamicPatternEnergy):
         W = _slip_matrix(pairs[:, 0], skin.faces[pairs[:, 1]], p, t, n[which], len(V)) @ skin.M
         spring = HALF * self.spring * skin.A[which]
         return TangentialCoupling(
-            which, N[which], n[which], far, W, self._start(which, n[which], W), spring, pairs[:, 1]
+            which, N[which], n[which], far, W, self._constant_slip(which, n[which], W), spring, pairs[:, 1]
         )
 
-    def _start(self, which: Ints, n: Floats, W: Any) -> Floats:
+    def _constant_slip(self, which: Ints, n: Floats, W: Any) -> Floats:
         """Return the constant part (m d,), m, of the slip of samples `which` (m,), from the history.
 
         It is the elastic slip at the end of the last state, rotated from the old normals to the new ones n (m, d),

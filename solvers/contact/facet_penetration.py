@@ -78,9 +78,13 @@ class FacetParts:
     def shapes(self, t: Floats) -> Floats:
         """Return the shape functions (k, q, a) of facet nodes at the coordinates t (k, q, m) of each region."""
         xi, s = self.a[:, None] + np.einsum("kqm,kmj->kqj", t, self.way), self.across[:, None]
-        return 0.5 * (self._at(xi - s) + self._at(xi + s)) if s.any() else self._at(xi)
+        return (
+            0.5 * (self._facet_shape_functions(xi - s) + self._facet_shape_functions(xi + s))
+            if s.any()
+            else self._facet_shape_functions(xi)
+        )
 
-    def _at(self, xi: Floats) -> Floats:
+    def _facet_shape_functions(self, xi: Floats) -> Floats:
         """Return the shape functions (..., a) of facet nodes at local facet coordinates xi (..., 2)."""
         found: Floats = self.kind.shape(xi.reshape(-1, 2)).reshape(*xi.shape[:-1], -1)
         return found
@@ -137,13 +141,13 @@ class SearchedFacets:
             -1.0 if kind.square else 0.0,
             _is_in_square if kind.square else _is_in_triangle,
         )
-        whole, sides = FacetParts(kind, each, each, none, axes, none, low, has), self._sides(kind)
+        whole, sides = FacetParts(kind, each, each, none, axes, none, low, has), self._facet_sides(kind)
         if not curved:
             return whole, sides
         quarters = kind.rim if kind.square else ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), None)
         return _subdivide_regions(whole, quarters), _subdivide_regions(sides, ((0.0,), (1.0,)))
 
-    def _sides(self, kind: Any) -> FacetParts:
+    def _facet_sides(self, kind: Any) -> FacetParts:
         """Return the sides of facets of element class `kind`; a side shared by two facets is returned once."""
         corners = self.of[:, : kind.corners]
         ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)

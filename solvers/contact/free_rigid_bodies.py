@@ -217,10 +217,10 @@ class FreeBodyContact(RigidContact):
         """Add stiffness per area K (k, 9, 9) of points, centre of mass and rotation, times areas, to the tangent."""
         first = self.free.first
         K[:, :, 6:9] = K[:, :, 6:9] @ right_jacobian(x[first + 3 : first + 6])
-        E = self._spread(near)
+        E = self._point_motion_matrices(near)
         add_blocks(scale * self.A[near, None, None] * (E.swapaxes(1, 2) @ K @ E), slots[near], data)
 
-    def _spread(self, near: Ints) -> Floats:
+    def _point_motion_matrices(self, near: Ints) -> Floats:
         """Return matrices (k, 9, 3 a + 6) from unknowns to the motions of contact point and rigid body.
 
         The unknowns are those of `stencils`. The motions are of the point (3) and of the centre of mass (3), and the

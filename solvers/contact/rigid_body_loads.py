@@ -47,14 +47,14 @@ class RigidBodyLoad(Energy):
         return found
 
     @property
-    def _turn(self) -> Ints:
+    def _rotation_dofs(self) -> Ints:
         """Rotational degrees of freedom (3,) of the body."""
         return self.free.first + np.arange(3, 6)
 
     @property
     def stencils(self) -> Ints:
         """Degrees of freedom (1, 3) that the tangent depends on: the rotation of the body."""
-        return self._turn[None]
+        return self._rotation_dofs[None]
 
     def value(self, x: Floats) -> float:
         """Return the potential of the force, J."""
@@ -65,7 +65,7 @@ class RigidBodyLoad(Energy):
         """Add to g the negative force, N, and the negative moment about the body axes, N m."""
         P, first = self.chart.axes(self.which, x), self.free.first
         g[first : first + 3] -= scale * self.force
-        g[self._turn] -= scale * (np.cross(self.arm, self.force @ P) + self.moment @ P)
+        g[self._rotation_dofs] -= scale * (np.cross(self.arm, self.force @ P) + self.moment @ P)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the tangent -([y] [P^T force] + [P^T moment]) for rotations about the body axes.
@@ -74,7 +74,7 @@ class RigidBodyLoad(Energy):
         """
         if projected:
             return
-        P, theta = self.chart.axes(self.which, x), x[self._turn]
+        P, theta = self.chart.axes(self.which, x), x[self._rotation_dofs]
         K = cross_matrix(self.arm) @ cross_matrix(self.force @ P) + cross_matrix(self.moment @ P)
         add_blocks(-scale * (K @ right_jacobian(theta))[None], slots, data)
 

@@ -135,10 +135,10 @@ class SurfaceRecord:
             before, states = self._last
             weight = step / (before + step)
             self._mean = [(1.0 - weight) * a.f + weight * b.f for a, b in zip(states, now, strict=True)]
-            self._keep(states)
+            self._store_surfaces(states)
         self._last = step, now
 
-    def _keep(self, states: tuple[ContactSurface, ...]) -> None:
+    def _store_surfaces(self, states: tuple[ContactSurface, ...]) -> None:
         """Store the surfaces of a time, and thin out the record if it is full."""
         if self.count % self.every == 0:
             made = tuple(ContactSurface(s.u, f, s.g) for s, f in zip(states, self._mean, strict=True))

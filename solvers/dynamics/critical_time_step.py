@@ -101,19 +101,19 @@ class CriticalStepTracker:
         """
         before, spent = self.omega, self._age
         K = self.forces.tangent(x, self.forces.factors(time))
-        self.omega = self.definite = self._largest("tangent", 0.5 * (K + K.T) if self.forces.turns else K)
+        self.omega = self.definite = self._largest_frequency("tangent", 0.5 * (K + K.T) if self.forces.turns else K)
         if self.damping.beta:
             data = self.forces.drag(x)
-            self.definite = self._largest("definite", self.forces.pattern.matrix(data))
-        self._age, self._interval = 0, self._next(before, spent)
+            self.definite = self._largest_frequency("definite", self.forces.pattern.matrix(data))
+        self._age, self._interval = 0, self._steps_until_update(before, spent)
         return self.critical
 
-    def _largest(self, name: str, K: sparse.csr_matrix) -> float:
+    def _largest_frequency(self, name: str, K: sparse.csr_matrix) -> float:
         """Return the largest angular frequency of the stiffness K, rad/s; its vector is stored under `name`."""
         omega, self._modes[name] = largest_mode(K, self.mass, self._modes.get(name))
         return omega
 
-    def _next(self, before: float, spent: int) -> int:
+    def _steps_until_update(self, before: float, spent: int) -> int:
         """Return the number of steps until the next update of the estimate.
 
         In so many steps it changes by CHANGE at its recent rate, `before` being its last value and `spent` the steps

@@ -113,18 +113,18 @@ class DynamicForces:
     def begun(self, x: Floats, factors: Floats) -> EnergyGradients:
         """Return the energy gradients at the start of a step, before viscoelastic relaxation in the step."""
         return EnergyGradients(
-            self._gradient(self.internal if self.now is None else self.now, x), self.load_gradient(x, factors)
+            self._sum_gradients(self.internal if self.now is None else self.now, x), self.load_gradient(x, factors)
         )
 
     def within(self, x: Floats) -> Floats:
         """Return the gradient (dofs,), N, of the internal energies in a state x; cached for the last state."""
         if not self._repeats:
-            return self._gradient(self.internal, x)
+            return self._sum_gradients(self.internal, x)
         if (key := x.tobytes()) != self._last[0]:
-            self._last = key, self._gradient(self.internal, x)
+            self._last = key, self._sum_gradients(self.internal, x)
         return self._last[1]
 
-    def _gradient(self, energies: Sequence[Energy], x: Floats) -> Floats:
+    def _sum_gradients(self, energies: Sequence[Energy], x: Floats) -> Floats:
         """Return the sum (dofs,), N, of the gradients of some energies in a state x."""
         internal = np.zeros(self.dofs)
         for energy in energies:

@@ -81,27 +81,29 @@ class DynamicSystem:
     # ------------------------------------------------------------------ supports
 
     @cached_property
-    def _moving(self) -> bool:
+    def _has_moving_supports(self) -> bool:
         """True if supports move."""
         return self.problem.moves
 
     def supported(self, x: Floats, time: float) -> Floats:
         """Return the state x with the supports at their positions at a time, s."""
-        if self._moving:
+        if self._has_moving_supports:
             fixed = self.forces.fixed
             x = x.copy()
-            x[fixed] = self.problem.rest[fixed] + self._imposed(time)
-            if len(self._turned) and (since := self._since) is not None:
-                x[fixed[self._turned]] -= self._imposed(since)[self._turned]
+            x[fixed] = self.problem.rest[fixed] + self._support_increments(time)
+            if len(self._rotational_support_dofs) and (since := self._rotation_reference_time) is not None:
+                x[fixed[self._rotational_support_dofs]] -= self._support_increments(since)[
+                    self._rotational_support_dofs
+                ]
         return x
 
     @property
-    def _since(self) -> float | None:
+    def _rotation_reference_time(self) -> float | None:
         """Reference time of rotation unknowns, s, or None if rotations simply add, as about a fixed axis."""
         return None if self.problem.turning is None else self.problem.turning.since
 
     @cached_property
-    def _turned(self) -> Ints:
+    def _rotational_support_dofs(self) -> Ints:
         """Indices (k,) of the fixed degrees of freedom that are rotations, if supports rotate."""
         turning, moved = self.problem.turning, np.flatnonzero(self.problem.target)
         found: Ints = np.flatnonzero(np.isin(self.forces.fixed, [] if turning is None else turning.where))
@@ -109,24 +111,26 @@ class DynamicSystem:
 
     def support_velocity(self, time: float) -> Floats | float:
         """Return the velocity (c,) of the supports, m/s."""
-        if not self._moving:
+        if not self._has_moving_supports:
             return 0.0
         if self.problem.way is not None:
-            return (self._imposed(time + self.step) - self._imposed(time - self.step)) / (2.0 * self.step)
+            return (self._support_increments(time + self.step) - self._support_increments(time - self.step)) / (
+                2.0 * self.step
+            )
         amplitude, h = self.problem.support_amplitude.at, self.step
         return (amplitude(time + h) - amplitude(time - h)) / (2.0 * h) * self.problem.target
 
     def support_acceleration(self, time: float) -> Floats | float:
         """Return the acceleration (c,) of the supports, m/s^2; a kink of their amplitude is spread over a step."""
-        if not self._moving:
+        if not self._has_moving_supports:
             return 0.0
         if self.problem.way is not None:
-            at, h = self._imposed, self.step
+            at, h = self._support_increments, self.step
             return (at(time + h) - 2.0 * at(time) + at(time - h)) / h**2
         amplitude, h = self.problem.support_amplitude.at, self.step
         return (amplitude(time + h) - 2.0 * amplitude(time) + amplitude(time - h)) / h**2 * self.problem.target
 
-    def _imposed(self, time: float) -> Floats:
+    def _support_increments(self, time: float) -> Floats:
         """Return the prescribed support increments (c,) at a time."""
         return self.problem.imposed(self.problem.support_amplitude.at(time))
 
@@ -142,13 +146,13 @@ class DynamicSystem:
         if forces.lumped is not None:
             a[forces.free] = -g[forces.free] / forces.lumped[forces.free]
         else:
-            a[forces.free] = -self._mass.solve((g + forces.M @ a)[forces.free])
+            a[forces.free] = -self._factorised_mass.solve((g + forces.M @ a)[forces.free])
         if not np.all(np.isfinite(a)):
             raise StepFailed("forces or accelerations are not finite")
         return a
 
     @cached_property
-    def _mass(self) -> Factor:
+    def _factorised_mass(self) -> Factor:
         """Factorised mass matrix. Raises ValueError if it is singular."""
         try:
             return factor(self.forces.M_free)
@@ -158,7 +162,11 @@ class DynamicSystem:
     def spread(self, f: Floats) -> Floats:
         """Return the accelerations (dofs,), m/s^2, of free degrees of freedom under forces f (dofs,), N."""
         free, a = self.forces.free, np.zeros_like(f)
-        a[free] = f[free] / self.forces.lumped[free] if self.forces.lumped is not None else self._mass.solve(f[free])
+        a[free] = (
+            f[free] / self.forces.lumped[free]
+            if self.forces.lumped is not None
+            else self._factorised_mass.solve(f[free])
+        )
         return a
 
     def under(self, motion: Motion, factors: Floats) -> Motion:
@@ -168,7 +176,7 @@ class DynamicSystem:
             return motion
         a, free = motion.a.copy(), self.forces.free
         f = self.forces.load_gradient(motion.x, -change)[free]
-        a[free] += f / self.forces.lumped[free] if self.forces.lumped is not None else self._mass.solve(f)
+        a[free] += f / self.forces.lumped[free] if self.forces.lumped is not None else self._factorised_mass.solve(f)
         return replace(motion, a=a, factors=factors)
 
     def kick(self, now: Motion, x: Floats, half: Floats, time: float, factors: Floats) -> tuple[Floats, Floats]:
@@ -196,20 +204,20 @@ class DynamicSystem:
         Damping uses the stiffness of the state in which it acts.
         """
         if not self.problem.damping.beta or self.problem.cap is not None:
-            return self._solved(stage)
-        motion = self._settled(stage)
+            return self._solve_with_present_damping(stage)
+        motion = self._solve_with_updated_damping(stage)
         if not (
             stage.alpha_f or stage.secant or stage.mean
         ):  # what it takes is told by the mean velocity, energy_ledger.py
             self.damping.begin(0.5 * (stage.start.x + motion.x))
         return motion
 
-    def _settled(self, stage: Stage) -> Motion:
+    def _solve_with_updated_damping(self, stage: Stage) -> Motion:
         """Return the end of a step with the damping matrix of its own end state. Raises StepFailed."""
         self.damping.predict(stage)
         enough = DRAG * self.problem.tolerance
         for _ in range(REPEATS):
-            motion = self._solved(stage)
+            motion = self._solve_with_present_damping(stage)
             off = self.damping.update(stage, motion)
             noise = BLUR * self.damping.rounding(stage.damping_velocity(motion.x, motion.v))
             if off <= max(enough * self.newton.scale, noise):
@@ -218,7 +226,7 @@ class DynamicSystem:
             raise StepFailed("the iteration for the damping and its state does not converge")
         return motion
 
-    def _solved(self, stage: Stage) -> Motion:
+    def _solve_with_present_damping(self, stage: Stage) -> Motion:
         """Return the end of an implicit step with the present damping matrix. Raises StepFailed."""
         found = self.lagged.solve(stage) if self.lagged else None
         motion, self.outcome = found or self.newton.solve(stage)

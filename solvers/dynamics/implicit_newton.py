@@ -72,11 +72,11 @@ class StageNewton:
     def solve(self, stage: Stage) -> tuple[Motion, StepOutcome]:
         """Return the motion at the end of the step. Raises StepFailed."""
         balance = StageEquations(self.system, stage)
-        trial, outcome = self._rubbed(balance) if balance.rubs else self._solve_by_newton(balance)
+        trial, outcome = self._solve_friction(balance) if balance.rubs else self._solve_by_newton(balance)
         self.scale = trial.scale
         return balance.motion(trial), outcome
 
-    def _rubbed(self, balance: StageEquations) -> tuple[StageTrial, StepOutcome]:
+    def _solve_friction(self, balance: StageEquations) -> tuple[StageTrial, StepOutcome]:
         """Return the solution of a step with friction at its own pressures.
 
         Raises StepFailed if the pressures do not converge.

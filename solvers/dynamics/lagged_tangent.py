@@ -76,9 +76,9 @@ class LaggedTangentSolver:
             self._rest -= 1
             return None
         balance = LaggedStageEquations(self, stage, self._extrapolate_traces())
-        found = self._iterate(balance, self._predict_end(stage, balance.end))
+        found = self._solve_by_chord_iteration(balance, self._predict_end(stage, balance.end))
         if found is None or not self.system.problem.sound(found[0].x):
-            self._fail()
+            self._count_failure()
             return None
         trial, outcome = found
         self._pause = 0
@@ -86,7 +86,7 @@ class LaggedTangentSolver:
         self.system.newton.scale = trial.scale
         return balance.motion(trial), outcome
 
-    def _fail(self) -> None:
+    def _count_failure(self) -> None:
         """Count a failure, and leave more and more of the following steps to Newton's method."""
         self.failures += 1
         self._pending = None
@@ -134,7 +134,9 @@ class LaggedTangentSolver:
 
     # ------------------------------------------------------------------ iteration
 
-    def _iterate(self, balance: LaggedStageEquations, x: Floats) -> tuple[StageTrial, StepOutcome] | None:
+    def _solve_by_chord_iteration(
+        self, balance: LaggedStageEquations, x: Floats
+    ) -> tuple[StageTrial, StepOutcome] | None:
         """Return the solution of a step by accelerated chord iterations from x; None if they do not converge."""
         from softmark.solvers.sparse.sparse_cholesky import Indefinite
 
@@ -252,12 +254,12 @@ class AndersonAcceleration:
         d = -z
         if self.steps:
             self.changes = [z - self.z, *self.changes[:1]]
-            for factor, change, step in zip(self._factors(z), self.changes, self.steps, strict=False):
+            for factor, change, step in zip(self._combination_coefficients(z), self.changes, self.steps, strict=False):
                 d -= factor * (step - change)
         self.z, self.steps = z, [d, *self.steps[:1]]
         return d
 
-    def _factors(self, z: Floats) -> list[float]:
+    def _combination_coefficients(self, z: Floats) -> list[float]:
         """Return the coefficients of the combination of changes nearest to z, by normal equations."""
         p = self.changes[0]
         pp, pz = float(p @ p), float(p @ z)

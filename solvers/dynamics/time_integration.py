@@ -69,11 +69,11 @@ class _TimeIntegration:
             start = self.system.start()
             entry = open_entry(self.system, start)
         except StepFailed as failure:
-            raise self._stopped(f"the initial acceleration could not be computed: {failure.reason}") from failure
+            raise self._make_failure(f"the initial acceleration could not be computed: {failure.reason}") from failure
         if not (is_finite(entry) and self.problem.sound(start.x)):
-            raise self._stopped("the initial state is outside the domain of the law or has inverted cells")
+            raise self._make_failure("the initial state is outside the domain of the law or has inverted cells")
         self.problem.integrator.begin(self.system, start, self.step)
-        self._keep(entry)
+        self._record_energies(entry)
         self._record_contacts(start)
         past, ticks = StepStart(start), self.ticks
         for number in range(math.ceil(self.duration / self.step - 1e-9)):
@@ -95,18 +95,18 @@ class _TimeIntegration:
         while done < self.ticks:
             end = start + length * ((done + ticks) / self.ticks)
             try:
-                motion = self._attempt(past, end)
+                motion = self._attempt_step(past, end)
                 spent = (time.perf_counter() - wall, time.process_time() - cpu)
-                entry = self._sound(next_entry(self.system, entry, motion))
+                entry = self._require_finite(next_entry(self.system, entry, motion))
             except BarrierTooSoft:
                 entry = entry.stiffened(self.system)
                 continue
             except StepFailed as failure:
-                ticks = self._halved(past.now.time, length, ticks, failure)
+                ticks = self._halve_step(past.now.time, length, ticks, failure)
                 continue
             self.costs.append(spent)
             self.outcomes.append(self.system.outcome)
-            self._keep(entry)
+            self._record_energies(entry)
             if self.account.diverged:
                 raise self._make_divergence_error(motion.time)
             past, entry, done = *self._accept_step(StepStart(motion, past.now), entry), done + ticks
@@ -136,7 +136,7 @@ class _TimeIntegration:
         """Return whether a part of twice `ticks` units is short enough for the integrator."""
         return bool(length * (2 * ticks / self.ticks) <= self.system.longest)
 
-    def _attempt(self, past: StepStart, end: float) -> Motion:
+    def _attempt_step(self, past: StepStart, end: float) -> Motion:
         """Return the motion at the time `end`, s, after one step. Raises StepFailed."""
         self.system.damping.begin(past.now.x)
         known, h = self.problem.remembering, end - past.now.time
@@ -151,33 +151,33 @@ class _TimeIntegration:
             impact.accept(past.now, motion, end)
         return replace(motion, time=end)
 
-    def _sound(self, entry: EnergyEntry) -> EnergyEntry:
+    def _require_finite(self, entry: EnergyEntry) -> EnergyEntry:
         """Return the entry if its motion is finite. Raises StepFailed otherwise."""
         if not is_finite(entry):
             raise StepFailed("the state is outside the domain of the law")
         return entry
 
-    def _halved(self, now: float, length: float, ticks: int, failure: StepFailed) -> int:
+    def _halve_step(self, now: float, length: float, ticks: int, failure: StepFailed) -> int:
         """Return half of the size of a part, and record this event. Raises NotConverged for the shortest part."""
         if ticks == 1:
             shortest = length / self.ticks
-            raise self._stopped(
+            raise self._make_failure(
                 f"no convergence at {now:.6g} s even with steps of {shortest:.3g} s: {failure.reason}"
             ) from failure
         size = length * (ticks // 2) / self.ticks
         self.events.append(Event(now, f"step halved to {size:.4g} s: {failure.reason}"))
         return ticks // 2
 
-    def _keep(self, entry: EnergyEntry) -> None:
+    def _record_energies(self, entry: EnergyEntry) -> None:
         """Add the energies of a time to the record, and call the observer."""
         self.times.append(entry.motion.time)
         self.names, self.impulses = entry.names, entry.impulses
         energies = dict(zip(entry.names, entry.values, strict=True))
-        self.account.add(entry.motion.time, energies, self._noise(entry.motion), self.system.swing)
+        self.account.add(entry.motion.time, energies, self._rounding_work(entry.motion), self.system.swing)
         self.entries.append(entry.values)
         self.observed.append(self.observe(entry.motion))
 
-    def _noise(self, motion: Motion) -> float:
+    def _rounding_work(self, motion: Motion) -> float:
         """Return 10 000 times the work, J, that rounding errors of forces can do; gains below it are ignored."""
         way = max(float(np.abs(motion.x).max(initial=0.0)), self.step * float(np.abs(motion.v).max(initial=0.0)))
         return NOISE * self.system.forces.rounding(motion.x) * way
@@ -192,7 +192,7 @@ class _TimeIntegration:
             tuple(self.system.newton.history),
         )
 
-    def _stopped(self, reason: str) -> MotionNotConverged:
+    def _make_failure(self, reason: str) -> MotionNotConverged:
         """Return the error for a motion that does not converge, with the trajectory so far."""
         return MotionNotConverged(reason, self._make_trajectory(complete=False), tuple(self.system.newton.history))
 
@@ -219,8 +219,8 @@ class _TimeIntegration:
             lagged.failures if lagged else 0,
             self.account.balance,
             self._find_impacts(),
-            self._rubbed(),
-            self._touched(),
+            self._friction_results(),
+            self._contact_history(),
         )
 
     def _find_impacts(self) -> tuple[ImpactEvent, ...] | None:
@@ -232,7 +232,7 @@ class _TimeIntegration:
 
         return tuple(find_impacts(impact.log))
 
-    def _touched(self) -> ContactHistory | None:
+    def _contact_history(self) -> ContactHistory | None:
         """Return the contact history of the motion; None without contacts."""
         impact = self.system.forces.impact
         if impact is None or not impact.log:
@@ -244,7 +244,7 @@ class _TimeIntegration:
         impulses = np.vstack([given, self.impulses])
         return ContactHistory(acts, tuple(impact.surfaces.states), tuple(impact.surfaces.nodes), impulses, change)
 
-    def _rubbed(self) -> tuple[tuple[FrictionResult, ...], ...]:
+    def _friction_results(self) -> tuple[tuple[FrictionResult, ...], ...]:
         """Return the friction results of all contacts at every time."""
         impact = self.system.forces.impact
         return () if impact is None or not impact.rubs else tuple(seen.rubbed for seen in impact.log)

@@ -65,7 +65,7 @@ class AxisymmetricElastic(Elastic):
         return cls(like.cells, like.dNdX, w, like.law, drag=like.drag, hoop=hoop, depth=depth)
 
     @property
-    def _rings(self) -> Floats:
+    def _required_hoop_terms(self) -> Floats:
         if self.hoop is None:
             raise TypeError("a body of revolution without its distances from the axis")
         return self.hoop
@@ -74,7 +74,7 @@ class AxisymmetricElastic(Elastic):
         """Return the deformation gradients (m q, 3, 3)."""
         F = super().F(x)
         u = x.reshape(-1, 3)[self.cells, 0]
-        F[:, 2, 2] = 1.0 + np.einsum("mqa,ma->mq", self._rings, u).ravel()
+        F[:, 2, 2] = 1.0 + np.einsum("mqa,ma->mq", self._required_hoop_terms, u).ravel()
         return F
 
     def value(self, x: Floats) -> float:
@@ -96,7 +96,7 @@ class AxisymmetricElastic(Elastic):
 
         It is the sum of the shape-function gradients and of the hoop terms N_a / r.
         """
-        return super()._steepest + float(np.abs(self._rings).sum(axis=2).max(initial=0.0))
+        return super()._steepest + float(np.abs(self._required_hoop_terms).sum(axis=2).max(initial=0.0))
 
     def add_stresses(self, P: Floats, g: Floats, scale: float = 1.0) -> None:
         """Add the nodal forces of whole rings, N, caused by stresses P (m q, 3, 3), Pa, to g."""
@@ -104,7 +104,7 @@ class AxisymmetricElastic(Elastic):
         ring = wP[:, :, 2, 2].copy()
         wP[:, :, 2, 2] = 0.0
         f = np.einsum("mqiJ,mqaJ->mai", wP, self.dNdX, optimize=True)
-        f[:, :, 0] += np.einsum("mq,mqa->ma", ring, self._rings)
+        f[:, :, 0] += np.einsum("mq,mqa->ma", ring, self._required_hoop_terms)
         np.add.at(g.reshape(-1, 3), self.cells, f)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
@@ -113,19 +113,19 @@ class AxisymmetricElastic(Elastic):
 
     def add_moduli(self, A: Floats, some: slice, data: Floats, slots: Ints, scale: float = 1.0) -> None:
         """Add the stiffness, N/m, of given tensors dP/dF (c q, 3, 3, 3, 3), Pa, at the points of the cells `some`."""
-        B, w = self._strains(some), self.w[some]
+        B, w = self._deformation_gradient_derivative(some), self.w[some]
         each = A.reshape(*w.shape, 9, 9) * (scale * w)[:, :, None, None]
         flat = len(w), -1, B.shape[3]  # stack the points, so that their sum is one matrix product
         add_blocks(B.reshape(flat).swapaxes(1, 2) @ (each @ B).reshape(flat), slots, data)
 
     def slope(self, G: Floats, some: slice = slice(None)) -> Floats:
         """Return dg/du (c, q, 3a), 1/m, from G = dg/dF (c, q, 3, 3), at the points of the cells `some`."""
-        found: Floats = (G.reshape(*G.shape[:2], 1, 9) @ self._strains(some))[:, :, 0]
+        found: Floats = (G.reshape(*G.shape[:2], 1, 9) @ self._deformation_gradient_derivative(some))[:, :, 0]
         return found
 
-    def _strains(self, some: slice) -> Floats:
+    def _deformation_gradient_derivative(self, some: slice) -> Floats:
         """Return dF/du of the cells `some` (c, q, 9, 3a), 1/m."""
-        dNdX, rings = self.dNdX[some], self._rings[some]
+        dNdX, rings = self.dNdX[some], self._required_hoop_terms[some]
         B = np.zeros((*dNdX.shape[:2], 9, dNdX.shape[2], 3))
         for i in range(3):
             B[:, :, 3 * i : 3 * i + 3, :, i] = dNdX.swapaxes(2, 3)

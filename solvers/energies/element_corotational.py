@@ -40,7 +40,7 @@ class ElementCorotational(Energy):
         return (3 * self.cells[:, :, None] + np.arange(3)).reshape(len(self.cells), -1)
 
     @cached_property
-    def _noise(self) -> float:
+    def _unit_strain_rounding_error(self) -> float:
         """Machine epsilon times the norm of the nodal forces caused by a unit strain, N."""
         forces = np.zeros(len(self.X))
         sizes = np.ptp(self.X[self.cells], axis=1).max(axis=1)
@@ -50,9 +50,9 @@ class ElementCorotational(Energy):
 
     def rounding(self, x: Floats) -> float:
         """Return the norm of the rounding error in the gradient, N."""
-        return self._noise
+        return self._unit_strain_rounding_error
 
-    def _turned(self, x: Floats) -> tuple[Floats, Floats, Floats]:
+    def _corotated_positions_and_forces(self, x: Floats) -> tuple[Floats, Floats, Floats]:
         """Return rotations R (m, 3, 3), rotated positions R^T x (m, a, 3), and forces K (R^T x - X) (m, a, 3).
 
         The forces are in the rotated frame of each cell.
@@ -74,32 +74,32 @@ class ElementCorotational(Energy):
 
     def value(self, x: Floats) -> float:
         """Return the strain energy in the rotated frames, J; the forces are its derivative only at fixed R."""
-        _, z, q = self._turned(x)
+        _, z, q = self._corotated_positions_and_forces(x)
         return 0.5 * float(np.sum((z - self.X[self.cells]) * q))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Add the nodal elastic forces, N."""
-        R, _, q = self._turned(x)
+        R, _, q = self._corotated_positions_and_forces(x)
         np.add.at(g.reshape(-1, 3), self.cells, scale * (q @ R.transpose(0, 2, 1)))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the tangent R (K + (K [z] - [q]) W) R^T, N/m.
 
         z = R^T x are the rotated positions, q the forces in the rotated frame, and W the derivative of R by the node
-        positions (`_turn`). If `projected`, add only R K R^T, the stiffness at fixed R.
+        positions (`_rotation_derivative`). If `projected`, add only R K R^T, the stiffness at fixed R.
         """
-        R, z, q = self._turned(x)
+        R, z, q = self._corotated_positions_and_forces(x)
         T = self.K
         if not projected:
             spin = self.K @ _stacked_cross(z) - _stacked_cross(q)  # (m, 3a, 3)
-            T = T + spin @ self._turn(x, R)
+            T = T + spin @ self._rotation_derivative(x, R)
         m, a = self.cells.shape
         T = T.reshape(m, a, 3, 3 * a).transpose(0, 1, 3, 2) @ R.transpose(0, 2, 1)[:, None]  # (m, a, 3a, i)
         T = T.reshape(m, a, a, 3, 3).transpose(0, 1, 2, 4, 3) @ R.transpose(0, 2, 1)[:, None, None]
         entries, keep = T.transpose(0, 1, 3, 2, 4).reshape(slots.shape), slots >= 0
         data += scale * np.bincount(slots[keep], entries[keep], minlength=len(data))
 
-    def _turn(self, x: Floats, R: Floats) -> Floats:
+    def _rotation_derivative(self, x: Floats, R: Floats) -> Floats:
         """Return W (m, 3, 3a), the derivative of the rotation by node positions: R^T dR = [w] with w = W R^T dx.
 
         w = (tr S I - S)^-1 sum_b g_b x (R^T dx_b) with S = R^T F. It follows from R^T dF - dF^T R = [w] S + S [w].

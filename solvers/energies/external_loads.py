@@ -196,7 +196,7 @@ class FaceMoment(Energy):
         found: Floats = self.products - np.outer(n, n) / n.sum()
         return found
 
-    def _state(self, x: Floats) -> tuple[Floats, Floats, Floats]:
+    def _traction_kinematics(self, x: Floats) -> tuple[Floats, Floats, Floats]:
         """Return y (k, 3), J (3, 3) and c (3,) of the class docstring."""
         r = (self.points + x.reshape(-1, 3))[self.nodes]
         y = self._centred_product_matrix @ r
@@ -210,7 +210,7 @@ class FaceMoment(Energy):
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Subtract the nodal forces of the moment, N, from g."""
-        y, _, c = self._state(x)
+        y, _, c = self._traction_kinematics(x)
         g.reshape(-1, 3)[self.nodes] -= scale * np.cross(c, y)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
@@ -220,7 +220,7 @@ class FaceMoment(Energy):
         """
         if projected:
             return
-        y, J, c = self._state(x)
+        y, J, c = self._traction_kinematics(x)
         changes = 2.0 * np.einsum("i,bj->bij", c, y) - np.einsum("bi,j->bij", y, c)
         changes -= (y @ c)[:, None, None] * np.eye(3)
         across = cross_matrix(y)

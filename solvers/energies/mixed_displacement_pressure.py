@@ -204,7 +204,7 @@ class MeanDilatation(Energy):
         return self._shape.F(x)
 
     @cached_property
-    def _noise(self) -> float:
+    def _unit_volume_rounding_error(self) -> float:
         """Machine epsilon times the norm of the nodal forces that a unit volume strain causes, N."""
         share = np.zeros(int(self.cells.max()) + 1)
         each = np.einsum("mq,mqa->ma", self.w, np.linalg.norm(self.dNdX, axis=3))
@@ -213,10 +213,10 @@ class MeanDilatation(Energy):
 
     def rounding(self, x: Floats) -> float:
         """Return the norm of the rounding error in the gradient, N."""
-        return self._shape.rounding(x) + self._noise / self._shape.magnification(x)
+        return self._shape.rounding(x) + self._unit_volume_rounding_error / self._shape.magnification(x)
 
     @cached_property
-    def _volumes(self) -> Floats:
+    def _cell_volumes(self) -> Floats:
         """Volume of each cell (m,), m^3."""
         V: Floats = self.w.sum(axis=1)
         return V
@@ -226,34 +226,36 @@ class MeanDilatation(Energy):
         F = self.F(x)
         H = (self.F(d) - np.eye(3)).reshape(*self.w.shape, 3, 3)
         G = self.constraint.gradient(F).reshape(H.shape)
-        grown = np.einsum("mq,mqiJ,mqiJ->m", self.w, G, H, optimize=True) / self._volumes
-        return replace(self, expected=self.bulk * (self._means(F) + grown))
+        grown = np.einsum("mq,mqiJ,mqiJ->m", self.w, G, H, optimize=True) / self._cell_volumes
+        return replace(self, expected=self.bulk * (self._mean_constraint_values(F) + grown))
 
     def under(self, constraint: VolumeConstraint, x: Floats) -> MeanDilatation:
         """Return the energy whose tangent uses the pressures that another volume constraint gives in state x."""
-        return replace(self, expected=self.bulk * replace(self, constraint=constraint)._means(self.F(x)))
+        return replace(
+            self, expected=self.bulk * replace(self, constraint=constraint)._mean_constraint_values(self.F(x))
+        )
 
     def slack(self) -> MeanDilatation:
         """Return the energy whose tangent contains no pressure stress."""
         return replace(self, expected=np.zeros(len(self.w)))
 
-    def _means(self, F: Floats) -> Floats:
+    def _mean_constraint_values(self, F: Floats) -> Floats:
         """Return the mean of g over each cell (m,)."""
-        means: Floats = (self.w * self.constraint.value(F).reshape(self.w.shape)).sum(axis=1) / self._volumes
+        means: Floats = (self.w * self.constraint.value(F).reshape(self.w.shape)).sum(axis=1) / self._cell_volumes
         return means
 
     def value(self, x: Floats) -> float:
         """Return the strain energy, J."""
         F, up = _magnified_gradient(self._shape, x)
-        g = self._means(F) / up
-        total = self._shape.value(x) + 0.5 * float((self.bulk * self._volumes) @ g**2)
+        g = self._mean_constraint_values(F) / up
+        total = self._shape.value(x) + 0.5 * float((self.bulk * self._cell_volumes) @ g**2)
         return total if np.isfinite(total) else np.inf
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Add the nodal elastic forces, N."""
         self._shape.add_gradient(x, g, scale)
         F, up = _magnified_gradient(self._shape, x)
-        p = self.bulk * self._means(F) / up
+        p = self.bulk * self._mean_constraint_values(F) / up
         stress = self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3) * p[:, None, None, None]
         self._shape.add_stresses(stress, g, scale)
 
@@ -265,16 +267,16 @@ class MeanDilatation(Energy):
         F = self.F(x).reshape(*self.w.shape, 3, 3)
         each = self.expected
         if each is None:
-            each = self.bulk * self._means(F.reshape(-1, 3, 3))
+            each = self.bulk * self._mean_constraint_values(F.reshape(-1, 3, 3))
         p: Floats = np.repeat(each, self.w.shape[1]).reshape(self.w.shape)
         _add_stiffness(self._shape, self.constraint, F, p, slots, data, scale, projected)
-        stiff = scale * self.bulk / self._volumes
+        stiff = scale * self.bulk / self._cell_volumes
         for some in _cell_batches(len(self.w)):
-            b = self._grown(F[some], some)
+            b = self._constraint_gradients(F[some], some)
             block = stiff[some][:, None, None] * b[:, :, None] * b[:, None, :]
             add_blocks(block, slots[some], data)
 
-    def _grown(self, F: Floats, some: slice) -> Floats:
+    def _constraint_gradients(self, F: Floats, some: slice) -> Floats:
         """Return int dg/du dV of each of the cells `some` (c, 3a), m^2."""
         G = self.constraint.gradient(F.reshape(-1, 3, 3)).reshape(F.shape)
         b: Floats = (self.w[some][:, None] @ self._shape.slope(G, some))[:, 0]

@@ -75,11 +75,15 @@ class PoroelasticSolid(MixedSolid):
 
     def inflow(self, x: Floats) -> Floats:
         """Return the inflow rates -int grad N_b . K grad p dV at the pressures (b,), m^3/s."""
-        return self._sum_at_pressures(-np.einsum("mq,mqbI,mqI->mb", self.w, self.dNpdX, self._pulled(x), optimize=True))
+        return self._sum_at_pressures(
+            -np.einsum("mq,mqbI,mqI->mb", self.w, self.dNpdX, self._negative_fluid_flux(x), optimize=True)
+        )
 
     def heat(self, x: Floats) -> float:
         """Return the power dissipated by the flow, int grad p . K grad p dV, W."""
-        return float(np.einsum("mq,mqI,mqI->", self.w, self._slopes(x), self._pulled(x), optimize=True))
+        return float(
+            np.einsum("mq,mqI,mqI->", self.w, self._pressure_gradients(x), self._negative_fluid_flux(x), optimize=True)
+        )
 
     def pore_pressures(self, x: Floats) -> Floats:
         """Return the pore pressures in the state x (b,), Pa, positive in compression."""
@@ -92,21 +96,21 @@ class PoroelasticSolid(MixedSolid):
         np.add.at(found, self.pressures - 3 * self.nodes, each)
         return found
 
-    def _slopes(self, x: Floats) -> Floats:
+    def _pressure_gradients(self, x: Floats) -> Floats:
         """Return the pressure gradient grad_X p at each point (m, q, 3), Pa/m, with p positive in compression."""
         found: Floats = np.einsum("mqbI,mb->mqI", self.dNpdX, -self.unit * x[self.pressures], optimize=True)
         return found
 
-    def _pulled(self, x: Floats) -> Floats:
+    def _negative_fluid_flux(self, x: Floats) -> Floats:
         """Return the negative fluid flux K grad p at each point (m, q, 3), m/s, per undeformed area."""
-        slopes = self._slopes(x)
+        slopes = self._pressure_gradients(x)
         if not self.turns:
             return self.pores.permeability * slopes
-        G, kJ, _ = self._deformed(x)
+        G, kJ, _ = self._inverse_gradient_and_permeability(x)
         found: Floats = kJ[..., None] * np.einsum("mqIi,mqLi,mqL->mqI", G, G, slopes, optimize=True)
         return found
 
-    def _deformed(self, x: Floats) -> tuple[Floats, Floats, Floats]:
+    def _inverse_gradient_and_permeability(self, x: Floats) -> tuple[Floats, Floats, Floats]:
         """Return F^-1 (m, q, 3, 3), k J (m, q) and J d(k J)/dJ (m, q), m^4/(N s), in the state x."""
         J = 1.0 + self._constraint(x)
         G: Floats = np.linalg.inv(self.F(x)).reshape(*self.w.shape, 3, 3).astype(np.float64, copy=False)
@@ -135,19 +139,19 @@ class PoroelasticSolid(MixedSolid):
             D = np.einsum("mq,mqbI,mqcI->mbc", self.pores.permeability * self.w, self.dNpdX, self.dNpdX, optimize=True)
             add_blocks((-flow * self.unit) * D, slots[:, width:, width:], data)
             return
-        G, kJ, slope = self._deformed(x)
+        G, kJ, slope = self._inverse_gradient_and_permeability(x)
         spatial = np.einsum("mqbI,mqIi->mqbi", self.dNpdX, G, optimize=True)
         D = np.einsum("mq,mqbi,mqci->mbc", kJ * self.w, spatial, spatial, optimize=True)
         add_blocks((-flow * self.unit) * D, slots[:, width:, width:], data)
-        add_blocks(flow * self._turned(x, G, kJ, slope, spatial), slots[:, width:, :width], data)
+        add_blocks(flow * self._flow_derivative(x, G, kJ, slope, spatial), slots[:, width:, :width], data)
 
-    def _turned(self, x: Floats, G: Floats, kJ: Floats, slope: Floats, spatial: Floats) -> Floats:
+    def _flow_derivative(self, x: Floats, G: Floats, kJ: Floats, slope: Floats, spatial: Floats) -> Floats:
         """Return int grad N_b . dK/du grad p dV (m, b, 3a), m^2/s.
 
         With g = F^-T grad p and s_b = F^-T grad N_b, the integrand is s_b . g J d(kJ)/dJ (F^-T : dF) - k J (s_b . dF
         F^-1 g + g . dF F^-1 s_b).
         """
-        g = np.einsum("mqI,mqIi->mqi", self._slopes(x), G, optimize=True)
+        g = np.einsum("mqI,mqIi->mqi", self._pressure_gradients(x), G, optimize=True)
         found = []
         for b in range(spatial.shape[2]):
             s = spatial[:, :, b]

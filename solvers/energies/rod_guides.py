@@ -49,19 +49,19 @@ class GuidedTendon(RodElementEnergy):
         return R, r / size[:, None], size
 
     @cached_property
-    def _at_rest(self) -> Floats:
+    def _rest_chord_lengths(self) -> Floats:
         return self._chord_kinematics(self.rest)[2]
 
     def value(self, x: Floats) -> float:
         """Return the potential, zero in the undeformed state, J."""
-        return self.tension * float((self._chord_kinematics(x)[2] - self._at_rest).sum())
+        return self.tension * float((self._chord_kinematics(x)[2] - self._rest_chord_lengths).sum())
 
     def nearest(self, x: Floats) -> Floats:
         """Return the smallest ratio of current to initial distance between neighbouring guides (1,)."""
-        found: Floats = (self._chord_kinematics(x)[2] / self._at_rest).min(keepdims=True)
+        found: Floats = (self._chord_kinematics(x)[2] / self._rest_chord_lengths).min(keepdims=True)
         return found
 
-    def _moved(self, R: Floats) -> Floats:
+    def _chord_end_derivatives(self, R: Floats) -> Floats:
         """Return the derivatives of the two ends of each chord by their sections (2, g - 1, 3, 6): 1 and -R [a]x."""
         by = np.empty((len(R), 3, 6))
         by[:, :, :3] = np.eye(3)
@@ -71,13 +71,13 @@ class GuidedTendon(RodElementEnergy):
     def local_forces(self, x: Floats) -> Floats:
         """Return the gradient of each chord (g - 1, 12), N and N m."""
         R, t, _ = self._chord_kinematics(x)
-        first, second = (self.tension * t[:, None] @ by for by in self._moved(R))
+        first, second = (self.tension * t[:, None] @ by for by in self._chord_end_derivatives(R))
         return np.concatenate([-first, second], axis=2)[:, 0]
 
     def local_hessians(self, x: Floats) -> Floats:
         """Return the Hessian of each chord (g - 1, 12, 12)."""
         R, t, size = self._chord_kinematics(x)
-        first, second = self._moved(R)
+        first, second = self._chord_end_derivatives(R)
         J = np.concatenate([-first, second], axis=2)
         across = (self.tension / size)[:, None, None] * (np.eye(3) - t[:, :, None] * t[:, None])
         found: Floats = J.swapaxes(1, 2) @ across @ J

@@ -87,7 +87,7 @@ def _moment_derivative_map() -> Floats:
 def _second_derivative_map() -> Floats:
     """Return the constant matrix (17, 144) that maps products to the second derivatives of y by the 12 dofs.
 
-    The products (17,) are t_l c_n (16,) and t . q_a, formed in `RodElements._own`.
+    The products (17,) are t_l c_n (16,) and t . q_a, formed in `RodElements._second_derivative_products`.
     """
     M = np.zeros((17, 12, 12))
     mixed = -np.einsum("lim,mnj->lnij", PRODUCT[:, 1:], PRODUCT[:, :, 1:]).reshape(16, 3, 3) / 4  # -e_i c e_j / 4
@@ -262,7 +262,7 @@ class RodElements:
         left = np.concatenate([B, turns.steps], axis=1)
         right = np.concatenate([stiffness[:, :, None] * B, M @ turns.steps], axis=1)
         H = (left.swapaxes(1, 2) @ right).reshape(n, 144)
-        H += self._own(t) @ _OWN
+        H += self._second_derivative_products(t) @ _OWN
         return np.asarray(H).reshape(n, 12, 12)
 
     def _force_second_derivatives(self, force: Floats, t: Floats) -> Floats:
@@ -278,7 +278,7 @@ class RodElements:
         parts /= self.turns.rho[:, None]
         return np.asarray((parts @ _FORCE).reshape(-1, 7, 7))
 
-    def _own(self, t: Floats) -> Floats:
+    def _second_derivative_products(self, t: Floats) -> Floats:
         """Return the products (n, 17) that the second derivatives of y depend on, for derivatives t by y (n, 11).
 
         q exp(phi / 2) = q + ... - |phi|^2 q / 8. So each node adds -(t . q) / 4 to its rotational diagonal, and c adds

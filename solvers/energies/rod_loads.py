@@ -49,7 +49,7 @@ class EccentricRodForces(Energy):
         """The three rotations of every node (k, 3)."""
         return _rotation_dofs(self.nodes)
 
-    def _points(self, x: Floats) -> Floats:
+    def _loaded_points(self, x: Floats) -> Floats:
         """Return the current positions of the loaded points (k, 3), m."""
         nodes = x.reshape(-1, 7)[self.nodes]
         found: Floats = nodes[:, :3] + np.einsum("kij,kj->ki", rotation(nodes[:, 3:]), self.arms)
@@ -57,11 +57,11 @@ class EccentricRodForces(Energy):
 
     def value(self, x: Floats) -> float:
         """Return the potential, zero in the undeformed state, J."""
-        return -float(np.sum(self.forces * (self._points(x) - self._at_rest)))
+        return -float(np.sum(self.forces * (self._loaded_points(x) - self._rest_positions)))
 
     @cached_property
-    def _at_rest(self) -> Floats:
-        return self._points(self.rest)
+    def _rest_positions(self) -> Floats:
+        return self._loaded_points(self.rest)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Subtract the forces, N, and their moments a x R^T f about the material axes, N m, from g."""

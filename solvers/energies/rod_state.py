@@ -135,7 +135,7 @@ class RodChain:
         It equals the correction at held nodes and is linear between them. For a component that is held at no node, it
         is the mean of the correction.
         """
-        below, above, part = self._between
+        below, above, part = self._held_neighbours
         drift = excess.take(below)
         drift += part * (excess.take(above) - drift)
         loose = ~self.held.any(axis=0)
@@ -144,7 +144,7 @@ class RodChain:
         return drift
 
     @cached_property
-    def _between(self) -> tuple[Ints, Ints, Floats]:
+    def _held_neighbours(self) -> tuple[Ints, Ints, Floats]:
         """Neighbouring held components of each component (nodes, 3), and the interpolation weight between them.
 
         The held components before and after are given as flat indices.

@@ -53,7 +53,7 @@ class RodTendons(RodElementEnergy):
         arms, slopes, shares, tension = (np.concatenate(pair) for pair in zip(*both, strict=True))
         return RodTendons(self.rest, self.elements, arms, slopes, shares, tension)
 
-    def _directions(self, segments: RodElements) -> tuple[Floats, Floats]:
+    def _directions_and_lengths(self, segments: RodElements) -> tuple[Floats, Floats]:
         """Return the direction y (k, m, 3) of each tendon in each element, and |y| (k, m)."""
         y: Floats = (self._direction_derivatives @ segments.strains[:, :, None])[..., 0] + self.slopes
         return y, np.maximum(np.sqrt(np.einsum("kmi,kmi->km", y, y)), SHORT)
@@ -67,7 +67,9 @@ class RodTendons(RodElementEnergy):
     def paths(self, x: Floats) -> Floats:
         """Return the lengths of the tendons (k,) in state x, m."""
         found: Floats = (
-            self.shares * self.lengths * self._directions(cached_elements(x, self.elements, self.lengths))[1]
+            self.shares
+            * self.lengths
+            * self._directions_and_lengths(cached_elements(x, self.elements, self.lengths))[1]
         ).sum(1)
         return found
 
@@ -78,7 +80,9 @@ class RodTendons(RodElementEnergy):
 
     def nearest(self, x: Floats) -> Floats:
         """Return the smallest ratio of current to initial distance between neighbouring points of each tendon (k,)."""
-        now, then = (self._directions(cached_elements(s, self.elements, self.lengths))[1] for s in (x, self.rest))
+        now, then = (
+            self._directions_and_lengths(cached_elements(s, self.elements, self.lengths))[1] for s in (x, self.rest)
+        )
         found: Floats = np.where(self.shares > 0.0, now / then, np.inf).min(axis=1)
         return found
 
@@ -87,21 +91,21 @@ class RodTendons(RodElementEnergy):
         return float(self.tension @ (self.paths(x) - self.at_rest))
 
     @cached_property
-    def _weights(self) -> Floats:
+    def _tension_weights(self) -> Floats:
         """Products T l c of tension, element length and fraction (k, m), N m."""
         return np.asarray(self.tension[:, None] * self.shares * self.lengths)
 
-    def _carried(self, segments: RodElements) -> Floats:
+    def _tendon_resultants(self, segments: RodElements) -> Floats:
         """Return the section forces and moments that the tendons add in each element, times its length (m, 6)."""
-        y, size = self._directions(segments)
-        pull = (self._weights / size)[:, :, None] * y
+        y, size = self._directions_and_lengths(segments)
+        pull = (self._tension_weights / size)[:, :, None] * y
         found: Floats = (pull[:, :, None] @ self._direction_derivatives)[:, :, 0].sum(axis=0)
         return found
 
     def local_forces(self, x: Floats) -> Floats:
         """Return the gradient of each element (m, 12), N and N m."""
         segments = cached_elements(x, self.elements, self.lengths)
-        return segments.forces(self._carried(segments))
+        return segments.forces(self._tendon_resultants(segments))
 
     def local_hessians(self, x: Floats) -> Floats:
         """Return the Hessian of each element (m, 12, 12).
@@ -109,14 +113,14 @@ class RodTendons(RodElementEnergy):
         It contains (1 - t t^T) / |y| and the second derivatives of the strains.
         """
         segments = cached_elements(x, self.elements, self.lengths)
-        y, size = self._directions(segments)
+        y, size = self._directions_and_lengths(segments)
         t = y / size[:, :, None]
         across = np.eye(3) - t[..., :, None] * t[..., None, :]
-        weight = (self._weights / size)[:, :, None, None]
+        weight = (self._tension_weights / size)[:, :, None, None]
         D = (self._direction_derivatives.swapaxes(2, 3) @ (weight * (across @ self._direction_derivatives))).sum(axis=0)
         B = segments.gradients
         found: Floats = B.swapaxes(1, 2) @ D @ B
-        return found + segments.hessians(self._carried(segments), np.zeros((len(self.lengths), 6)))
+        return found + segments.hessians(self._tendon_resultants(segments), np.zeros((len(self.lengths), 6)))
 
     def rounding(self, x: Floats) -> float:
         """Return zero: the rounding error of this load is far below that of the rod."""

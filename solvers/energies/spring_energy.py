@@ -46,7 +46,7 @@ class Springs(Energy):
         return found
 
     @cached_property
-    def _stiffest(self) -> Floats:
+    def _nodal_stiffness_sums(self) -> Floats:
         """Sum of the stiffnesses that meet at each node (nodes,), N/m."""
         return np.bincount(self.edges.ravel(), np.repeat(self.k, 2)).astype(float)
 
@@ -56,7 +56,7 @@ class Springs(Energy):
         It is machine epsilon times the force that a stretch by the largest length or displacement would cause.
         """
         largest = max(float(self.l0.max(initial=0.0)), float(np.abs(x).max(initial=0.0)))
-        return float(np.finfo(np.float64).eps * largest * np.linalg.norm(self._stiffest))
+        return float(np.finfo(np.float64).eps * largest * np.linalg.norm(self._nodal_stiffness_sums))
 
     def value(self, x: Floats) -> float:
         """Return the strain energy, J."""

@@ -157,7 +157,7 @@ class ViscoelasticHistory(EnergyHistory):
         elif np.array_equal(E, self.E):  # at constant strain, the decrease of the stored energy
             lost = np.maximum(self.springs - springs, 0.0)
         else:
-            lost = self._loss(known.springs, S, E, h)
+            lost = self._step_dissipation(known.springs, S, E, h)
         open_ = np.isnan(springs) | np.isnan(lost)
         springs, lost = np.where(open_, self.springs, springs), np.where(open_, 0.0, lost)
         return ViscoelasticHistory(
@@ -196,7 +196,7 @@ class ViscoelasticHistory(EnergyHistory):
             total += (a * known.compliant(H + half * B) + tau * left * known.compliant(B)) / (g * tau)
         return total
 
-    def _loss(self, springs: BranchSprings, S: Floats, E: Floats, h: float) -> Floats:
+    def _step_dissipation(self, springs: BranchSprings, S: Floats, E: Floats, h: float) -> Floats:
         """Return the dissipation of a step (n,), J/m^3, by Gauss quadrature in panels, for a law with known `springs`.
 
         S and the strain vary linearly in time, as the branch stresses assume. C is scaled to unit determinant if the

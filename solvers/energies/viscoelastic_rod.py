@@ -49,12 +49,12 @@ class RodHistory(EnergyHistory):
 
     def over(self, h: float) -> Energy:
         """Return the energy whose minimum is the state at the end of a step of h seconds from now."""
-        held, stiffness = self._held(h)
+        held, stiffness = self._past_forces_and_stiffnesses(h)
         other = _static_rod_energy(self.energy).stiffened(VaryingStiffness(stiffness), held / stiffness)
         energy: Any = self.energy
         return other if isinstance(energy, RodElastic) else replace(energy, elastic=other)
 
-    def _held(self, h: float) -> tuple[Floats, Floats]:
+    def _past_forces_and_stiffnesses(self, h: float) -> tuple[Floats, Floats]:
         """Return the forces that remain from the past, and the stiffnesses, after h seconds, each (n, 6)."""
         C = self._C
         decay, mean, _ = decay_factors(h, self.tau)
@@ -64,14 +64,14 @@ class RodHistory(EnergyHistory):
 
     def accepted(self, x: Floats, h: float) -> RodHistory:
         """Return the history after a step of h seconds that ends in state x."""
-        E, C, (decay, mean, _) = self._strains(x), self._C, decay_factors(h, self.tau)
+        E, C, (decay, mean, _) = self._element_strains(x), self._C, decay_factors(h, self.tau)
         way = E - self.E
         H = decay[:, None, None] * self.H + (self.g * mean[:, None])[:, None] * (C * way)
         N = (1.0 - self.g.sum(axis=0)) * C * E + H.sum(axis=0)
         worked = self.worked + float(self._element_lengths @ (0.5 * (self.N + N) * way).sum(axis=1))
-        return replace(self, E=E, H=H, N=N, worked=worked, lost=self.lost + self._loss(way, h))
+        return replace(self, E=E, H=H, N=N, worked=worked, lost=self.lost + self._step_dissipation(way, h))
 
-    def _loss(self, way: Floats, h: float) -> float:
+    def _step_dissipation(self, way: Floats, h: float) -> float:
         """Return the dissipation of a step in which strains change by `way` (n, 6), J: int sum H^2 / (g C tau) dt.
 
         It is exact, because H = A exp(-s/tau) + B, and never negative.
@@ -99,7 +99,7 @@ class RodHistory(EnergyHistory):
         """Energy dissipated since the start, J."""
         return self.lost
 
-    def _strains(self, x: Floats) -> Floats:
+    def _element_strains(self, x: Floats) -> Floats:
         """Return the strains of the elements in state x (n, 6)."""
         energy: Any = self.energy
         return _static_rod_energy(energy).strains(x if isinstance(energy, RodElastic) else energy.chart.state(x))

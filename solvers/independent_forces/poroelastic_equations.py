@@ -48,11 +48,11 @@ class PoroelasticBody:
         return dN, weights * det * around, r
 
     @property
-    def _corners(self) -> Floats:
+    def _corner_shape_functions(self) -> Floats:
         """Pressure shape functions at the integration points (q, c)."""
         return solid_forces.shape_functions(CELLS[self.kind].linear, solid_forces.quadrature_rule(self.kind)[0])
 
-    def _spread(self, each: Floats) -> Floats:
+    def _sum_at_nodes(self, each: Floats) -> Floats:
         """Return the sums at the nodes (n,) of values at the corners of cells (m, c)."""
         c = each.shape[1]
         found: Floats = np.bincount(self.cells[:, :c].ravel(), each.ravel(), len(self.points)).astype(np.float64)
@@ -61,7 +61,7 @@ class PoroelasticBody:
     def forces(self, u: Floats) -> tuple[Floats, float]:
         """Return the nodal forces of the fluid pressure, -int p dN/dx dv (n, 3), N, and their rounding error."""
         dN, w, r = self._deformed_geometry(u)
-        p = self.p @ self._corners.T
+        p = self.p @ self._corner_shape_functions.T
         f = -np.einsum("mq,mqai->mai", w * p, dN)
         if self.depth:
             f[:, :, 2] = 0.0
@@ -86,19 +86,19 @@ class PoroelasticBody:
                 if self.depth
                 else 0.0
             )
-            return self._spread((w * grown) @ self._corners)
+            return self._sum_at_nodes((w * grown) @ self._corner_shape_functions)
         before = self._deformed_geometry(np.zeros_like(u))[1]
-        return self._spread((w - before) @ self._corners)
+        return self._sum_at_nodes((w - before) @ self._corner_shape_functions)
 
     def flow(self, u: Floats) -> Floats:
         """Return the inflow rates -int grad N_b . k grad p dv at the corners (n,), m^3/s."""
         w = self._deformed_geometry(u)[1]
         k = self.permeable(w / self._deformed_geometry(np.zeros_like(u))[1])
-        slopes = self._slopes(u)
+        slopes = self._pressure_shape_gradients(u)
         grad = np.einsum("mqci,mc->mqi", slopes, self.p)
-        return self._spread(-np.einsum("mq,mqci,mqi->mc", w * k, slopes, grad))
+        return self._sum_at_nodes(-np.einsum("mq,mqci,mqi->mc", w * k, slopes, grad))
 
-    def _slopes(self, u: Floats) -> Floats:
+    def _pressure_shape_gradients(self, u: Floats) -> Floats:
         """Return the gradients of the pressure shape functions (m, q, c, 3), 1/m, in the deformed mesh."""
         xi, _ = solid_forces.quadrature_rule(self.kind)
         x = self.points if self.small else self.points + u

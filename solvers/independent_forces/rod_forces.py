@@ -39,7 +39,7 @@ class CheckedRod:
     gone: Floats | None = None
 
     @cached_property
-    def _at_rest(self) -> tuple[Floats, Floats]:
+    def _rest_strains(self) -> tuple[Floats, Floats]:
         """Gamma + e1 and the rotation vectors of the elements at rest, (n - 1, 3) each."""
         if self.natural is None:
             return np.array([1.0, 0.0, 0.0]), np.zeros(3)
@@ -54,7 +54,7 @@ class CheckedRod:
         The second result (n, 6, elements, modes) is their derivative by the internal forces of the constrained modes.
         """
         e, Ra = len(self.l), self.R[:-1]
-        _, inverse, middle, d, A = self._elements
+        _, inverse, middle, d, A = self._element_kinematics
         left = self.strains if self.gone is None else self.strains - self.gone
         carried = left[:, :3] * self.C[..., :3]
         carried[:, list(self.rigid)] = 0.0
@@ -63,16 +63,16 @@ class CheckedRod:
         unit = np.zeros((e, len(self.rigid), 3)) + middle[:, :, list(self.rigid)].transpose(0, 2, 1)
         by = np.zeros((e + 1, 6, e, len(self.rigid)))
         if self.rigid:
-            ends = self._ends(unit, np.zeros_like(unit), d, A)
+            ends = self._element_end_forces(unit, np.zeros_like(unit), d, A)
             for side in (0, 1):
                 by[np.arange(e) + side, :, np.arange(e)] += ends[side].transpose(0, 2, 1)
         return g, by
 
     @cached_property
-    def _elements(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    def _element_kinematics(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
         """Quantities theta, J^-1, R_m, d and A of every element (see the module docstring)."""
         Ra, d = self.R[:-1], np.diff(self.x, axis=0)
-        theta = self._turns
+        theta = self._relative_rotations
         inverse: Floats = np.asarray(np.linalg.inv(left_jacobian(theta)), dtype=np.float64)
         A = 0.5 * Ra @ left_jacobian(0.5 * theta) @ inverse @ Ra.transpose(0, 2, 1)
         return theta, inverse, Ra @ exponential(0.5 * theta), d, A
@@ -84,7 +84,7 @@ class CheckedRod:
         their `slopes` (e, 3), no unit, in the axes of the element. The tangent vector of the tendon is R_m (R_m^T d / l
         + K x a + a'). Sections carry the opposite of the tension along it.
         """
-        theta, inverse, middle, d, A = self._elements
+        theta, inverse, middle, d, A = self._element_kinematics
         across = np.cross(theta / self.l[:, None], arms) + slopes
         way = d / self.l[:, None] + np.einsum("eij,ej->ei", middle, across)
         pull = tension[:, None] * way / np.linalg.norm(way, axis=1)[:, None]
@@ -97,30 +97,30 @@ class CheckedRod:
 
         The first is that of fibres at distances `arms` (3,), m, from the axis.
         """
-        middle = self.R[:-1] @ exponential(0.5 * self._turns)
-        Gamma = np.einsum("eki,ek->ei", middle, np.diff(self.x, axis=0)) / self.l[:, None] - self._at_rest[0]
+        middle = self.R[:-1] @ exponential(0.5 * self._relative_rotations)
+        Gamma = np.einsum("eki,ek->ei", middle, np.diff(self.x, axis=0)) / self.l[:, None] - self._rest_strains[0]
         bent = np.linalg.norm(arms * self.curvatures, axis=1)
         return float(bent.max()), float(np.linalg.norm(Gamma, axis=1).max())
 
     @property
     def strains(self) -> Floats:
         """Stretch and shears, no unit, and twist and bending curvatures, 1/m, of each element (n - 1, 6)."""
-        _, _, middle, d, _ = self._elements
-        Gamma = np.einsum("eki,ek->ei", middle, d) / self.l[:, None] - self._at_rest[0]
+        _, _, middle, d, _ = self._element_kinematics
+        Gamma = np.einsum("eki,ek->ei", middle, d) / self.l[:, None] - self._rest_strains[0]
         return np.concatenate([Gamma, self.curvatures], axis=1)
 
     @property
     def curvatures(self) -> Floats:
         """Twist and curvatures of each element about e1, e2 and e3 (n - 1, 3), 1/m, minus those at rest."""
-        found: Floats = (self._turns - self._at_rest[1]) / self.l[:, None]
+        found: Floats = (self._relative_rotations - self._rest_strains[1]) / self.l[:, None]
         return found
 
     @property
-    def _turns(self) -> Floats:
+    def _relative_rotations(self) -> Floats:
         """Rotation vector from each node to the next, in the axes of the first (n - 1, 3), rad."""
         return rotation_vector(self.R[:-1].transpose(0, 2, 1) @ self.R[1:])
 
-    def _ends(self, N: Floats, M: Floats, d: Floats, A: Floats) -> tuple[Floats, Floats]:
+    def _element_end_forces(self, N: Floats, M: Floats, d: Floats, A: Floats) -> tuple[Floats, Floats]:
         """Return forces and moments at the first and the second node of each element, (e, k, 6) each.
 
         N and M (e, k, 3) are the force and moment of the element, for k cases.
@@ -131,8 +131,8 @@ class CheckedRod:
         return np.concatenate([-N, first], axis=2), np.concatenate([N, second], axis=2)
 
     def _sum_at_nodes(self, N: Floats, M: Floats, d: Floats, A: Floats) -> Floats:
-        """Return the sums at the nodes (n, 6, k) of the forces and moments of elements (see `_ends`)."""
-        first, second = self._ends(N, M, d, A)
+        """Return the sums at the nodes (n, 6, k) of the forces and moments of elements (see `_element_end_forces`)."""
+        first, second = self._element_end_forces(N, M, d, A)
         g = np.zeros((len(self.x), 6, N.shape[1]))
         g[:-1] += first.transpose(0, 2, 1)
         g[1:] += second.transpose(0, 2, 1)

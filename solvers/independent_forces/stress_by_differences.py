@@ -48,7 +48,7 @@ class EnergyStress:
 
         Raises ValueError if F is outside the law's domain or at its edge.
         """
-        P, error = self._slopes(F, ALL)
+        P, error = self._derivatives_with_error(F, ALL)
         return np.ascontiguousarray(P.T).reshape(F.shape), error
 
     def entry(self, F: Floats, i: int, J: int) -> Floats:
@@ -56,10 +56,10 @@ class EnergyStress:
 
         Raises ValueError if F is outside the law's domain or at its edge.
         """
-        found: Floats = self._slopes(F, ((i, J),))[0][0]
+        found: Floats = self._derivatives_with_error(F, ((i, J),))[0][0]
         return found
 
-    def _slopes(self, F: Floats, entries: tuple[tuple[int, int], ...]) -> tuple[Floats, Floats]:
+    def _derivatives_with_error(self, F: Floats, entries: tuple[tuple[int, int], ...]) -> tuple[Floats, Floats]:
         """Return the derivatives by some entries (i, J) of F (k, n), and a bound of their error (n,)."""
         f, h = np.ascontiguousarray(F.transpose(1, 2, 0)), STEP * np.clip(least_stretch(F), LEAST, 1.0)
         found, left, rounding = self._derivatives_by_steps(f, h, entries)
@@ -146,7 +146,7 @@ class PlaneStressLaw:
         """
         low, high, step = np.ones(len(F)), np.ones(len(F)), 1.25
         for _ in range(40):
-            pulled, pushed = self._across(F, low) > 0.0, self._across(F, high) < 0.0
+            pulled, pushed = self._transverse_stress(F, low) > 0.0, self._transverse_stress(F, high) < 0.0
             if not (pulled.any() or pushed.any()):
                 break
             low, high = np.where(pulled, low / step, low), np.where(pushed, high * step, high)
@@ -154,7 +154,7 @@ class PlaneStressLaw:
             raise ValueError("no thickness change makes the plate free of normal stress")
         for _ in range(60):
             middle = 0.5 * (low + high)
-            up = self._across(F, middle) < 0.0
+            up = self._transverse_stress(F, middle) < 0.0
             low, high = np.where(up, middle, low), np.where(up, high, middle)
         G = F.copy()
         G[:, 2, 2] = 0.5 * (low + high)
@@ -162,7 +162,7 @@ class PlaneStressLaw:
         P[:, 2, 2] = 0.0
         return P, error
 
-    def _across(self, F: Floats, s: Floats) -> Floats:
+    def _transverse_stress(self, F: Floats, s: Floats) -> Floats:
         """Return P33 (n,), Pa, at stretches s (n,) along z."""
         G = F.copy()
         G[:, 2, 2] = s

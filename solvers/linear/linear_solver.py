@@ -80,7 +80,7 @@ class Systems:
         elif self.choice.reuse and symmetric:
             found = ReusedFactor(self, K, goal)
         else:
-            found = self._factor(K, symmetric)
+            found = self._make_factor_by_method(K, symmetric)
         self.name = found.name
         made: Factor = found
         return made
@@ -90,9 +90,9 @@ class Systems:
         if self.choice.reuse or self.choice.precision == "single":
             self.factorisations += 1
             return factor(K, modes=self.choice.modes)
-        return self._factor(K, True)
+        return self._make_factor_by_method(K, True)
 
-    def _factor(self, K: sparse.csr_matrix, symmetric: bool) -> Factor:
+    def _make_factor_by_method(self, K: sparse.csr_matrix, symmetric: bool) -> Factor:
         """Return a solver for K by the method in the options."""
         method: Any = self.choice.method
         self.factorisations += 1
@@ -215,7 +215,7 @@ class DiagonalConjugateGradients:
             raise Singular("conjugate gradients need a symmetric matrix")
         linear.must_be_finite(self.K)
         cap = self.systems.choice.cap
-        x, done, residual = self._iterate(b, MOST if cap is None else cap)
+        x, done, residual = self._iterate_conjugate_gradients(b, MOST if cap is None else cap)
         if done or self.negative_pivots:
             return x
         if cap is None:
@@ -223,7 +223,7 @@ class DiagonalConjugateGradients:
         self.systems.capped += 1
         return x
 
-    def _iterate(self, b: Floats, most: int) -> tuple[Floats, bool, float]:
+    def _iterate_conjugate_gradients(self, b: Floats, most: int) -> tuple[Floats, bool, float]:
         """Return x after at most `most` iterations, whether they converged, and the relative residual."""
         K, size = self.K, float(np.linalg.norm(b))
         diagonal = np.abs(K.diagonal())

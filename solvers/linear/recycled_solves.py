@@ -63,7 +63,7 @@ class LinearSolver:
         """Return x with |b - K x| <= tolerance |b|. Raises Unsolved and Singular."""
         self.statistics.solves += 1
         if not np.any(b):
-            self._note("nothing to solve", 0.0)
+            self._record_solve("nothing to solve", 0.0)
             return np.zeros_like(b)
         self._analyse_pattern(K)
         x = None if self._cholesky is None else self._solve_definite(K, b, tolerance)
@@ -94,18 +94,18 @@ class LinearSolver:
         """
         x = np.zeros_like(b)
         if self._is_old_factor_worthwhile():
-            x, done = self._iterate(K, b, x, tolerance, self._iteration_budget())
+            x, done = self._iterate_conjugate_gradients(K, b, x, tolerance, self._iteration_budget())
             if done:
                 self._age += 1
                 return self._check_residual("conjugate gradients, earlier factor", K, b, x, tolerance)
             self._failed[self._age] = self.statistics.solves
         if not self._refactorise(K):
             return None
-        x, done = self._iterate(K, b, x, tolerance, FRESH)
+        x, done = self._iterate_conjugate_gradients(K, b, x, tolerance, FRESH)
         if not done and self._cholesky is not None and self._cholesky.precision == "single":
             if not self._try_factorise(Cholesky(self._cholesky.plan, "double"), K):
                 return None
-            x, done = self._iterate(K, b, np.zeros_like(b), tolerance, FRESH)
+            x, done = self._iterate_conjugate_gradients(K, b, np.zeros_like(b), tolerance, FRESH)
         return self._check_residual("conjugate gradients, own factor", K, b, x, tolerance) if done else None
 
     def _is_old_factor_worthwhile(self) -> bool:
@@ -148,7 +148,7 @@ class LinearSolver:
         self._cholesky, self._ready, self._age = attempt, True, 0
         return True
 
-    def _iterate(
+    def _iterate_conjugate_gradients(
         self, K: sparse.csr_matrix, b: Floats, x: Floats, tolerance: float, budget: int
     ) -> tuple[Floats, bool]:
         """Return x after conjugate gradient iterations from a start x, and whether it reached the tolerance.
@@ -198,9 +198,9 @@ class LinearSolver:
             rounding = 8 * EPS * float(np.linalg.norm(abs(K) @ np.abs(x)) + size)
             if not residual <= min(rounding, ROUGH * size):
                 raise Unsolved(residual / size, tolerance)
-        self._note(method, residual / size)
+        self._record_solve(method, residual / size)
         return x
 
-    def _note(self, method: str, residual: float) -> None:
+    def _record_solve(self, method: str, residual: float) -> None:
         """Record the method and the relative residual of a solve."""
         self.statistics.method, self.statistics.residual = method, residual

@@ -37,7 +37,7 @@ class ArrudaBoyce(IsochoricInvariantMaterial):
     def energy(self, i: Array, k: Array) -> Array:
         """Return W (m,), J/m^3; see `IsochoricInvariantMaterial`."""
         total: Array = 0.0 * i
-        for n, c in self._terms():  # (3 + i)^n - 3^n = i ((3 + i)^(n-1) + 3 (3 + i)^(n-2) + ... + 3^(n-1))
+        for n, c in self._series_terms():  # (3 + i)^n - 3^n = i ((3 + i)^(n-1) + 3 (3 + i)^(n-2) + ... + 3^(n-1))
             total = total + c * sum(3.0**q * (3.0 + i) ** (n - 1 - q) for q in range(n))
         return i * total
 
@@ -49,14 +49,14 @@ class ArrudaBoyce(IsochoricInvariantMaterial):
         """Return the second derivatives of the energy, Pa."""
         return self._energy_derivative(2, i), None, None
 
-    def _terms(self) -> list[tuple[int, float]]:
+    def _series_terms(self) -> list[tuple[int, float]]:
         """Return the exponent n and the coefficient m C_n / limit^(2n - 2), Pa, of each term of the series."""
         return [(n, self.m * c / self.limit ** (2 * n - 2)) for n, c in enumerate(SERIES, 1)]
 
     def _energy_derivative(self, order: int, i: Number) -> Number:
         """Return the first or second derivative of W by i, Pa, by Horner's rule."""
         total: Number = 0.0 * i
-        for n, c in reversed(self._terms()):
+        for n, c in reversed(self._series_terms()):
             factor = n if order == 1 else n * (n - 1)
             total = total * (3.0 + i) + factor * c
             if n == order:

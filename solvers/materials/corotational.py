@@ -71,7 +71,7 @@ class Corotational(BatchedLaw):
         """
         r = rotation(f)
         sums = _stretch_pair_sums(stretch(r, f))
-        self._write(r, _floored_inverse(sums) * self._twist_factor(f, r), H)
+        self._set_tangent(r, _floored_inverse(sums) * self._twist_factor(f, r), H)
 
     def principal(self, e: Sequence[Any]) -> Principal:
         """Return psi, tau and d tau/de for logarithmic principal stretches e (see principal_axes_law.py)."""
@@ -89,19 +89,19 @@ class Corotational(BatchedLaw):
         Only the twists can have negative eigenvalues, 2 mu + 2 c/(s_i + s_j): they are clamped at zero. The
         others are 2 mu (five times) and 2 mu + 3 lam = 3 K (the mode R), positive for -1 < nu < 1/2.
         """
-        return tensors(F, self._projected)
+        return tensors(F, self._set_projected_tangent)
 
-    def _projected(self, f: Array, H: Array) -> None:
+    def _set_projected_tangent(self, f: Array, H: Array) -> None:
         r = rotation(f)
         sums, axes = spectrum(_stretch_pair_sums(stretch(r, f)))
         twists = np.maximum(self._twist_factor(f, r) / np.maximum(sums, FLOOR), -self.mu)
-        self._write(r, product(axes * twists, transposed(axes)), H)
+        self._set_tangent(r, product(axes * twists, transposed(axes)), H)
 
     def _twist_factor(self, f: Array, r: Array) -> Array:
         """Return c = lam tr(S - I) - 2 mu (m,), which multiplies dR/dF."""
         return self.lam * inner(r, f - r) - 2.0 * self.mu
 
-    def _write(self, r: Array, y: Array, H: Array) -> None:
+    def _set_tangent(self, r: Array, y: Array, H: Array) -> None:
         """Write H = 2 mu I + lam R (x) R + y_ab T_a (x) T_b, on and above the diagonal; y (3, 3, m) is symmetric."""
         rows = r.reshape(9, -1)
         set_outer(H, rows, self.lam * rows)

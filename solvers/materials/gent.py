@@ -48,12 +48,12 @@ class Gent(IsochoricInvariantMaterial):
 
     def slopes(self, i: Array, k: Array) -> tuple[Number, Number]:
         """Return the first derivatives of the energy, Pa."""
-        return 0.5 * self.mu / self._left(i), None
+        return 0.5 * self.mu / self._remaining_extensibility(i), None
 
     def curvatures(self, i: Array, k: Array) -> tuple[Number, Number, Number]:
         """Return the second derivatives of the energy, Pa."""
-        return 0.5 * self.mu / (self.limit * self._left(i) ** 2), None, None
+        return 0.5 * self.mu / (self.limit * self._remaining_extensibility(i) ** 2), None, None
 
-    def _left(self, i: Array) -> Array:
+    def _remaining_extensibility(self, i: Array) -> Array:
         """Return 1 - i/limit (m,); NaN at the limit and beyond."""
         return where(i < self.limit, 1.0 - i / self.limit, math.nan)

@@ -77,42 +77,42 @@ class HeterogeneousLaw:
 
     def psi(self, F: Array) -> Array:
         """Return the energy per undeformed volume, J/m^3 (m q,); a single F is evaluated at the first point."""
-        return self._each("psi", F, ())
+        return self._evaluate_by_blocks("psi", F, ())
 
     def P(self, F: Array) -> Array:
         """Return the first Piola-Kirchhoff stress, Pa (m q, 3, 3)."""
-        return self._each("P", F, (3, 3))
+        return self._evaluate_by_blocks("P", F, (3, 3))
 
     def dPdF(self, F: Array) -> Array:
         """Return dP_iJ/dF_kL, Pa (m q, 3, 3, 3, 3)."""
-        return self._each("dPdF", F, (3, 3, 3, 3))
+        return self._evaluate_by_blocks("dPdF", F, (3, 3, 3, 3))
 
     def dPdF_projected(self, F: Array) -> Array:
         """Return the positive semi-definite 9x9 matrix nearest to dPdF, Pa (m q, 3, 3, 3, 3)."""
-        return self._each("dPdF_projected", F, (3, 3, 3, 3))
+        return self._evaluate_by_blocks("dPdF_projected", F, (3, 3, 3, 3))
 
     def opened(self, F: Array) -> Array:
         """Return F with the thickness stretch that makes the stress across a plate zero, (m q, 3, 3)."""
-        return self._each("opened", F, (3, 3))
+        return self._evaluate_by_blocks("opened", F, (3, 3))
 
     def at_rest(self, measure: Callable[[Array], Array]) -> Array:
         """Return `measure` of the tensors dP/dF (k, 3, 3, 3, 3) in the undeformed state, at every point (m, q)."""
         found = np.empty(int(np.prod(self.shape)))
         eye = np.eye(3)[None]
-        for some, law in self._blocks(found.size):
+        for some, law in self._blocks_with_laws(found.size):
             found[some] = measure(law.dPdF(np.broadcast_to(eye, (len(found[some]), 3, 3))))
         return found.reshape(self.shape)
 
-    def _each(self, name: str, F: Array, tail: tuple[int, ...]) -> Array:
+    def _evaluate_by_blocks(self, name: str, F: Array, tail: tuple[int, ...]) -> Array:
         """Return the results of the method `name` of the law at F, evaluated block by block."""
         if len(F) not in (1, int(np.prod(self.shape))):
             raise ValueError(f"{len(F)} deformation gradients for constants at {self.shape} points")
         out = np.empty((len(F), *tail), dtype=precision(F))
-        for some, law in self._blocks(len(F)):
+        for some, law in self._blocks_with_laws(len(F)):
             out[some] = getattr(law, name)(F[some])
         return out
 
-    def _blocks(self, count: int) -> Iterator[tuple[slice, Any]]:
+    def _blocks_with_laws(self, count: int) -> Iterator[tuple[slice, Any]]:
         flat = map_arrays(self.law, np.ravel)
         for start in range(0, count, BLOCK):
             some = slice(start, min(start + BLOCK, count))

@@ -94,12 +94,12 @@ class IsochoricInvariantLaw(Hyperelastic):
     constraint: VolumeRatioConstraint
 
     def _psi(self, f: Array) -> Array:
-        i, k, j = self._invariants(f)
+        i, k, j = self._isochoric_invariants(f)
         g = self.constraint.of(j)[0]
         return np.where(j > -1.0, self.material.energy(i, k) + 0.5 * self.modulus * g * g, np.inf)
 
     def _P(self, f: Array) -> Array:
-        i, k, j = self._invariants(f)
+        i, k, j = self._isochoric_invariants(f)
         first, second = self.material.slopes(i, k)
         J = 1.0 + j
         a, s = 2.0 * first * J ** (-2.0 / 3.0), self.modulus * volumetric_derivatives(self.constraint, j)[0]
@@ -112,7 +112,7 @@ class IsochoricInvariantLaw(Hyperelastic):
         return P
 
     def _dPdF(self, f: Array, H: Array) -> None:
-        i, k, j = self._invariants(f)
+        i, k, j = self._isochoric_invariants(f)
         J, C, rows = 1.0 + j, cofactor(f), f.reshape(9, -1)
         first, second = self.material.slopes(i, k)
         swell, stiffen = volumetric_derivatives(self.constraint, j)
@@ -138,7 +138,7 @@ class IsochoricInvariantLaw(Hyperelastic):
         add_identity(H, a)
         x = (J ** (-2.0 / 3.0) * f - third * C).reshape(9, -1)
         y = None if second is None else (J ** (-4.0 / 3.0) * B - (2.0 * more) * C).reshape(9, -1)
-        self._stiffen(H, self.material.curvatures(i, k), x, y)
+        self._add_invariant_curvatures(H, self.material.curvatures(i, k), x, y)
 
     def principal(self, e: Sequence[Number]) -> Principal:
         """Return psi, tau and d tau/de for logarithmic principal stretches e (principal_axes_law.py)."""
@@ -165,7 +165,9 @@ class IsochoricInvariantLaw(Hyperelastic):
         return self.material.energy(i, k) + swelling, tau, bent
 
     @staticmethod
-    def _stiffen(H: Array, curvatures: tuple[Number, Number, Number], x: Array, y: Array | None) -> None:
+    def _add_invariant_curvatures(
+        H: Array, curvatures: tuple[Number, Number, Number], x: Array, y: Array | None
+    ) -> None:
         """Add H += 4 (W_ii x (x) x + W_ik (x (x) y + y (x) x) + W_kk y (x) y)."""
         ii, ik, kk = curvatures
         if ii is not None:
@@ -176,7 +178,7 @@ class IsochoricInvariantLaw(Hyperelastic):
         if y is not None and kk is not None:
             add_outer(H, 4.0 * kk * y, y)
 
-    def _invariants(self, f: Array) -> tuple[Array, Array, Array]:
+    def _isochoric_invariants(self, f: Array) -> tuple[Array, Array, Array]:
         """Return i, k and J - 1 (m,), without cancellation; k is i if the law does not use it."""
         h = displacement_gradient(f)
         first, j = 2.0 * trace(h) + inner(h, h), volume_change(h)

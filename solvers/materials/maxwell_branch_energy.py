@@ -51,13 +51,13 @@ class FirstInvariantBranch:
     def resting(self, q: Array) -> Array:
         """Return the strain C' (n, 3, 3) in which a branch with lost stress q (n, 3, 3), Pa, is at rest."""
         values, axes = np.linalg.eigh(q)
-        y = self.slope(np.zeros(len(q))) if self.even else self._slopes(values)
+        y = self.slope(np.zeros(len(q))) if self.even else self._rest_slopes(values)
         each = 1.0 / (y[:, None] - values)
         each /= np.cbrt(each.prod(axis=1))[:, None]
         found: Array = (axes * each[:, None, :]) @ axes.swapaxes(1, 2)
         return found
 
-    def _slopes(self, q: Array) -> Array:
+    def _rest_slopes(self, q: Array) -> Array:
         """Return 2 W' at C' (n,), Pa, from the eigenvalues of q (n, 3), Pa, by bisection for a consistent I1."""
 
         def above(i: Array) -> Array:  # True if I1 of the resulting C' exceeds i + 3
@@ -124,16 +124,16 @@ class IsotropicBranch:
         """Return logarithms of the eigenvalues of C' (n, 3), and C' (n, 3, 3)."""
         values, axes = np.linalg.eigh(q)
         with np.errstate(all="ignore"):
-            e = self._rest(values)
+            e = self._rest_log_stretches(values)
         return e, (axes * np.exp(e)[:, None, :]) @ axes.swapaxes(1, 2)
 
-    def _rest(self, q: Array) -> Array:
+    def _rest_log_stretches(self, q: Array) -> Array:
         """Return logarithms of the eigenvalues of C' (n, 3) from those of q (n, 3), Pa."""
         ways = np.array(ACROSS if self.keeps else (*ACROSS, ALL))
         e, found = np.zeros_like(q), np.zeros(len(q), dtype=bool)
         for _ in range(STEPS):
-            slope = self._slope(e, q)
-            sides = [(self._slope(e + NEAR * way, q) - slope) / NEAR for way in ways]
+            slope = self._potential_derivative(e, q)
+            sides = [(self._potential_derivative(e + NEAR * way, q) - slope) / NEAR for way in ways]
             g, K = slope @ ways.T, np.stack([side @ ways.T for side in sides], axis=2)
             low, V = np.linalg.eigh(np.nan_to_num(0.5 * (K + K.swapaxes(1, 2))))
             size = self.mu + np.abs(q).max(axis=1)
@@ -146,7 +146,7 @@ class IsotropicBranch:
         e[~found] = np.nan
         return e
 
-    def _slope(self, e: Array, q: Array) -> Array:
+    def _potential_derivative(self, e: Array, q: Array) -> Array:
         """Return d(W - q : C/2)/de (n, 3), Pa."""
         c = np.exp(e)
         P = self.law.P(_diagonal_matrices(np.sqrt(c)))

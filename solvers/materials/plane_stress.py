@@ -83,22 +83,22 @@ class PlaneStress:
         ten.
         """
         F = F.copy()
-        F[:, 2, 2] = self._first(F)
+        F[:, 2, 2] = self._initial_thickness_stretch(F)
         left = np.arange(len(F))
         with np.errstate(all="ignore"):
             for _ in range(ITERATIONS):
                 some, s = F[left], F[left, 2, 2]
-                stress, slope = self._across(self._at(left), some)
+                stress, slope = self._transverse_stress_and_stiffness(self._solid_at_points(left), some)
                 step = -stress / slope
                 F[left, 2, 2] = np.clip(s + step, LEAST * s, MOST * s)
                 left = left[~(np.abs(step) <= ROUNDING * s)]
                 if not len(left):
                     return F
-        F[left[~self._still(self._at(left), F[left])], 2, 2] = np.nan
+        F[left[~self._is_transverse_stress_zero(self._solid_at_points(left), F[left])], 2, 2] = np.nan
         return F
 
     @staticmethod
-    def _across(solid: Any, F: Array) -> tuple[Array, Array]:
+    def _transverse_stress_and_stiffness(solid: Any, F: Array) -> tuple[Array, Array]:
         """Return P33 and dP33/dF33 (m,), Pa, of the solid; laws of two invariants give them without full tensors."""
         if not isinstance(solid, TwoInvariantLaw):
             return solid.P(F)[:, 2, 2], solid.dPdF(F)[:, 2, 2, 2, 2]
@@ -109,7 +109,7 @@ class PlaneStress:
         slope = a + d * C**2
         return a * along + s * C, slope if c is None else slope + 2.0 * c * along * C
 
-    def _at(self, which: Any) -> Any:
+    def _solid_at_points(self, which: Any) -> Any:
         """Return the law of the solid at the points `which`; it is the same for all unless constants vary."""
         if not any(is_array(v) for v in vars(self.solid).values()):
             return self.solid
@@ -118,24 +118,24 @@ class PlaneStress:
         return map_arrays(self.solid, lambda a: a[which])
 
     @staticmethod
-    def _rest(solid: Any, F: Array) -> Array:
+    def _rest_tangent(solid: Any, F: Array) -> Array:
         """Return dP/dF of a solid at rest, Pa: (1, 3, 3, 3, 3), or one per F if its constants are arrays."""
         many = len(F) if any(is_array(v) for v in vars(solid).values()) else 1
         found: Array = solid.dPdF(np.broadcast_to(np.eye(3, dtype=F.dtype), (many, 3, 3)))
         return found
 
-    def _still(self, solid: Any, F: Array) -> Any:
+    def _is_transverse_stress_zero(self, solid: Any, F: Array) -> Any:
         """Return whether the stress across the plate is rounding error (m,)."""
-        A = self._rest(solid, F)[:, 2, 2, 2, 2]
+        A = self._rest_tangent(solid, F)[:, 2, 2, 2, 2]
         found = np.abs(solid.P(F)[:, 2, 2]) <= 100.0 * np.finfo(F.dtype).eps * A
         return found & (F[:, 2, 2] > FLAT)
 
-    def _first(self, F: Array) -> Array:
+    def _initial_thickness_stretch(self, F: Array) -> Array:
         """Return the initial thickness stretch for Newton's method (m,), which is exact for small strains.
 
         It is A^-(lam / (lam + 2 mu)) for the area ratio A.
         """
-        A = self._rest(self.solid, F)
+        A = self._rest_tangent(self.solid, F)
         area = F[:, 0, 0] * F[:, 1, 1] - F[:, 0, 1] * F[:, 1, 0]
         found: Array = np.maximum(area, LEAST) ** -(A[:, 2, 2, 0, 0] / A[:, 2, 2, 2, 2])
         return found

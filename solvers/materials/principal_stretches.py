@@ -84,17 +84,17 @@ class PrincipalStretchLaw(Hyperelastic):
     def _P(self, f: Array) -> Array:
         """Return P = F S (3, 3, m), Pa, with S the second Piola-Kirchhoff stress."""
         s, e, v, j = _principal_kinematics(f)
-        return product(f, product(v * (self._stress(e, j) / (s * s)), transposed(v)))
+        return product(f, product(v * (self._kirchhoff_stresses(e, j) / (s * s)), transposed(v)))
 
     def _dPdF(self, f: Array, H: Array) -> None:
-        self._tangent(f, H, False)
+        self._set_tangent(f, H, False)
 
     def _projected(self, f: Array, H: Array) -> None:
-        self._tangent(f, H, True)
+        self._set_tangent(f, H, True)
 
-    def _tangent(self, f: Array, H: Array, projected: bool) -> None:
+    def _set_tangent(self, f: Array, H: Array, projected: bool) -> None:
         s, e, v, j = _principal_kinematics(f)
-        axes, twist, flip = self._blocks(s, e, j)
+        axes, twist, flip = self._principal_tangent_blocks(s, e, j)
         if projected:
             w, q = spectrum(axes)
             axes = product(q * np.maximum(w, 0.0), transposed(q))
@@ -110,16 +110,16 @@ class PrincipalStretchLaw(Hyperelastic):
         swelling = add_volumetric_terms(self.constraint, self.modulus, j, tau, bent)
         return sum(of.energy(a) for a in t) + swelling, tau, bent
 
-    def _stress(self, e: Array, j: Array) -> Array:
+    def _kirchhoff_stresses(self, e: Array, j: Array) -> Array:
         """Return the principal Kirchhoff stresses tau (3, m), Pa."""
         slope = self.material.slope(e)
         slope -= slope.sum(axis=0) / 3.0
         slope += self.modulus * volumetric_derivatives(self.constraint, j)[0] * (1.0 + j)
         return slope
 
-    def _blocks(self, s: Array, e: Array, j: Array) -> tuple[Array, list[Array], list[Array]]:
+    def _principal_tangent_blocks(self, s: Array, e: Array, j: Array) -> tuple[Array, list[Array], list[Array]]:
         """Return d2psi/ds_a ds_b (3, 3, m), and the eigenvalues of twist and flip of each plane, Pa."""
-        tau, bend, J = self._stress(e, j), self.material.curvature(e), 1.0 + j
+        tau, bend, J = self._kirchhoff_stresses(e, j), self.material.curvature(e), 1.0 + j
         swell, stiffen = volumetric_derivatives(self.constraint, j)
         rest = bend.sum(axis=0) / 9.0 + self.modulus * (swell * J + stiffen * J * J)
         axes = np.empty((3, *s.shape), dtype=s.dtype)

@@ -52,7 +52,7 @@ class StableNeoHookean(Hyperelastic, Isotropic):
         return _Shape(**vars(self)), VolumeRatio()
 
     @property
-    def _moduli(self) -> tuple[float, float]:
+    def _energy_moduli(self) -> tuple[float, float]:
         """Moduli m and l, Pa; l (J - a) = l (J - 1) - 3m/4."""
         return 4.0 / 3.0 * self.shear_modulus, self.lame_lambda + 5.0 / 6.0 * self.shear_modulus
 
@@ -61,7 +61,7 @@ class StableNeoHookean(Hyperelastic, Isotropic):
         return psi
 
     def _P(self, f: Array) -> Array:
-        m, l = self._moduli
+        m, l = self._energy_moduli
         stretch, j = invariants(f)
         # 3/4 m (F - cof F), zero at rest, is computed separately from terms of higher order
         P = (l * j) * cofactor(f)
@@ -71,7 +71,7 @@ class StableNeoHookean(Hyperelastic, Isotropic):
 
     def _dPdF(self, f: Array, H: Array) -> None:
         """Write m (1 - 1/(I1 + 1)) 1 + 2m/(I1 + 1)^2 F (x) F + l C (x) C + l (J - a) dC/dF, C = cof F."""
-        m, l = self._moduli
+        m, l = self._energy_moduli
         rows, C = f.reshape(9, -1), cofactor(f).reshape(9, -1)
         more = inner(f, f) + 1.0
         set_outer(H, C, l * C)
@@ -81,7 +81,7 @@ class StableNeoHookean(Hyperelastic, Isotropic):
 
     def principal(self, e: Sequence[Any]) -> Principal:
         """Return psi, tau and d tau/de for logarithmic principal stretches e (principal_axes_law.py)."""
-        m, l = self._moduli
+        m, l = self._energy_moduli
         x, j = [expm1(2.0 * a) for a in e], expm1(e[0] + e[1] + e[2])
         stretch, J, own = x[0] + x[1] + x[2], 1.0 + j, [1.0 + a for a in x]
         more, soft = 0.25 * m * stretch / (stretch + 4.0), 2.0 * m / (stretch + 4.0) ** 2
@@ -93,7 +93,7 @@ class StableNeoHookean(Hyperelastic, Isotropic):
 
     def _energy(self, stretch: Any, j: Any) -> Any:
         """Return psi, J/m^3, from I1 - 3 and J - 1."""
-        m, l = self._moduli
+        m, l = self._energy_moduli
         return 0.5 * m * (stretch - log1p(0.25 * stretch)) + j * (0.5 * l * j - 0.75 * m)
 
 

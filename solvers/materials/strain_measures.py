@@ -96,12 +96,12 @@ class IsochoricStrain:
 
     def pulled(self, F: Array, H: Array) -> Array:
         """Return J^(-2/3) (F H - (H : C)/3 F^-T)."""
-        a, FH, G, held = self._parts(F, H)
+        a, FH, G, held = self._isochoric_factors(F, H)
         found: Array = a[:, None, None] * (FH - held[:, None, None] / 3.0 * G)
         return found
 
     def add_tangent(self, F: Array, H: Array, A: Array) -> None:
-        a, FH, G, held = self._parts(F, H)
+        a, FH, G, held = self._isochoric_factors(F, H)
         mixed = np.einsum("niJ,nkL->niJkL", FH, G)
         more = -2.0 / 3.0 * (mixed + mixed.transpose(0, 3, 4, 1, 2))
         more += np.einsum("n,niJ,nkL->niJkL", 2.0 / 9.0 * held, G, G) + np.einsum("n,niL,nkJ->niJkL", held / 3.0, G, G)
@@ -110,7 +110,7 @@ class IsochoricStrain:
         A += a[:, None, None, None, None] * more
 
     @staticmethod
-    def _parts(F: Array, H: Array) -> tuple[Array, Array, Array, Array]:
+    def _isochoric_factors(F: Array, H: Array) -> tuple[Array, Array, Array, Array]:
         """Return J^(-2/3) (n,), F H (n, 3, 3), F^-T (n, 3, 3) and H : C (n,)."""
         FH, inverse = F @ H, np.linalg.inv(F)
         G: Any = inverse.swapaxes(1, 2)
@@ -133,12 +133,12 @@ class BiotStrain:
         return _symmetric_part(_transposed(rotations(F)) @ law.P(F))
 
     def pulled(self, F: Array, H: Array) -> Array:
-        V, sums = self._axes(F)
+        V, sums = self._stretch_axes_and_sums(F)
         found: Array = 2.0 * F @ (V @ (_transposed(V) @ H @ V / sums) @ _transposed(V))
         return found
 
     def add_tangent(self, F: Array, H: Array, A: Array) -> None:
-        V, sums = self._axes(F)
+        V, sums = self._stretch_axes_and_sums(F)
         X = _transposed(V) @ H @ V / sums
         T: Any = np.zeros((len(F), 3, 3, 3, 3))  # dX by dC, in the axes of U
         for a in range(3):
@@ -153,7 +153,7 @@ class BiotStrain:
             A[:, i, :, i, :] += whole
 
     @staticmethod
-    def _axes(F: Array) -> tuple[Array, Array]:
+    def _stretch_axes_and_sums(F: Array) -> tuple[Array, Array]:
         """Return the axes of U as columns (n, 3, 3), and s_i + s_j (n, 3, 3), at least FLOOR."""
         s, V = np.linalg.eigh(_symmetric_part(_transposed(rotations(F)) @ F))
         return V, np.maximum(s[:, :, None] + s[:, None, :], FLOOR)

@@ -278,9 +278,9 @@ class _CellFunctions:
     def integrate(self, parts: Parts) -> Integrals:
         """Integrate the functions over parts by several rules, in batches, and compare the results."""
         groups = range(0, len(parts), BATCH)
-        return Integrals.joined([self._integrate(parts[at : at + BATCH]) for at in groups])
+        return Integrals.joined([self._integrate_batch(parts[at : at + BATCH]) for at in groups])
 
-    def _integrate(self, parts: Parts) -> Integrals:
+    def _integrate_batch(self, parts: Parts) -> Integrals:
         """Integrate the functions over one batch of parts, and compare the fine rule with the other rules.
 
         The integral of a function that is odd about the middle of a part vanishes in every symmetric rule, so the rules
@@ -363,7 +363,7 @@ class _CellFunctions:
         """
         if not len(parts):
             return parts
-        found = [self._halved(parts[at : at + BATCH], size) for at in range(0, len(parts), BATCH)]
+        found = [self._bisect_batch_by_bounds(parts[at : at + BATCH], size) for at in range(0, len(parts), BATCH)]
         return Parts(np.concatenate([p.cell for p in found]), np.concatenate([p.vertices for p in found]))
 
     def slices(self, parts: Parts, size: Floats) -> Parts:
@@ -404,7 +404,7 @@ class _CellFunctions:
         thick = np.diff(s, axis=1)[:, [0, 1, 1, 2]] > STRAIGHT * (s[:, -1:] - s[:, :1])
         return Parts(np.repeat(parts.cell, 4)[thick.ravel()], found.reshape(-1, 6, 3)[thick.ravel()])
 
-    def _halved(self, parts: Parts, size: Floats) -> Parts:
+    def _bisect_batch_by_bounds(self, parts: Parts, size: Floats) -> Parts:
         X = self.places(parts.cell, parts.vertices)
         widths, lengths, halves = [], [], []
         for bundle in self.bundles:

@@ -92,12 +92,12 @@ class Arc(Swept):
 
     def frame(self, station: float) -> tuple[Vector3, Vector3, Vector3]:
         """Return three unit vectors at a station: along the axis, to the circle's centre, and normal to both."""
-        t, n, b = self._start
+        t, n, b = self._start_frame
         c, s = math.cos(station / self.radius), math.sin(station / self.radius)
         return add_multiples((0.0, 0.0, 0.0), (c, t), (s, n)), add_multiples((0.0, 0.0, 0.0), (c, n), (-s, t)), b
 
     @property
-    def _start(self) -> tuple[Vector3, Vector3, Vector3]:
+    def _start_frame(self) -> tuple[Vector3, Vector3, Vector3]:
         across = cross(self.axis, self.towards)
         norm = math.hypot(*across)
         if norm == 0.0:  # reported by `fault`; this value is not used
@@ -108,11 +108,11 @@ class Arc(Swept):
     @property
     def middle(self) -> Vector3:
         """Centre of the circle, m."""
-        return add_multiples(self.origin, (self.radius, self._start[1]))
+        return add_multiples(self.origin, (self.radius, self._start_frame[1]))
 
     def centre(self, station: float) -> Vector3:
         """Return the centre of the section at a station, m from the root along the axis."""
-        t, n, _ = self._start
+        t, n, _ = self._start_frame
         turn = station / self.radius
         return add_multiples(
             self.origin, (self.radius * math.sin(turn), t), (2.0 * self.radius * math.sin(0.5 * turn) ** 2, n)
@@ -123,7 +123,7 @@ class Arc(Swept):
 
         The station is discontinuous halfway round the circle.
         """
-        t, n, b = self._start
+        t, n, b = self._start_frame
         off = [p - m for p, m in zip(point, self.middle, strict=True)]
         x, y = dot(off, t), -dot(off, n)
         half = 0.5 * self.angle
@@ -133,7 +133,7 @@ class Arc(Swept):
     def coordinates(self, X: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the stations and both section coordinates of points X (n, 3), as three arrays (n,), m."""
         off = X - np.array(self.middle)
-        x, y, v = (off @ np.array(e) for e in self._start)
+        x, y, v = (off @ np.array(e) for e in self._start_frame)
         half = 0.5 * self.angle
         past = np.arctan2(x, -y) - half
         turn = half + past - 2.0 * np.pi * np.rint(past / (2.0 * np.pi))
@@ -145,7 +145,7 @@ class Arc(Swept):
         A point is middle - (radius - u) n(turn) + v b. Along a coordinate axis it is highest where -n is highest,
         because the section does not reach beyond the centre of the circle.
         """
-        section, (t, n, b) = self.section, self._start
+        section, (t, n, b) = self.section, self._start_frame
         ends = first / self.radius, last / self.radius
         low, high = [0.0] * 3, [0.0] * 3
         for i, middle in enumerate(self.middle):
@@ -197,7 +197,7 @@ class Arc(Swept):
     def _bend_points(self, points: Floats) -> Floats:
         """Map points (n, 3), m, of a straight body along z to their positions in the arc."""
         u, v, s = points.T
-        t, n, b = (np.array(e) for e in self._start)
+        t, n, b = (np.array(e) for e in self._start_frame)
         c, d, turn = np.cos(s / self.radius), np.sin(s / self.radius), 0.5 * s / self.radius
         axis = np.outer(self.radius * d, t) + np.outer(2.0 * self.radius * np.sin(turn) ** 2, n)
         inward = c[:, None] * n - d[:, None] * t
@@ -206,7 +206,7 @@ class Arc(Swept):
     @property
     def sides(self) -> tuple[CurvedSide, ...]:
         """Curved sides: a torus, or the inner and the outer cylinder."""
-        section, b = self.section, self._start[2]
+        section, b = self.section, self._start_frame[2]
         if isinstance(section, Disc):
             return (TorusSide(b, self.middle, self.radius, section.radius),)
         foot = add_multiples(self.middle, (-0.5 * section.height, b))

@@ -91,7 +91,7 @@ class DisjointShapes(Shape):
         return found
 
     @property
-    def _sizes(self) -> tuple[float, float]:
+    def _cell_size_ratios(self) -> tuple[float, float]:
         return 1.0, self.coarser
 
     def contains(self, point: Vector3) -> bool:
@@ -107,7 +107,7 @@ class DisjointShapes(Shape):
 
         Return None if the size does not determine them.
         """
-        both = [shape.counts(by * size) for shape, by in zip(self.pair, self._sizes, strict=True)]
+        both = [shape.counts(by * size) for shape, by in zip(self.pair, self._cell_size_ratios, strict=True)]
         return None if None in both else (*both[0], *both[1])
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
@@ -118,7 +118,7 @@ class DisjointShapes(Shape):
         from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh, find_overlap, format_position
         from softmark.solvers.mesh.mesh import Mesh
 
-        a, b = (shape.mesh(kind, by * size) for shape, by in zip(self.pair, self._sizes, strict=True))
+        a, b = (shape.mesh(kind, by * size) for shape, by in zip(self.pair, self._cell_size_ratios, strict=True))
         points, cells = np.concatenate([a.points, b.points]), np.concatenate([a.cells, b.cells + len(a.points)])
         skin = None
         if a.skin is not None or b.skin is not None:
@@ -133,7 +133,7 @@ class DisjointShapes(Shape):
 
     def surface(self, size: float) -> Surface:
         """Return points (n, 3), m, and triangles (t, 3) of both surfaces, facing outward."""
-        (a, s), (b, t) = (shape.surface(by * size) for shape, by in zip(self.pair, self._sizes, strict=True))
+        (a, s), (b, t) = (shape.surface(by * size) for shape, by in zip(self.pair, self._cell_size_ratios, strict=True))
         return np.concatenate([a, b]), np.concatenate([s, t + len(a)])
 
 

@@ -64,11 +64,11 @@ class Extruded(Shape):
 
         if (found := polygons.find_trapezoid(self.corners)) is None:
             return None
-        along, across = self._order[found.along], self._order[1 - found.along]
+        along, across = self._coordinate_order[found.along], self._coordinate_order[1 - found.along]
         axis = (float(along == 0), float(along == 1), float(along == 2))
         first = transverse(axis)[0][across] != 0.0
         ends = [Rectangle(e, self.height) if first else Rectangle(self.height, e) for e in found.ends]
-        place = {along: found.begin, across: found.middle, self._order[2]: self.base + 0.5 * self.height}
+        place = {along: found.begin, across: found.middle, self._coordinate_order[2]: self.base + 0.5 * self.height}
         return tapered_member((place[0], place[1], place[2]), axis, found.length, *ends)
 
     @property
@@ -77,20 +77,20 @@ class Extruded(Shape):
         return not self.fault and polygons.is_convex(self.section)
 
     @property
-    def _order(self) -> tuple[int, int, int]:
+    def _coordinate_order(self) -> tuple[int, int, int]:
         """Indices of x, y and z: of the section's two coordinates, and of the coordinate along the body."""
         last = "xyz".index(self.along)
         return (last + 1) % 3, (last + 2) % 3, last
 
-    def _point(self, first: float, second: float, up: float) -> Vector3:
-        known = dict(zip(self._order, (first, second, up), strict=True))
+    def _point_from_section(self, first: float, second: float, up: float) -> Vector3:
+        known = dict(zip(self._coordinate_order, (first, second, up), strict=True))
         return known[0], known[1], known[2]
 
     @property
     def bounds(self) -> Bounds:
         """Lowest and highest coordinates, m."""
         low, high = polygons.coordinate_range(self.corners) if self.corners else ((0.0, 0.0), (0.0, 0.0))
-        return self._point(*low, self.base), self._point(*high, self.base + self.height)
+        return self._point_from_section(*low, self.base), self._point_from_section(*high, self.base + self.height)
 
     @property
     def volume(self) -> float:
@@ -124,13 +124,13 @@ class Extruded(Shape):
     def contains(self, point: Vector3) -> bool:
         """Return whether the body contains a point, within 1e-9 of its size."""
         slack = polygons.SAME * self.diagonal
-        x, y, up = (point[i] for i in self._order)
+        x, y, up = (point[i] for i in self._coordinate_order)
         along = self.base - slack <= up <= self.base + self.height + slack
         return along and polygons.contains_point(self.section, x, y, slack)
 
-    def _own(self, cuts: tuple[Cut, ...]) -> tuple[Cut, ...]:
+    def _cuts_in_section_coordinates(self, cuts: tuple[Cut, ...]) -> tuple[Cut, ...]:
         """Return cuts of x, y and z as cuts in the coordinates of the section and along its extrusion."""
-        names = dict(zip(self._order, ("first", "second", "along"), strict=True))
+        names = dict(zip(self._coordinate_order, ("first", "second", "along"), strict=True))
         moved = [(names["xyz".index(cut.axis)], cut) for cut in cuts]
         return tuple(replace(c, axis=n, at=c.at - self.base if n == "along" else c.at) for n, c in moved)
 
@@ -140,7 +140,12 @@ class Extruded(Shape):
         They are along both coordinates of the section's bounding box, and along the body.
         """
         (left, low), (right, high) = polygons.coordinate_range(self.corners)
-        layers = count_cells(0.0, self.height, count_divisions(self.height, size), cuts_along(self._own(cuts), "along"))
+        layers = count_cells(
+            0.0,
+            self.height,
+            count_divisions(self.height, size),
+            cuts_along(self._cuts_in_section_coordinates(cuts), "along"),
+        )
         return count_divisions(right - left, size), count_divisions(high - low, size), layers
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
@@ -152,12 +157,12 @@ class Extruded(Shape):
         from softmark.solvers.mesh.quadrilateral_meshing import mesh_polygon
         from softmark.solvers.mesh.structured_meshes import mesh_extrusion
 
-        own = self._own(cuts)
+        own = self._cuts_in_section_coordinates(cuts)
         made = mesh_extrusion(mesh_polygon(self.section, size, own), self.height, size, kind, own)
         return Mesh(self.placed(made.points + np.array([0.0, 0.0, self.base])), made.cells, made.kind)
 
     def placed(self, X: Floats) -> Floats:
         """Return points (..., 3) as x, y and z, m; they are given in section coordinates and the one along the body."""
         points: Floats = np.empty_like(X)
-        points[..., list(self._order)] = X
+        points[..., list(self._coordinate_order)] = X
         return points

@@ -82,7 +82,7 @@ class Member(Prism):
         return self.length * (a + 4.0 * b + c) / 6.0
 
     @cached_property
-    def _frame(self) -> tuple[Vector3, Vector3, Vector3]:
+    def _member_frame(self) -> tuple[Vector3, Vector3, Vector3]:
         axis, up = self.axis, self.up
         if math.hypot(*cross(up, axis)) < ALONG:
             up = (1.0, 0.0, 0.0) if abs(axis[0]) < 0.5 else (0.0, 1.0, 0.0)
@@ -93,7 +93,7 @@ class Member(Prism):
 
     def frame(self, station: float) -> tuple[Vector3, Vector3, Vector3]:
         """Return the unit vectors of all sections: along the axis, normal to `up`, and along `up`."""
-        return self._frame
+        return self._member_frame
 
     def slab(self, first: float, last: float) -> Bounds:
         """Return the lowest and highest coordinates of the part between two stations, m.
@@ -102,7 +102,7 @@ class Member(Prism):
         """
         low, high = [0.0] * 3, [0.0] * 3
         ends = [(self.centre(s), self.section_at(s)) for s in (first, last)]
-        for i, (a, b) in enumerate(zip(*self._frame[1:], strict=True)):
+        for i, (a, b) in enumerate(zip(*self._member_frame[1:], strict=True)):
             low[i] = min(x[i] - section.support(-a, -b) for x, section in ends)
             high[i] = max(x[i] + section.support(a, b) for x, section in ends)
         return (low[0], low[1], low[2]), (high[0], high[1], high[2])
@@ -196,7 +196,7 @@ class Network(Shape):
         pairs = [
             pair
             for i in range(len(self.pairs))
-            for pair in zip(self._of(i, "radius"), self._of(i, "inner"), strict=True)
+            for pair in zip(self._end_dimensions(i, "radius"), self._end_dimensions(i, "inner"), strict=True)
         ]
         if any(radius is not None and inner is not None and inner >= radius for radius, inner in pairs):
             return "`inner`, the radius of the cavity, must be less than `radius`"
@@ -250,14 +250,14 @@ class Network(Shape):
     def members(self) -> tuple[Member, ...]:
         """All members, in the order of the scene."""
         ends = [(self.points[a - 1], self.points[b - 1]) for a, b in self.pairs]
-        return tuple(Member(*pair, self._sections(i), self.up) for i, pair in enumerate(ends))
+        return tuple(Member(*pair, self._end_sections(i), self.up) for i, pair in enumerate(ends))
 
-    def _sections(self, i: int) -> tuple[Section, Section]:
+    def _end_sections(self, i: int) -> tuple[Section, Section]:
         """Return a member's sections at its first and second point."""
-        first, last = zip(*(self._of(i, name) for name in MEASURES), strict=True)
+        first, last = zip(*(self._end_dimensions(i, name) for name in MEASURES), strict=True)
         return _build_section(*first), _build_section(*last)
 
-    def _of(self, i: int, name: str) -> tuple[float | None, float | None]:
+    def _end_dimensions(self, i: int, name: str) -> tuple[float | None, float | None]:
         """Return the dimension `name` of member i at its first and second point, m; equal if only one is given."""
         first, last = getattr(self, name), getattr(self, f"end_{name}")
         return _value_of_member(first, i), _value_of_member(first if last is None else last, i)
@@ -280,7 +280,7 @@ class Network(Shape):
         """Return the members (counted from 0) that end at a point (counted from 1)."""
         return [i for i, pair in enumerate(self.pairs) if point in pair]
 
-    def _end(self, number: int, point: int) -> Section:
+    def _section_at_point(self, number: int, point: int) -> Section:
         """Return the section of a member (counted from 0) at one of its points (counted from 1)."""
         return self.members[number].ends[self.pairs[number].index(point)]
 
@@ -291,7 +291,11 @@ class Network(Shape):
         """
         here = self.at(point)
         other = next((i for i in here if i != number), None)
-        if len(here) != 2 or other is None or self._end(other, point) != self._end(number, point):
+        if (
+            len(here) != 2
+            or other is None
+            or self._section_at_point(other, point) != self._section_at_point(number, point)
+        ):
             return None
         one, two = self.members[number], self.members[other]
         return other if math.hypot(*cross(one.axis, two.axis)) <= ALONG else None

@@ -71,11 +71,11 @@ class CellTotals:
 
     def enlarge_cells(self, parts: Parts, found: Integrals) -> None:
         """Increase the magnitude of a cell if its parts show more of a function than before, such as a peak."""
-        self.size = np.maximum(self.size, self._sum(parts, found.magnitude))
+        self.size = np.maximum(self.size, self._sum_parts(parts, found.magnitude))
 
     def find_rough(self, parts: Parts, found: Integrals) -> Bools:
         """Return a mask (n,) of the parts that must be halved, because of their error or of hidden features."""
-        share = self._share(parts)
+        share = self._part_tolerances(parts)
         part = found.volume / self.volumes[parts.cell]
         most = ALL_HIDDEN * self.tolerance * self.size
         much = (self.hidden_with(parts, found) > most)[:, parts.cell] & (found.hidden > ALL_HIDDEN * share * part)
@@ -86,25 +86,25 @@ class CellTotals:
 
     def excess(self, parts: Parts, found: Integrals) -> Floats:
         """Return the error and the hidden integral of each part, relative to its tolerance, shape (n,)."""
-        worst: Floats = ((found.error + found.hidden) / self._share(parts)).max(axis=0)
+        worst: Floats = ((found.error + found.hidden) / self._part_tolerances(parts)).max(axis=0)
         return worst
 
     def accept(self, parts: Parts, found: Integrals) -> None:
         """Add parts that are not halved any further to the totals of their cells."""
         self.hidden = self.hidden_with(parts, found)
-        self.differences += self._sum(parts, found.differences)
-        self.squares += self._sum(parts, found.error**2)
+        self.differences += self._sum_parts(parts, found.differences)
+        self.squares += self._sum_parts(parts, found.error**2)
         self.done.append(parts)
         self.taken += len(parts)
 
     def hidden_with(self, parts: Parts, found: Integrals) -> Floats:
         """Return the bound of the hidden integral in each cell (g, m) if these parts are accepted."""
-        return self._sum(parts, found.hidden) + self.hidden
+        return self._sum_parts(parts, found.hidden) + self.hidden
 
     def errors_with(self, parts: Parts, found: Integrals) -> Floats:
         """Return the error of each cell (g, m) if these parts are accepted."""
-        squares = self.squares + self._sum(parts, found.error**2)
-        return _estimate_cell_errors(self.differences + self._sum(parts, found.differences), squares)
+        squares = self.squares + self._sum_parts(parts, found.error**2)
+        return _estimate_cell_errors(self.differences + self._sum_parts(parts, found.differences), squares)
 
     @property
     def errors(self) -> Floats:
@@ -115,11 +115,11 @@ class CellTotals:
         """Return the cells whose hidden integral may exceed the tolerance."""
         return np.flatnonzero((self.hidden > ALL_HIDDEN * self.tolerance * self.size).any(axis=0))
 
-    def _share(self, parts: Parts) -> Floats:
+    def _part_tolerances(self, parts: Parts) -> Floats:
         share: Floats = self.tolerance * self.size[:, parts.cell]
         return share
 
-    def _sum(self, parts: Parts, each: Floats) -> Floats:
+    def _sum_parts(self, parts: Parts, each: Floats) -> Floats:
         return _sum_by_cell(parts.cell, each, len(self.volumes))
 
 

@@ -112,13 +112,13 @@ class RoundedRevolution(Shape):
         return "" if 2.0 * self.rounding < self.length else "`rounding` is more than half of its length"
 
     @property
-    def _turned(self) -> Revolved:
+    def _core_body(self) -> Revolved:
         return Revolved(self.core, self.axis, self.origin)
 
     @property
     def bounds(self) -> Bounds:
         """Lowest and highest coordinates, m: those of the core, extended by the rounding."""
-        return _enlarge_bounds(self._turned.bounds, self.rounding)
+        return _enlarge_bounds(self._core_body.bounds, self.rounding)
 
     @property
     def volume(self) -> float:
@@ -126,7 +126,7 @@ class RoundedRevolution(Shape):
 
         V, A and M are the core's volume, area and integral of mean curvature; r is the rounding radius.
         """
-        r, core = self.rounding, self._turned
+        r, core = self.rounding, self._core_body
         return core.volume + core.skin * r + _integral_mean_curvature(self.core) * r**2 + 4.0 / 3.0 * math.pi * r**3
 
     def surface(self, size: float = 0.0) -> Surface:

@@ -92,7 +92,7 @@ class RoundBody(Shape):
         x, y, z = (o + share * a * w for o, a, w in zip(self.origin, self.outer, way, strict=True))
         return x, y, z
 
-    def _radii(self, size: float, cuts: tuple[Cut, ...]) -> tuple[float, ...]:
+    def _shell_radii(self, size: float, cuts: tuple[Cut, ...]) -> tuple[float, ...]:
         """Return the radii (m) at which shells of cells end, outward from the hollow or the core, including cuts."""
         largest = max(self.outer)
         if not self.hollow:
@@ -104,7 +104,7 @@ class RoundBody(Shape):
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
         """Return the numbers of cells for a cell `size` (m): on a quarter of the largest circle, across the shells."""
-        core, *beyond = self._radii(size, cuts)
+        core, *beyond = self._shell_radii(size, cuts)
         inner = 0 if self.hollow else count_divisions(0.4 * core, size)
         return 2 * count_divisions(math.pi * max(self.outer) / 4, size), inner + len(beyond)
 
@@ -114,7 +114,7 @@ class RoundBody(Shape):
         from softmark.solvers.mesh.structured_meshes import curve_sides
 
         (side, shells), largest = self.counts(size, cuts), max(self.outer)
-        core, *beyond = radii = self._radii(size, cuts)
+        core, *beyond = radii = self._shell_radii(size, cuts)
         if self.hollow:
             blocks, scale = build_shell(side, [r / largest for r in radii]), 1.0
         else:

@@ -95,7 +95,7 @@ class Tetrahedralized(SurfaceBody):
     @property
     def bounds(self) -> Bounds | None:
         """Lowest and highest coordinates, m; None for a missing file or one without a surface."""
-        surface = self._known
+        surface = self._surface_if_readable
         if surface is None:
             return None
         low, high = surface.points.min(axis=0).tolist(), surface.points.max(axis=0).tolist()
@@ -104,11 +104,11 @@ class Tetrahedralized(SurfaceBody):
     @property
     def volume(self) -> float | None:
         """Volume that the surface encloses, m^3; None if the surface intersects itself or is not known."""
-        surface = self._known
+        surface = self._surface_if_readable
         return None if surface is None or surface.crossings else surface.volume
 
     @property
-    def _known(self) -> ClosedSurface | None:
+    def _surface_if_readable(self) -> ClosedSurface | None:
         if not Path(self.path).is_file():
             return None
         from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh

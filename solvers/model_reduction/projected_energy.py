@@ -42,11 +42,11 @@ class ProjectedEnergy(Energy):
         return _full_stencil(self.V.shape[1])
 
     @cached_property
-    def _local(self) -> Assembly:
+    def _local_assembly(self) -> Assembly:
         return Assembly(len(self.V), np.zeros(0, dtype=np.int64), [self.energy], [])
 
     @cached_property
-    def _stretch(self) -> float:
+    def _largest_singular_value(self) -> float:
         """Largest singular value of V."""
         return float(np.sqrt(np.linalg.eigvalsh(inner_products(self.V, self.V))[-1]))
 
@@ -55,7 +55,7 @@ class ProjectedEnergy(Energy):
 
         It is the rounding error of the full gradient times the largest singular value of V.
         """
-        return self._stretch * self.energy.rounding(expand(self.V, x))
+        return self._largest_singular_value * self.energy.rounding(expand(self.V, x))
 
     def value(self, x: Floats) -> float:
         """Return the energy, J."""
@@ -72,7 +72,7 @@ class ProjectedEnergy(Energy):
 
         With `projected` the stiffness K of the full model is made definite cell by cell.
         """
-        block = inner_products(self.V, self._local.tangent(expand(self.V, x), 1.0, projected) @ self.V)
+        block = inner_products(self.V, self._local_assembly.tangent(expand(self.V, x), 1.0, projected) @ self.V)
         keep = slots[0] >= 0
         data[slots[0][keep]] += scale * block[keep]
 

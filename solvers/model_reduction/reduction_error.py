@@ -135,7 +135,7 @@ class _ErrorEquation:
         before, known = np.zeros_like(e), len(self.free) <= LARGEST
         for i, time in enumerate(motion.times):
             x = V @ motion.q[i]
-            R = self._residual(i, x)
+            R = self._out_of_balance_forces(i, x)
             residual, size = max(residual, float(np.linalg.norm(R))), max(size, _largest_displacement(x))
             if i and known:
                 try:
@@ -169,7 +169,7 @@ class _ErrorEquation:
         found = self.solver.solve(right)
         return found, 2.0 / h * (found - e) - w
 
-    def _residual(self, i: int, x: Floats) -> Floats:
+    def _out_of_balance_forces(self, i: int, x: Floats) -> Floats:
         """Return the out-of-balance forces of the full equations at output time i, N, shape (free,).
 
         The acceleration is computed from the reduced equations in that state, because integrators may store the

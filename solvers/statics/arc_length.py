@@ -104,18 +104,18 @@ class PathFollower:
         try:
             return self._follow_to_full_load()
         except PathLost as lost:
-            raise self._stopped(f"where it ends: {lost}") from lost
+            raise self._make_failure(f"where it ends: {lost}") from lost
 
     def _follow_to_full_load(self) -> Floats:
         """Return the first state (dofs,) of the path under full load.
 
         Raises NotConverged if the path is given up, and PathLost if a point between two known ones is not found.
         """
-        here, step, length = self._first(), FIRST, 0.0
+        here, step, length = self._rest_point(), FIRST, 0.0
         self.path.points.append(here)
         while len(self.path.points) < STEPS:
-            there, step = self._next(here, step)
-            crossing = self._crossing(here, there, step)
+            there, step = self._find_next_point(here, step)
+            crossing = self._find_full_load_point(here, there, step)
             self._store_critical_points(here, there if crossing is None else crossing, step)
             self.path.points.append(there if crossing is None else crossing)
             if crossing is not None:
@@ -124,19 +124,19 @@ class PathFollower:
             length, here = length + step, there
             longest = max(STRIDE, RELATIVE * length)
             step = min(longest, step * float(np.clip(np.sqrt(USUAL / max(1, there.iterations)), 0.5, 1.6)))
-        raise self._stopped(f"up to the limit of {STEPS} points")
+        raise self._make_failure(f"up to the limit of {STEPS} points")
 
     # ------------------------------------------------------------------ points
 
-    def _first(self) -> PathPoint:
+    def _rest_point(self) -> PathPoint:
         """Return the first point of the path: the rest state without load."""
         x = np.array(self.problem.rest, dtype=np.float64)
-        factor = self._factor(x, 0.0)
-        rate = self._rate(x, 0.0, factor)
+        factor = self._factorise_tangent(x, 0.0)
+        rate = self._state_rate(x, 0.0, factor)
         self.scale = float(np.linalg.norm(rate / self.weights)) or 1.0
-        return PathPoint(x, 0.0, self._unit(rate, 1.0), self._negative(factor), 0.0)
+        return PathPoint(x, 0.0, self._scale_to_unit_length(rate, 1.0), self._count_negative_eigenvalues(factor), 0.0)
 
-    def _next(self, here: PathPoint, step: float) -> tuple[PathPoint, float]:
+    def _find_next_point(self, here: PathPoint, step: float) -> tuple[PathPoint, float]:
         """Return the next point of the path, and the step length that was used. Raises NotConverged.
 
         The step is shortened until a point is found and the tangent turns only little.
@@ -144,31 +144,31 @@ class PathFollower:
         while True:
             try:
                 there = self.at(here, step)
-                if self._dot(here.tangent, there.tangent) >= TURN or step < 100 * FINEST:
+                if self._scaled_scalar_product(here.tangent, there.tangent) >= TURN or step < 100 * FINEST:
                     return there, step
             except PathLost as lost:
                 if step <= FINEST:
-                    raise self._stopped(f"where it ends: {lost}") from lost
+                    raise self._make_failure(f"where it ends: {lost}") from lost
             step = max(0.5 * step, FINEST) if step > FINEST else 0.0
             if step == 0.0:
-                raise self._stopped("where it has a kink")
+                raise self._make_failure("where it has a kink")
 
     def at(self, here: PathPoint, step: float) -> PathPoint:
         """Return the point of the path at the distance `step` along the tangent of another point. Raises PathLost."""
         ahead, lift = here.tangent
         d, up = step * ahead, step * lift
-        x, load = self._moved(here.x, d), here.load + up
+        x, load = self._move_state(here.x, d), here.load + up
         for number in range(CORRECTIONS + 1):
             g = self.assembly.gradient(x, load)
             if not np.all(np.isfinite(g)) or not np.isfinite(self.newton.strain(x)):
                 raise PathLost("the law has no states beyond it")
-            if number and self._balanced(x, load, g):
-                return self._point(here, x, load, number)
-            if number == CORRECTIONS or (number > 2 and np.hypot(*self._parts((d, up))) > 10 * step):
+            if number and self._is_balanced(x, load, g):
+                return self._make_path_point(here, x, load, number)
+            if number == CORRECTIONS or (number > 2 and np.hypot(*self._scaled_length_and_load((d, up))) > 10 * step):
                 break
-            missing = step - self._dot(here.tangent, (d, up))
+            missing = step - self._scaled_scalar_product(here.tangent, (d, up))
             more, rise = self._newton_correction(x, load, g, here.tangent, missing)
-            x, load, d, up = self._moved(x, more), load + rise, d + more, up + rise
+            x, load, d, up = self._move_state(x, more), load + rise, d + more, up + rise
         raise PathLost("Newton's method finds no further point")
 
     def _newton_correction(
@@ -178,38 +178,40 @@ class PathFollower:
 
         It also adds the length `missing` along the tangent. g (dofs,) are the residual forces. Raises PathLost.
         """
-        factor = self._factor(x, load)
+        factor = self._factorise_tangent(x, load)
         try:
-            rate = self._rate(x, load, factor)
+            rate = self._state_rate(x, load, factor)
             balance = np.zeros_like(rate)
             balance[self.assembly.free] = -factor.solve(g[self.assembly.free])
         except Singular as error:
             raise PathLost(str(error)) from error
-        along = self._dot(tangent, (rate, 1.0))
+        along = self._scaled_scalar_product(tangent, (rate, 1.0))
         if along == 0.0 or not np.isfinite(along):
             raise PathLost("the tangent is singular")
-        rise = (missing - self._dot(tangent, (balance, 0.0))) / along
-        self._record(load, g)
+        rise = (missing - self._scaled_scalar_product(tangent, (balance, 0.0))) / along
+        self._record_iteration(load, g)
         return balance + rise * rate, rise
 
-    def _moved(self, x: Floats, d: Floats) -> Floats:
+    def _move_state(self, x: Floats, d: Floats) -> Floats:
         """Return the state after a motion d (dofs,), and set the predicted pressures for the next tangent."""
         if self.newton.cellular:
             self.newton._promised = self.newton.mixing.with_predicted_pressures(self.assembly, x, d)
         self.newton.moved = self.newton._farther(d, 1.0)
         return self.problem.space.move(x, d)
 
-    def _point(self, here: PathPoint, x: Floats, load: float, iterations: int) -> PathPoint:
+    def _make_path_point(self, here: PathPoint, x: Floats, load: float, iterations: int) -> PathPoint:
         """Return a converged state as a point of the path; its tangent continues the direction of the last point."""
         self.newton._promised = None
-        factor = self._factor(x, load)
+        factor = self._factorise_tangent(x, load)
         try:
-            tangent = self._unit(self._rate(x, load, factor), 1.0)
+            tangent = self._scale_to_unit_length(self._state_rate(x, load, factor), 1.0)
         except Singular:
             tangent = here.tangent
-        if self._dot(tangent, here.tangent) < 0.0:
+        if self._scaled_scalar_product(tangent, here.tangent) < 0.0:
             tangent = -tangent[0], -tangent[1]
-        return PathPoint(x, load, tangent, self._negative(factor), self._largest_displacement(x), iterations)
+        return PathPoint(
+            x, load, tangent, self._count_negative_eigenvalues(factor), self._largest_displacement(x), iterations
+        )
 
     def _largest_displacement(self, x: Floats) -> float:
         """Return the largest displacement of a node in a state x, m.
@@ -228,7 +230,7 @@ class PathFollower:
 
     # ------------------------------------------------------------------ equations
 
-    def _factor(self, x: Floats, load: float) -> Factor:
+    def _factorise_tangent(self, x: Floats, load: float) -> Factor:
         """Return a factorisation of the tangent stiffness in a state x. Raises PathLost if it is singular."""
         newton = self.newton
         assembly = newton._promised if newton._promised is not None else self.assembly
@@ -244,11 +246,11 @@ class PathFollower:
         newton.matrix = K
         return newton.last
 
-    def _negative(self, factor: Factor) -> int | None:
+    def _count_negative_eigenvalues(self, factor: Factor) -> int | None:
         """Return the number of negative eigenvalues of the tangent; None for follower loads."""
         return factor.negative_pivots if self.assembly.conservative else None
 
-    def _rate(self, x: Floats, load: float, factor: Factor) -> Floats:
+    def _state_rate(self, x: Floats, load: float, factor: Factor) -> Floats:
         """Return the derivative dx/dload (dofs,) along the path.
 
         Imposed displacements change by their full-load values; all other degrees of freedom follow from the tangent.
@@ -260,17 +262,17 @@ class PathFollower:
         rate = np.zeros_like(change)
         if np.any(problem.target):
             rate[problem.fixed] = problem.target
-            change += self._towed(x, load, rate)
+            change += self._support_motion_forces(x, load, rate)
         rate[free] = -factor.solve(change[free])
         return rate
 
-    def _towed(self, x: Floats, load: float, d: Floats) -> Floats:
+    def _support_motion_forces(self, x: Floats, load: float, d: Floats) -> Floats:
         """Return the derivative of the forces (dofs,) by a motion d (dofs,) of the supports, by central differences."""
         eps = 1e-6 * self.problem.extent / max(float(np.abs(d).max()), np.finfo(float).tiny)
         ahead, behind = (self.assembly.gradient(self.problem.space.move(x, s * d), load) for s in (eps, -eps))
         return (ahead - behind) / (2.0 * eps)
 
-    def _balanced(self, x: Floats, load: float, g: Floats) -> bool:
+    def _is_balanced(self, x: Floats, load: float, g: Floats) -> bool:
         """Return whether residual forces g (dofs,) are small enough for a point on the path.
 
         They must be below EXACT times the larger of full load and reactions, or below their rounding error.
@@ -283,29 +285,29 @@ class PathFollower:
         left = float(np.linalg.norm((g * weights)[free]))
         return left <= max(EXACT * max(sizes), 4.0 * self.assembly.rounding(x))
 
-    def _dot(self, a: tuple[Floats, float], b: tuple[Floats, float]) -> float:
+    def _scaled_scalar_product(self, a: tuple[Floats, float], b: tuple[Floats, float]) -> float:
         """Return the scalar product of two vectors of a motion (dofs,) and a load, with motions scaled."""
         w = self.weights * self.scale
         return float((a[0] / w) @ (b[0] / w)) + a[1] * b[1]
 
-    def _parts(self, a: tuple[Floats, float]) -> tuple[float, float]:
+    def _scaled_length_and_load(self, a: tuple[Floats, float]) -> tuple[float, float]:
         """Return the scaled length of the motion, and the load, of a vector a of both."""
         return float(np.linalg.norm(a[0] / (self.weights * self.scale))), a[1]
 
-    def _unit(self, d: Floats, load: float) -> tuple[Floats, float]:
+    def _scale_to_unit_length(self, d: Floats, load: float) -> tuple[Floats, float]:
         """Return a motion d (dofs,) and a load, scaled to unit length together."""
-        size = np.sqrt(self._dot((d, load), (d, load)))
+        size = np.sqrt(self._scaled_scalar_product((d, load), (d, load)))
         return d / size, load / size
 
-    def _record(self, load: float, g: Floats) -> None:
+    def _record_iteration(self, load: float, g: Floats) -> None:
         """Add an iteration to the history of the solution."""
         left = float(np.linalg.norm((g * self.problem.weights)[self.assembly.free]))
         reactions = float(np.linalg.norm((g * self.problem.weights)[self.problem.fixed]))
-        self.newton._record(load, len(self.path.points), left / max(reactions, left) if left else 0.0, 1.0)
+        self.newton._record_iteration(load, len(self.path.points), left / max(reactions, left) if left else 0.0, 1.0)
 
     # ------------------------------------------------------------------ full load and critical points
 
-    def _crossing(self, here: PathPoint, there: PathPoint, step: float) -> PathPoint | None:
+    def _find_full_load_point(self, here: PathPoint, there: PathPoint, step: float) -> PathPoint | None:
         """Return the equilibrium under full load between two points of the path; None if there is none."""
         top = there
         if (
@@ -318,17 +320,17 @@ class PathFollower:
         for _ in range(30):
             middle = low[0] + (high[0] - low[0]) * float(np.clip((1.0 - low[1]) / (high[1] - low[1]), 0.02, 0.98))
             near = self.at(here, middle)
-            if abs(near.load - 1.0) < 1e-3 and (found := self._settled(here, near)) is not None:
+            if abs(near.load - 1.0) < 1e-3 and (found := self._converge_at_full_load(here, near)) is not None:
                 return found
             low, high = ((middle, near.load), high) if near.load < 1.0 else (low, (middle, near.load))
-        raise self._stopped("but the point at full load was not found")
+        raise self._make_failure("but the point at full load was not found")
 
-    def _settled(self, here: PathPoint, near: PathPoint) -> PathPoint | None:
+    def _converge_at_full_load(self, here: PathPoint, near: PathPoint) -> PathPoint | None:
         """Return the converged point under full load near another point; None if Newton's method leads elsewhere."""
         newton = self.newton
         newton._promised = None
         try:
-            x = self.problem.space.move(near.x, self._imposed(near.x, 1.0 - near.load))
+            x = self.problem.space.move(near.x, self._imposed_displacements(near.x, 1.0 - near.load))
             x, done, _ = newton.steps(x, CORRECTIONS)
         except NotConverged:
             return None
@@ -338,7 +340,7 @@ class PathFollower:
         newton._promised = None
         return PathPoint(x, 1.0, near.tangent, near.negative, self._largest_displacement(x), near.iterations)
 
-    def _imposed(self, x: Floats, part: float) -> Floats:
+    def _imposed_displacements(self, x: Floats, part: float) -> Floats:
         """Return a fraction `part` of the imposed displacements, shape (dofs,)."""
         d = np.zeros(self.problem.space.dofs)
         d[self.problem.fixed] = part * self.problem.target
@@ -403,9 +405,9 @@ class PathFollower:
         )
         for stop, why in checks:
             if stop:
-                raise self._stopped(why())
+                raise self._make_failure(why())
 
-    def _stopped(self, why: str) -> NotConverged:
+    def _make_failure(self, why: str) -> NotConverged:
         """Return the error for a path that does not reach full load, with the reason `why`."""
         highest = max((p.load for p in self.path.points), default=0.0)
         tops = [s.load for s in self.path.limits if s.kind == "limit point" and s.load > 0.0]

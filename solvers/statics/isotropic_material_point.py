@@ -64,7 +64,7 @@ class PrincipalPoint:
         if not free:
             return given, 0.0
         log = [0.0 if t != t else math.log(t) for t in given]
-        H = self._rest
+        H = self._stiffness_at_rest
         found = [-sum(log) / len(free)] * len(free)
         if self.constraint is None:
             right = [-sum(H[a][b] * log[b] for b in range(3)) for a in free]
@@ -88,20 +88,20 @@ class PrincipalPoint:
                 e[a] = e[alike[pull[a]][0]]
         free = list(alike.items())
         if not free or (self.constraint is not None and len(free) == 1):
-            return self._relieved(drive, e, free)
+            return self._solve_imposed_stretches(drive, e, free)
         if len(free) == 1:
             return self._solve_one_stretch(e, *free[0], most)
         p = start[1]
-        at = self._at(e, p, free)
+        at = self._residual_with_jacobian(e, p, free)
         for number in range(most):
             if at is None or (step := _solve_small_system(at[1], at[0])) is None:
                 return None
-            moved = self._searched((e, p, at), free, step)
+            moved = self._search_line((e, p, at), free, step)
             if moved is None:
-                return (e, p, number, at[2]) if max(map(abs, at[0])) <= SETTLED * self._stiff else None
+                return (e, p, number, at[2]) if max(map(abs, at[0])) <= SETTLED * self._largest_stiffness else None
             e, p, at = moved
             short = max(map(abs, step[: len(free)])) <= STILL
-            if short or max(map(abs, at[0])) <= ROUNDING * self._stiff:
+            if short or max(map(abs, at[0])) <= ROUNDING * self._largest_stiffness:
                 return e, p, number + 1, at[2]
         return None
 
@@ -110,7 +110,7 @@ class PrincipalPoint:
 
         e are the logarithms of stretches, `pull` the prescribed stress, Pa, on the free axes `axes`.
         """
-        a, known = axes[0], self._known(e, 0.0)
+        a, known = axes[0], self._energy_with_derivatives(e, 0.0)
         left = math.nan if known is None else known[1][a] - (pull * math.exp(e[a]) if pull else 0.0)
         for number in range(most):
             if not math.isfinite(left):
@@ -122,19 +122,19 @@ class PrincipalPoint:
                 now, by = e[:], max(-FARTHEST, min(FARTHEST, part * step))
                 for b in axes:
                     now[b] -= by
-                then = self._known(now, 0.0)
+                then = self._energy_with_derivatives(now, 0.0)
                 rest = math.nan if then is None else then[1][a] - (pull * math.exp(now[a]) if pull else 0.0)
                 if abs(rest) < abs(left):
                     break
                 part *= 0.5
             else:
-                return (e, 0.0, number, known) if abs(left) <= SETTLED * self._stiff else None
+                return (e, 0.0, number, known) if abs(left) <= SETTLED * self._largest_stiffness else None
             e, known, left = now, then, rest
-            if abs(step) <= STILL or abs(left) <= ROUNDING * self._stiff:
+            if abs(step) <= STILL or abs(left) <= ROUNDING * self._largest_stiffness:
                 return e, 0.0, number + 1, known
         return None
 
-    def _searched(self, at: Any, free: Free, step: list[float]) -> Any:
+    def _search_line(self, at: Any, free: Free, step: list[float]) -> Any:
         """Return the first point with a smaller residual along a Newton step, by halving; None if there is none."""
         e, p, (left, _, _) = at
         part, size = 1.0, math.hypot(*left)
@@ -145,13 +145,13 @@ class PrincipalPoint:
                 for a in axes:
                     now[a] -= by
             q = p if self.constraint is None else p - part * step[-1]
-            then = self._at(now, q, free)
+            then = self._residual_with_jacobian(now, q, free)
             if then is not None and math.hypot(*then[0]) < size:
                 return now, q, then
             part *= 0.5
         return None
 
-    def _relieved(self, drive: ImposedDeformation, e: list[float], free: Free) -> Any:
+    def _solve_imposed_stretches(self, drive: ImposedDeformation, e: list[float], free: Free) -> Any:
         """Return the solution of `newton` if the stretches follow from the imposed values and the volume constraint.
 
         The pressure follows from the prescribed stress on a free axis. Returns None if the volume constraint cannot be
@@ -159,14 +159,14 @@ class PrincipalPoint:
         """
         own = e if drive.shear is None else list(_PrincipalShear.of(drive, e).e)
         if self.constraint is None:
-            known = self._known(own, 0.0)
+            known = self._energy_with_derivatives(own, 0.0)
             return None if known is None else (e, 0.0, 0, known)
         pull, axes = free[0] if free else (0.0, [drive.relieved])
         if free:
             spare = sum(e) / len(axes)
             for a in axes:
                 own[a] -= spare
-        known, (g, first, _) = self._known(own, 0.0), self.constraint.of(math.expm1(sum(own)))
+        known, (g, first, _) = self._energy_with_derivatives(own, 0.0), self.constraint.of(math.expm1(sum(own)))
         if known is None or not abs(g) <= HELD:
             return None
         J = math.exp(sum(own))
@@ -174,13 +174,13 @@ class PrincipalPoint:
         self._add_pressure(known, p, J)
         return e, p, 0, known
 
-    def _at(self, e: list[float], p: float, free: Free) -> Any:
+    def _residual_with_jacobian(self, e: list[float], p: float, free: Free) -> Any:
         """Return the residual, its Jacobian, and the stresses, at logarithms e of stretches and a pressure p, Pa.
 
         The residual has the Kirchhoff stresses on free axes minus the prescribed ones, Pa, and the volume constraint.
         Returns None outside the domain of the law.
         """
-        known = self._known(e, p)
+        known = self._energy_with_derivatives(e, p)
         if known is None:
             return None
         _, tau, bent = known
@@ -198,11 +198,11 @@ class PrincipalPoint:
             slope = first * (1.0 + j)
             for row in rows:
                 row.append(slope)
-            rows.append([self._stiff * slope * len(axes) for _, axes in free] + [0.0])
-            left.append(self._stiff * g)
+            rows.append([self._largest_stiffness * slope * len(axes) for _, axes in free] + [0.0])
+            left.append(self._largest_stiffness * g)
         return (left, rows, known) if math.isfinite(sum(left)) else None
 
-    def _known(self, e: Sequence[float], p: float) -> Any:
+    def _energy_with_derivatives(self, e: Sequence[float], p: float) -> Any:
         """Return psi, Kirchhoff stresses tau and their derivatives by e, with a pressure p, Pa; None on overflow."""
         try:
             known = self.law.principal(e)
@@ -222,20 +222,20 @@ class PrincipalPoint:
         add_volume_derivatives(known[1], known[2], slope, slope if second is None else slope + p * second * J * J)
 
     @cached_property
-    def _rest(self) -> Rows:
+    def _stiffness_at_rest(self) -> Rows:
         """Stiffness of the undeformed law along the axes (3, 3), Pa."""
         found: Rows = self.law.principal((0.0, 0.0, 0.0))[2]
         return found
 
     @cached_property
-    def _stiff(self) -> float:
+    def _largest_stiffness(self) -> float:
         """Largest stiffness of the undeformed law, Pa."""
-        return max(abs(b) for row in self._rest for b in row)
+        return max(abs(b) for row in self._stiffness_at_rest for b in row)
 
     @property
-    def _shear(self) -> float:
+    def _shear_modulus(self) -> float:
         """Shear modulus mu, Pa."""
-        return 0.5 * (self._rest[0][0] - self._rest[0][1])
+        return 0.5 * (self._stiffness_at_rest[0][0] - self._stiffness_at_rest[0][1])
 
     # ------------------------------------------------------------------ results
 
@@ -256,9 +256,15 @@ class PrincipalPoint:
         left = max((abs(P[a] - pull[a]) for a in free), default=0.0)
         largest = max(map(abs, P))
         return PointState(
-            _diagonal_matrix(t), _diagonal_matrix(P), psi, p, left / largest if largest else 0.0, iterations,
-            _least_eigenvalue(H, normal, free) / self._shear, _least_eigenvalue(H, normal, some) / self._shear,
-        )  # fmt: skip
+            _diagonal_matrix(t),
+            _diagonal_matrix(P),
+            psi,
+            p,
+            left / largest if largest else 0.0,
+            iterations,
+            _least_eigenvalue(H, normal, free) / self._shear_modulus,
+            _least_eigenvalue(H, normal, some) / self._shear_modulus,
+        )
 
     def _build_sheared_state(self, drive: ImposedDeformation, found: Any) -> PointState:
         """Return the complete state of a solution `found` with shear in the plane of two axes.
@@ -275,7 +281,7 @@ class PrincipalPoint:
         r = sheared.ta * sheared.tb
         P[a, a], P[b, b] = along / sheared.ta - g * both / r, across / sheared.tb
         P[a, b], P[b, a] = both / sheared.tb, both / sheared.ta - g * across / r
-        return PointState(F, P, psi, p, 0.0, 0, INF, sheared.stiffness(tau, bent) / self._shear)
+        return PointState(F, P, psi, p, 0.0, 0, INF, sheared.stiffness(tau, bent) / self._shear_modulus)
 
 
 @dataclass(frozen=True)
@@ -313,9 +319,9 @@ class _PrincipalShear:
         mean, r = 0.5 * (tau[self.a] + tau[self.b]), self.ta * self.tb
         B = self.ta**2 + self.g**2, self.tb**2, self.g * self.tb
         if self.d > NEAR:
-            q = self._apart(tau, bent) / (2.0 * r * math.sinh(2.0 * self.d))
+            q = self._principal_stress_difference(tau, bent) / (2.0 * r * math.sinh(2.0 * self.d))
         else:
-            q = self._bent(bent) / (2.0 * r)
+            q = self._stress_difference_derivative(bent) / (2.0 * r)
         half = 0.5 * q * (B[0] - B[1])
         return mean + half, mean - half, q * B[2]
 
@@ -326,17 +332,20 @@ class _PrincipalShear:
         """
         r = self.ta * self.tb
         if self.d == 0.0:
-            return self._bent(bent) / (2.0 * r)
+            return self._stress_difference_derivative(bent) / (2.0 * r)
         s = 2.0 * math.sinh(2.0 * self.d)
         slope = self.g / (r * s)
         bend = (1.0 / r - 4.0 * slope**2 * math.cosh(2.0 * self.d)) / s
-        return 2.0 * self._bent(bent) * slope**2 + self._apart(tau, bent) * bend
+        return (
+            2.0 * self._stress_difference_derivative(bent) * slope**2
+            + self._principal_stress_difference(tau, bent) * bend
+        )
 
-    def _apart(self, tau: Sequence[float], bent: Rows) -> float:
+    def _principal_stress_difference(self, tau: Sequence[float], bent: Rows) -> float:
         """Return the difference of the two principal stresses in the plane, Pa."""
-        return tau[self.a] - tau[self.b] if self.d > NEAR else 2.0 * self.d * self._bent(bent)
+        return tau[self.a] - tau[self.b] if self.d > NEAR else 2.0 * self.d * self._stress_difference_derivative(bent)
 
-    def _bent(self, bent: Rows) -> float:
+    def _stress_difference_derivative(self, bent: Rows) -> float:
         """Return the derivative of the difference of the principal stresses by 2d, Pa."""
         a, b = self.a, self.b
         return 0.5 * (bent[a][a] + bent[b][b]) - bent[a][b]

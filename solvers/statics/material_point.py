@@ -58,25 +58,25 @@ class MaterialPoint:
         """Return the state under an imposed deformation. Raises NoState."""
         with np.errstate(all="ignore"):  # outside its domain a law returns inf or NaN
             if not any(drive.stresses.tolist()):
-                way = self._way(drive)
-                found = self._sound(way, drive, way.newton(drive, way.guess(drive), iterations))
+                way = self._select_solver(drive)
+                found = self._accept_stable_state(way, drive, way.newton(drive, way.guess(drive), iterations))
                 if found is not None:
                     return found
-            return self._followed(drive, iterations)
+            return self._follow_from_rest(drive, iterations)
 
     def first_unstable_state(self, drive: ImposedDeformation) -> PointState:
         """Return the first unstable state on the way from rest to an imposed deformation whose state is unstable.
 
         Raises NoState.
         """
-        return self._first(drive, lambda found: found.freed > FLAT)
+        return self._first_violating_state(drive, lambda found: found.freed > FLAT)
 
     def first_drucker_unstable_state(self, drive: ImposedDeformation) -> PointState:
         """Return the first state on the way from rest that violates Drucker stability, if the final one does.
 
         Raises NoState.
         """
-        return self._first(drive, self.steady)
+        return self._first_violating_state(drive, self.steady)
 
     def steady(self, state: PointState) -> bool:
         """Return whether the law satisfies Drucker stability in a state.
@@ -92,7 +92,7 @@ class MaterialPoint:
         found = None if self.linear else find_instability(self.law, state.F[None], held)
         return found is None or not bool(found[0])
 
-    def _first(self, drive: ImposedDeformation, holds: Callable[[PointState], bool]) -> PointState:
+    def _first_violating_state(self, drive: ImposedDeformation, holds: Callable[[PointState], bool]) -> PointState:
         """Return the first state on the way from rest for which the condition `holds` is false, by bisection."""
         low, high, state = 0.0, 1.0, self.state(drive)
         for _ in range(BISECTIONS):
@@ -106,7 +106,7 @@ class MaterialPoint:
 
     # ------------------------------------------------------------------ path to a state
 
-    def _way(self, drive: ImposedDeformation) -> MaterialPoint | PrincipalPoint:
+    def _select_solver(self, drive: ImposedDeformation) -> MaterialPoint | PrincipalPoint:
         """Return the solver for an imposed deformation: the one in principal axes if it applies, else this one."""
         known = None if self.linear else self._principal_stretch_solver
         return known if known is not None and is_applicable(drive) else self
@@ -117,15 +117,15 @@ class MaterialPoint:
         free = self.constraint is None or isinstance(self.constraint, VolumeRatioConstraint)
         return PrincipalPoint(self.law, self.constraint) if free and hasattr(self.law, "principal") else None
 
-    def _followed(self, drive: ImposedDeformation, iterations: int) -> PointState:
+    def _follow_from_rest(self, drive: ImposedDeformation, iterations: int) -> PointState:
         """Return the state under an imposed deformation, through intermediate states from rest. Raises NoState."""
         reached, step, total, found = 0.0, 0.125, 0, None
         start: tuple[Floats, float] = (np.ones(3), 0.0)
         while reached < 1.0:
             share = min(1.0, reached + step)
             part = drive.at(share)
-            way = self._way(part)
-            then = self._sound(way, part, way.newton(part, start, min(iterations, MOST)))
+            way = self._select_solver(part)
+            then = self._accept_stable_state(way, part, way.newton(part, start, min(iterations, MOST)))
             if then is not None:
                 reached, found, step = share, then, min(2.0 * step, 0.25)
                 start, total = (then.F.diagonal(), then.pressure), total + then.iterations
@@ -133,7 +133,7 @@ class MaterialPoint:
                 raise NoState(reached, start[0])
         return replace(found or self.told(drive, (*start, 0)), iterations=total)
 
-    def _sound(self, way: Any, drive: ImposedDeformation, found: Any) -> PointState | None:
+    def _accept_stable_state(self, way: Any, drive: ImposedDeformation, found: Any) -> PointState | None:
         """Return a solution `found` as a state if it is stable and in the domain of the law, else None."""
         told: PointState | None = None if found is None else way.told(drive, found)
         if told is None or self.linear:
@@ -153,25 +153,25 @@ class MaterialPoint:
         free = np.flatnonzero(np.isnan(drive.stretches))
         t, p = np.where(np.isnan(drive.stretches), start[0], drive.stretches), start[1]
         if not len(free):
-            return self._relieved(drive, t)
+            return self._solve_imposed_stretches(drive, t)
         with np.errstate(all="ignore"):
-            left = self._left(drive, t, p, free)
+            left = self._residual(drive, t, p, free)
             for number in range(most):
                 try:
-                    step: Floats = np.linalg.solve(self._slope(drive, t, p, free), -left).astype(np.float64)
+                    step: Floats = np.linalg.solve(self._residual_jacobian(drive, t, p, free), -left).astype(np.float64)
                 except np.linalg.LinAlgError:
                     return None
-                moved = self._searched(drive, (t, p, left), free, step)
+                moved = self._search_line(drive, (t, p, left), free, step)
                 if moved is None:
-                    settled = np.abs(left).max() <= SETTLED * self._stiff
+                    settled = np.abs(left).max() <= SETTLED * self._largest_stiffness
                     return (t, p, number) if settled else None
                 t, p, left = moved
                 short = np.abs(step[: len(free)]).max() <= STILL
-                if short or np.abs(left).max() <= ROUNDING * self._stiff:
+                if short or np.abs(left).max() <= ROUNDING * self._largest_stiffness:
                     return t, p, number + 1
         return None
 
-    def _searched(
+    def _search_line(
         self, drive: ImposedDeformation, at: tuple[Floats, float, Floats], free: NDArray[np.intp], step: Floats
     ) -> tuple[Floats, float, Floats] | None:
         """Return the first point with a smaller residual along a Newton step, by halving; None if there is none.
@@ -189,13 +189,13 @@ class MaterialPoint:
             else:
                 now[free] *= np.exp(np.clip(part * step[: len(free)], -FARTHEST, FARTHEST))
             pressure = p if self.constraint is None else p + part * float(step[-1])
-            then = self._left(drive, now, pressure, free)
+            then = self._residual(drive, now, pressure, free)
             if np.all(np.isfinite(then)) and np.linalg.norm(then) < size:
                 return now, pressure, then
             part *= 0.5
         return None
 
-    def _relieved(self, drive: ImposedDeformation, t: Floats) -> tuple[Floats, float, int] | None:
+    def _solve_imposed_stretches(self, drive: ImposedDeformation, t: Floats) -> tuple[Floats, float, int] | None:
         """Return the solution for imposed stretches t (3,) on all axes; None if they violate the volume constraint.
 
         The pressure makes the stress on the relieved axis zero.
@@ -207,19 +207,19 @@ class MaterialPoint:
             return None
         return t, -float(self.law.P(F)[0, c, c] / self.constraint.gradient(F)[0, c, c]), 0
 
-    def _left(self, drive: ImposedDeformation, t: Floats, p: float, free: NDArray[np.intp]) -> Floats:
+    def _residual(self, drive: ImposedDeformation, t: Floats, p: float, free: NDArray[np.intp]) -> Floats:
         """Return the residual: Kirchhoff stresses on free axes minus the prescribed ones, Pa, and the constraint.
 
         The volume constraint is multiplied by the stiffness at rest, Pa. The unknowns are logarithms of stretches, in
         which a volume change is linear. For small strain they are the stretches, with nominal stresses.
         """
-        left = self._unbalanced(drive, t, p)[free]
+        left = self._unbalanced_stresses(drive, t, p)[free]
         left = left if self.linear else t[free] * left
         if self.constraint is None:
             return left
-        return np.append(left, self._stiff * self.constraint.value(drive.F(t)))
+        return np.append(left, self._largest_stiffness * self.constraint.value(drive.F(t)))
 
-    def _slope(self, drive: ImposedDeformation, t: Floats, p: float, free: NDArray[np.intp]) -> Floats:
+    def _residual_jacobian(self, drive: ImposedDeformation, t: Floats, p: float, free: NDArray[np.intp]) -> Floats:
         """Return the Jacobian of the residual by logarithms of free stretches and by the pressure.
 
         For small strain it is the derivative by the stretches.
@@ -227,15 +227,15 @@ class MaterialPoint:
         F, own = drive.F(t), np.ones(len(free)) if self.linear else t[free]
         H = own[:, None] * self._energy_hessian(F, p)[np.ix_(free, free)] * own
         if not self.linear:
-            H = H + np.diag(own * self._unbalanced(drive, t, p)[free])
+            H = H + np.diag(own * self._unbalanced_stresses(drive, t, p)[free])
         if self.constraint is None:
             return H
         g = own * self.constraint.gradient(F)[0].diagonal()[free]
         found = np.zeros((len(free) + 1, len(free) + 1))
-        found[:-1, :-1], found[:-1, -1], found[-1, :-1] = H, g, self._stiff * g
+        found[:-1, :-1], found[:-1, -1], found[-1, :-1] = H, g, self._largest_stiffness * g
         return found
 
-    def _unbalanced(self, drive: ImposedDeformation, t: Floats, p: float) -> Floats:
+    def _unbalanced_stresses(self, drive: ImposedDeformation, t: Floats, p: float) -> Floats:
         """Return the nominal stresses (3,) along the axes minus the prescribed ones, Pa."""
         F = drive.F(t)
         stress: Floats = self.law.P(F)[0].diagonal() - drive.stresses
@@ -254,21 +254,21 @@ class MaterialPoint:
         given = np.where(free, 1.0, drive.stretches)
         if not free.any() or np.any(given <= 0.0):
             return np.ones(3), 0.0
-        log, H = np.log(given), self._at_rest
+        log, H = np.log(given), self._stiffness_at_rest
         if self.constraint is not None:
             return np.exp(np.where(free, -log.sum() / free.sum(), log)), 0.0
         log[free] = np.linalg.solve(H[np.ix_(free, free)], -H[np.ix_(free, ~free)] @ log[~free])
         return np.exp(log), 0.0
 
     @cached_property
-    def _at_rest(self) -> Floats:
+    def _stiffness_at_rest(self) -> Floats:
         """Stiffness of the undeformed law along the axes (3, 3), Pa."""
         return self._energy_hessian(np.eye(3)[None], 0.0)
 
     @cached_property
-    def _stiff(self) -> float:
+    def _largest_stiffness(self) -> float:
         """Largest stiffness of the undeformed law, Pa."""
-        return float(np.abs(self._at_rest).max())
+        return float(np.abs(self._stiffness_at_rest).max())
 
     # ------------------------------------------------------------------ results
 
@@ -281,7 +281,7 @@ class MaterialPoint:
             g = self.constraint.gradient(F)[0]
             P, normal = P + p * g, g.diagonal()
         left = np.abs(P.diagonal()[free] - drive.stresses[free]).max(initial=0.0)
-        H, scale = self._energy_hessian(F, p), self._shear(self._at_rest)
+        H, scale = self._energy_hessian(F, p), self._shear_modulus(self._stiffness_at_rest)
         held = _least_restricted_eigenvalue(H, normal, free) / scale
         if drive.shear is not None:
             a, b, _ = drive.shear
@@ -293,7 +293,7 @@ class MaterialPoint:
                           held, freed)  # fmt: skip
 
     @staticmethod
-    def _shear(H: Floats) -> float:
+    def _shear_modulus(H: Floats) -> float:
         """Return the shear modulus mu, Pa, from the stiffness H (3, 3), Pa, of the undeformed law along the axes."""
         return 0.5 * float(H[0, 0] - H[0, 1])
 

@@ -104,7 +104,7 @@ class _Recovery:
     def walk(self) -> Equilibrium:
         """Return the recovered equilibrium: descend, check, repair bad cells, repeat. Raises NotConverged."""
         x = self._initial_state()
-        lawful = self.newton.minimal and self._finite(x)
+        lawful = self.newton.minimal and self._has_finite_energy(x)
         doubt = "no energy minimization finished"
         for self.attempts in range(ATTEMPTS + 1):
             if self.attempts:
@@ -112,16 +112,16 @@ class _Recovery:
             if self.soft is not None and (self.attempts or not lawful):
                 x = self._minimize_neo_hookean_energy(self.soft, x)
             try:
-                x = self._settle(x)
+                x = self._find_stable_equilibrium(x)
             except NotConverged as failure:
                 doubt = self._describe_inverted_cells(x) or failure.reason
                 continue
             found = self._describe_mismatch(x)
             if found is None:
-                return self._kept(x)
+                return self._finish_equilibrium(x)
             doubt = found
         reason = f"it does not recover from the disturbed state after {self.attempts} more attempts: {doubt}"
-        raise NotConverged(reason, tuple(self.history), self.systems.facts | self._facts)
+        raise NotConverged(reason, tuple(self.history), self.systems.facts | self._report_facts)
 
     # ------------------------------------------------------------------ descent
 
@@ -144,7 +144,7 @@ class _Recovery:
         d[free] = size * self.problem.extent * weights[free] * self.random.standard_normal(len(free))
         return self.problem.space.move(x, d)
 
-    def _finite(self, x: Floats) -> bool:
+    def _has_finite_energy(self, x: Floats) -> bool:
         """Return whether the strain energy of the law is finite in a state x."""
         return bool(np.isfinite(self.newton.strain(x)))
 
@@ -160,20 +160,20 @@ class _Recovery:
         value, calm, unit = assembly.value(x, load), 0, self._unit_strain_force(assembly)
         for number in range(STEPS):
             g = assembly.gradient(x, load)
-            d = self._step(assembly, x, load, g)
-            length, before = self._length(assembly, x, load, d, value, float(g @ d)), value
+            d = self._descent_step(assembly, x, load, g)
+            length, before = self._armijo_fraction(assembly, x, load, d, value, float(g @ d)), value
             if not length:
                 break
             x = self._move(x, length * d)
             value = assembly.value(x, load)
-            self._record(phase, load, number, float(np.linalg.norm(g[assembly.free])) / unit, length)
+            self._record_iteration(phase, load, number, float(np.linalg.norm(g[assembly.free])) / unit, length)
             settled = before - value <= SETTLED * abs(before) or abs(value) <= NEARLY * unit * self.problem.extent
             calm = calm + 1 if settled else 0
             if calm == CALM:
                 break
         return x
 
-    def _step(self, assembly: Assembly, x: Floats, load: float, g: Floats) -> Floats:
+    def _descent_step(self, assembly: Assembly, x: Floats, load: float, g: Floats) -> Floats:
         """Return the step -K+^-1 g (dofs,), with K+ the definite tangent plus a small diagonal shift.
 
         If K+ is singular, it is replaced by its diagonal.
@@ -189,7 +189,7 @@ class _Recovery:
             d[assembly.free] = -g[assembly.free] / np.maximum(diagonal, shift)
         return d
 
-    def _length(
+    def _armijo_fraction(
         self, assembly: Assembly, x: Floats, load: float, d: Floats, value: float, slope: float
     ) -> float:  # fmt: skip
         """Return the fraction of a step d that decreases the energy enough (Armijo 1966); 0 if there is none."""
@@ -204,7 +204,7 @@ class _Recovery:
         """Return the state x after a motion d."""
         return self.problem.space.move(x, d) if len(d) == self.problem.space.dofs else x + d
 
-    def _record(self, phase: str, load: float, number: int, residual: float, length: float) -> None:
+    def _record_iteration(self, phase: str, load: float, number: int, residual: float, length: float) -> None:
         """Add an iteration to the history of the solution."""
         iteration = Iteration(phase, load, number, residual, length)
         self.history.append(iteration)
@@ -218,20 +218,20 @@ class _Recovery:
 
     # ------------------------------------------------------------------ equilibrium under the loads
 
-    def _settle(self, x: Floats) -> Floats:
+    def _find_stable_equilibrium(self, x: Floats) -> Floats:
         """Return the stable equilibrium of the law under the loads, by descent from x. Raises NotConverged."""
-        if not self._finite(x):
+        if not self._has_finite_energy(x):
             raise NotConverged("the energy of the law is not finite in this state", tuple(self.history))
         self.newton.moved = self.problem.extent * float(np.sqrt(self.problem.space.dofs))
         if self.newton.minimal:
             x = self._descend(self.problem.assembly, x, 1.0, "recovery")
             x, self.stable = self.newton.stable(self.newton.descend(x, 1.0))
             return x
-        x = self._loaded(x)
+        x = self._solve_follower_loads(x)
         self.stable = self.newton.definite(x) or None
         return x
 
-    def _loaded(self, x: Floats) -> Floats:
+    def _solve_follower_loads(self, x: Floats) -> Floats:
         """Return the equilibrium under follower loads, in one load step or several. Raises NotConverged."""
         load, step = 0.0, 1.0
         while load < 1.0:
@@ -264,22 +264,27 @@ class _Recovery:
 
     def _describe_energy_difference(self, x: Floats) -> str | None:
         """Return a message if the energy differs from that of the equilibrium without perturbation; else None."""
-        if self._judge is None:
+        if self._unperturbed_equilibrium is None:
             return None
         if not self.newton.minimal:
-            return "it is another equilibrium than without the disturbance" if self._apart(x) else None
-        energy, least = self.problem.assembly.value(x, 1.0), self.problem.assembly.value(self._judge, 1.0)
+            return (
+                "it is another equilibrium than without the disturbance" if self._has_other_displacements(x) else None
+            )
+        energy, least = (
+            self.problem.assembly.value(x, 1.0),
+            self.problem.assembly.value(self._unperturbed_equilibrium, 1.0),
+        )
         room = AT_REST * self._unit_strain_force(self.problem.assembly) * self.problem.extent
         if abs(energy - least) <= max(room, OTHER * abs(least)):
             return None
         than = "more" if energy > least else "less"
         return f"an equilibrium with {abs(energy - least):.2g} J {than} energy than the one without the disturbance"
 
-    def _apart(self, x: Floats) -> bool:
+    def _has_other_displacements(self, x: Floats) -> bool:
         """Return whether the displacements of x differ from those of the equilibrium without perturbation."""
-        if self._judge is None:
+        if self._unperturbed_equilibrium is None:
             return False
-        away = np.abs(x - self._judge)[: None if self.soft is None else self.moving]
+        away = np.abs(x - self._unperturbed_equilibrium)[: None if self.soft is None else self.moving]
         return bool(away.max(initial=0.0) > APART * self.problem.extent)
 
     @cached_property
@@ -291,7 +296,7 @@ class _Recovery:
         return bool(np.linalg.norm(pull) <= 4.0 * self.problem.assembly.rounding(self.problem.rest))
 
     @cached_property
-    def _judge(self) -> Floats | None:
+    def _unperturbed_equilibrium(self) -> Floats | None:
         """Equilibrium (dofs,) without perturbation, to compare with; None if it is not found.
 
         It is computed only after recovery has found an equilibrium.
@@ -303,17 +308,17 @@ class _Recovery:
         except NotConverged:
             return None
 
-    def _kept(self, x: Floats) -> Equilibrium:
+    def _finish_equilibrium(self, x: Floats) -> Equilibrium:
         """Return the recovered state x as an `Equilibrium`, with the data for the report."""
         problem, newton = self.problem, self.newton
-        facts = self.systems.facts | self._facts
-        facts["recovery"]["elsewhere"] = self._apart(x)
+        facts = self.systems.facts | self._report_facts
+        facts["recovery"]["elsewhere"] = self._has_other_displacements(x)
         found = Equilibrium(x, newton.residual(x, 1.0)[1], tuple(self.history), 1, newton.criterion, self.stable)
         follower = not problem.assembly.conservative
         found = replace(found, linear_solver=self.systems.name, facts=facts, follower=follower, started=True)
-        return replace(found, condition=self._condition())
+        return replace(found, condition=self._condition_number())
 
-    def _condition(self) -> float | None:
+    def _condition_number(self) -> float | None:
         """Return the condition number of the last tangent; None without a direct factorisation."""
         last, K = self.newton.last, self.newton.matrix
         if last is None or K is None or last.tolerance:
@@ -324,7 +329,7 @@ class _Recovery:
             return None
 
     @property
-    def _facts(self) -> dict[str, Any]:
+    def _report_facts(self) -> dict[str, Any]:
         """Data of the recovery for the report."""
         inverted = len(self.tangled.inverted(self.tangled.state))
         return {
@@ -332,7 +337,7 @@ class _Recovery:
                 "inverted_at_start": inverted,
                 "attempts": self.attempts,
                 "filled": self.filled,
-                "judged": self._judge is not None,
+                "judged": self._unperturbed_equilibrium is not None,
             }
         }
 

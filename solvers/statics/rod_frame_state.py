@@ -60,16 +60,16 @@ class RodNetwork:
         return exceeds_half_turn(before, after, self.elements)
 
     @cached_property
-    def _differences(self) -> sparse.csr_matrix:
+    def _difference_matrix(self) -> sparse.csr_matrix:
         """Sparse matrix (e, p) that maps values at points to their differences along elements."""
         ends, count = self.joints.point[self.elements], len(self.elements)
         rows = np.repeat(np.arange(count), 2)
         return sparse.csr_matrix((np.tile([-1.0, 1.0], count), (rows, ends.ravel())), (count, self.joints.points))
 
     @cached_property
-    def _factors(self) -> list[tuple[Ints, Factor]]:
+    def _correction_factors(self) -> list[tuple[Ints, Factor]]:
         """Movable points and the factorised correction equations, for each component of position."""
-        D = self._differences
+        D = self._difference_matrix
         whole, found = sparse.csr_matrix(D.T @ sparse.diags(1.0 / self.lengths) @ D), []
         for held in self.held.T:
             free = np.flatnonzero(~held if held.any() else np.arange(len(held)) > 0)
@@ -79,8 +79,8 @@ class RodNetwork:
     def _position_corrections(self, short: Floats) -> Floats:
         """Return corrections (p, 3), m, of points for misfits `short` (e, 3), m, of the element axes."""
         found = np.zeros((self.joints.points, 3))
-        b = self._differences.T @ (short / self.lengths[:, None])
-        for c, (free, solver) in enumerate(self._factors):
+        b = self._difference_matrix.T @ (short / self.lengths[:, None])
+        for c, (free, solver) in enumerate(self._correction_factors):
             if len(free):
                 found[free, c] = solver.solve(b[free, c])
             if not self.held[:, c].any():

@@ -74,7 +74,7 @@ class Newton:
         if not self.problem.moves:
             return x
         d = self._response_to_supports(x, self.problem.imposed(load - fraction, load), load, True)
-        return self._moved(x, self._collision_free_motion(x, d, load - fraction, load), 1.0)
+        return self._take_step(x, self._collision_free_motion(x, d, load - fraction, load), 1.0)
 
     def carry(self, x: Floats, fraction: float, load: float) -> Floats:
         """Return an equilibrium x predicted for a load larger by `fraction`, with its tangent and predicted pressures.
@@ -94,7 +94,7 @@ class Newton:
         """
         self._promised = None
         d = self._response_to_supports(x, moved, load, False, to)
-        y = self._moved(x, self._collision_free_motion(x, d, load, load if to is None else to), 1.0)
+        y = self._take_step(x, self._collision_free_motion(x, d, load, load if to is None else to), 1.0)
         if not np.isfinite(self.strain(y)):
             raise NotConverged("the motion of the supports leaves the domain of the law", tuple(self.history))
         if self.cellular:
@@ -111,7 +111,7 @@ class Newton:
             raise NotConverged("the motion of the supports would make surfaces intersect", tuple(self.history))
         return d if part == 1.0 else part * d
 
-    def _front(self, x: Floats, d: Floats, load: float) -> float:
+    def _collision_free_fraction(self, x: Floats, d: Floats, load: float) -> float:
         """Return the fraction of a step d, at most 1, before surfaces meet or points pass through a rigid body.
 
         If not even a small fraction is possible, rigid bodies are ignored: points near a sharp edge are on both sides.
@@ -149,7 +149,7 @@ class Newton:
         if to is not None and self.problem.touches:
             coupling += force_change_of_rigid_motion(self.assembly, here, load, to)
         b = coupling[self.assembly.free].astype(x.dtype, copy=False)
-        d[self.assembly.free] = -self._factor(x, load, projected).solve(b)
+        d[self.assembly.free] = -self._factorise_tangent(x, load, projected).solve(b)
         return d.astype(x.dtype, copy=False)
 
     @property
@@ -173,14 +173,14 @@ class Newton:
         self._last_residual = np.inf
         for number in range(most + 1):
             g, residual = self.residual(x, load)
-            done = self._done(x, g, residual)
+            done = self._has_converged(x, g, residual)
             if done or number == most or not np.isfinite(residual):
                 break
             self._set_linear_tolerance(residual)
-            d = self._direction(x, g, self._factor(x, load, projected=False))
-            self._judge(x, g, d)
-            x, length = self._inside(x, d, load)
-            self._record(load, number, residual, length)
+            d = self._newton_direction(x, g, self._factorise_tangent(x, load, projected=False))
+            self._record_step_size(x, g, d)
+            x, length = self._step_within_domain(x, d, load)
+            self._record_iteration(load, number, residual, length)
             if length < least:
                 break
         return x, done, residual
@@ -222,18 +222,18 @@ class Newton:
             self._goal = self._last_goal = goal
             self._last_residual = residual
 
-    def _inside(self, x: Floats, d: Floats, load: float) -> tuple[Floats, float]:
+    def _step_within_domain(self, x: Floats, d: Floats, load: float) -> tuple[Floats, float]:
         """Return the state after the fraction of a step d that stays in the domain of the law, and this fraction.
 
         Raises NotConverged.
         """
-        length = self._front(x, d, load)
+        length = self._collision_free_fraction(x, d, load)
         while length > 1e-3:
-            y = self._part(x, d, length)
+            y = self._state_along_step(x, d, length)
             if np.isfinite(self.strain(y)):
                 if self.cellular:
                     self._promised = self.mixing.with_predicted_pressures(self.assembly, x, length * d)
-                self.moved = self._farther(d, length)
+                self.moved = self._total_motion_length(d, length)
                 return y, length
             length *= 0.5
         raise NotConverged("no Newton step stays in the domain of the law", tuple(self.history))
@@ -254,7 +254,7 @@ class Newton:
             from softmark.solvers.statics.friction_iteration import solve_friction
 
             return solve_friction(self, x, load)
-        merit = self._energy if self.minimal else self._half_squared_residual
+        merit = self._total_energy if self.minimal else self._half_squared_residual
         value = merit(x, load)
         if not np.isfinite(value):
             raise NotConverged("the motion of the supports inverts cells", tuple(self.history))
@@ -263,15 +263,15 @@ class Newton:
         recent, most = deque([value], 1 if self.problem.touches else MEMORY), max(self.problem.max_iterations, patience)
         for number in range(most + 1):
             g, residual = self.residual(x, load)
-            if self._done(x, g, residual):
+            if self._has_converged(x, g, residual):
                 return x
             if number == most or not np.isfinite(residual):
                 break
             self._set_linear_tolerance(residual)
             self.reached = x
-            x, value, length = self._decrease(x, load, g, max(recent), merit)
+            x, value, length = self._search_line(x, load, g, max(recent), merit)
             recent.append(value)
-            self._record(load, number, residual, length)
+            self._record_iteration(load, number, residual, length)
             if self.phase == "aside" and (lost := self._lost_rotation_message(x, load)):
                 raise NotConverged(lost, tuple(self.history))
         reason = f"Newton's method did not converge within {number} iterations at {100 * load:.4g} % of the load"
@@ -284,7 +284,7 @@ class Newton:
             return "neighbouring nodes rotated past each other"
         return problem.lost(x, load)
 
-    def _done(self, x: Floats, g: Floats, residual: float) -> bool:
+    def _has_converged(self, x: Floats, g: Floats, residual: float) -> bool:
         """Return whether x has converged: the tolerance is met, or only rounding is left (see `Statics`)."""
         self.criterion = "residual"
         if residual <= self.problem.tolerance:
@@ -297,7 +297,7 @@ class Newton:
         floor = 4.0 * self.assembly.rounding(x)
         return size <= 4.0 * max(before, floor) and (self._close or size <= floor)
 
-    def _judge(self, x: Floats, g: Floats, d: Floats, projected: bool = False) -> None:
+    def _record_step_size(self, x: Floats, g: Floats, d: Floats, projected: bool = False) -> None:
         """Record whether the energy norm error, sqrt(-g . d), and the Newton step d are small."""
         close = not self.assembly.saddle and bool(0.0 <= -(g @ d) <= 2.0 * self.strain(x) * self.problem.tolerance**2)
         tiny = bool(np.linalg.norm(d / self.problem.weights) <= TINY * self.moved)
@@ -309,23 +309,23 @@ class Newton:
         last = self.last
         return self.assembly.conservative and (isinstance(last, DeferredFactor) or bool(last and last.negative_pivots))
 
-    def _moved(self, x: Floats, d: Floats, length: float) -> Floats:
+    def _take_step(self, x: Floats, d: Floats, length: float) -> Floats:
         """Return the state after a fraction `length` of a step d, and add its length to the total motion."""
-        self.moved = self._farther(d, length)
-        return self._part(x, d, length)
+        self.moved = self._total_motion_length(d, length)
+        return self._state_along_step(x, d, length)
 
-    def _farther(self, d: Floats, length: float) -> float:
+    def _total_motion_length(self, d: Floats, length: float) -> float:
         """Return the length of the total motion plus a fraction `length` of a step d."""
         return float(np.hypot(self.moved, length * np.linalg.norm(d / self.problem.weights)))
 
-    def _part(self, x: Floats, d: Floats, length: float) -> Floats:
+    def _state_along_step(self, x: Floats, d: Floats, length: float) -> Floats:
         """Return the state after a fraction `length` of a step d; cached for the last step."""
         tried = self._tried
         if tried is None or tried[0] is not x or tried[1] is not d or tried[2] != length:
             self._tried = tried = x, d, length, self.space.move(x, d if length == 1.0 else length * d)
         return tried[3]
 
-    def _energy(self, x: Floats, load: float) -> float:
+    def _total_energy(self, x: Floats, load: float) -> float:
         """Return the total energy, J, of a state at a load factor; cached for the last one."""
         if self._valued is None or self._valued[0] is not x or self._valued[1] != load:
             loads = (scale * e.value(x) for e, scale in self.assembly.loaded(load) if scale != 0.0)
@@ -338,38 +338,40 @@ class Newton:
             return np.inf
         return 0.5 * float(np.linalg.norm(self.assembly.gradient(x, load)[self.assembly.free]) ** 2)
 
-    def _decrease(self, x: Floats, load: float, g: Floats, value: float, merit: Merit) -> tuple[Floats, float, float]:
+    def _search_line(
+        self, x: Floats, load: float, g: Floats, value: float, merit: Merit
+    ) -> tuple[Floats, float, float]:
         """Return state, merit and step length after a line search. Raises NotConverged.
 
         It searches along the Newton direction, or along that of the definite tangent if the first fails.
         """
         for projected in (False, True):
-            factor = self._factor(x, load, projected)
+            factor = self._factorise_tangent(x, load, projected)
             if not projected and self._is_tangent_indefinite():  # the Newton direction leads to a saddle point
                 self._close = self._tiny = False
                 continue
-            d = self._direction(x, g, factor)
-            self._judge(x, g, d, projected)
+            d = self._newton_direction(x, g, factor)
+            self._record_step_size(x, g, d, projected)
             if not projected and self._is_tangent_indefinite():  # conjugate gradients detect this while they solve
                 continue
             if self._close or self._tiny:  # energy differences are rounding errors now
-                y = self._moved(x, d, 1.0)
+                y = self._take_step(x, d, 1.0)
                 return y, merit(y, load), 1.0
             slope = float(g @ d) if self.minimal else -2.0 * merit(x, load)
-            length = self._armijo(x, load, d, value, slope, merit)
+            length = self._armijo_fraction(x, load, d, value, slope, merit)
             if projected and length == 1.0:
                 length = self._lengthen_step(x, load, d, merit)
             if length:
-                y = self._moved(x, d, length)
+                y = self._take_step(x, d, length)
                 return y, merit(y, load), length
         raise NotConverged("no Newton step decreases the energy", tuple(self.history))
 
-    def _armijo(self, x: Floats, load: float, d: Floats, value: float, slope: float, merit: Merit) -> float:
+    def _armijo_fraction(self, x: Floats, load: float, d: Floats, value: float, slope: float, merit: Merit) -> float:
         """Return the fraction of a step d that decreases the merit enough (Armijo 1966); 0 if there is none."""
-        length = self._front(x, d, load) if np.isfinite(slope) and slope < 0 else 0.0
+        length = self._collision_free_fraction(x, d, load) if np.isfinite(slope) and slope < 0 else 0.0
         while length > 1e-5:
             enough = value + 1e-4 * length * slope + 50.0 * self.eps * abs(value)
-            if merit(self._part(x, d, length), load) <= enough:
+            if merit(self._state_along_step(x, d, length), load) <= enough:
                 return length
             length *= 0.5
         return 0.0
@@ -379,9 +381,9 @@ class Newton:
 
         Steps of a definite tangent would leave saddle points slowly.
         """
-        length, value = 1.0, merit(self._part(x, d, 1.0), load)
+        length, value = 1.0, merit(self._state_along_step(x, d, 1.0), load)
         while length < 1e3 and (there := merit(self.space.move(x, 2.0 * length * d), load)) < value:
-            if self._front(x, 2.0 * length * d, load) < 1.0:
+            if self._collision_free_fraction(x, 2.0 * length * d, load) < 1.0:
                 break
             length, value = 2.0 * length, there
         return length
@@ -439,10 +441,13 @@ class Newton:
         """Return a state with less energy along the least stiff direction. Raises NotConverged if there is none."""
         d = self.downhill(x)
         d *= 0.1 * self.problem.extent / np.abs(d / self.problem.weights).max()
-        value = self._energy(x, 1.0)
+        value = self._total_energy(x, 1.0)
         for length in 0.5 ** np.arange(20):
             y = self.space.move(x, length * d)
-            if self._energy(y, 1.0) < value - 1e-10 * abs(value) and self._front(x, length * d, 1.0) == 1.0:
+            if (
+                self._total_energy(y, 1.0) < value - 1e-10 * abs(value)
+                and self._collision_free_fraction(x, length * d, 1.0) == 1.0
+            ):
                 return y
         raise NotConverged(
             "the equilibrium is unstable, and no state with less energy was found near it", tuple(self.history)
@@ -456,7 +461,7 @@ class Newton:
         """
         free = self.assembly.free
         self._goal = TIGHTEST
-        K, definite = self.assembly.tangent(x, 1.0), self._factor(x, 1.0, projected=True)
+        K, definite = self.assembly.tangent(x, 1.0), self._factorise_tangent(x, 1.0, projected=True)
         d = np.zeros(self.space.dofs, dtype=x.dtype)
         d[free] = np.random.default_rng(0).standard_normal(len(free))
         for _ in range(50):
@@ -464,16 +469,16 @@ class Newton:
             d[free] /= np.linalg.norm(d[free])
         return d
 
-    def _direction(self, x: Floats, g: Floats, factor: Factor) -> Floats:
+    def _newton_direction(self, x: Floats, g: Floats, factor: Factor) -> Floats:
         """Return the Newton direction -K^-1 g (dofs,)."""
         d = np.zeros(self.space.dofs, dtype=x.dtype)
         try:
             d[self.assembly.free] = -factor.solve(g[self.assembly.free])
         except Singular as error:
-            raise self._failed(str(error)) from error
+            raise self._make_failure(str(error)) from error
         return d
 
-    def _factor(self, x: Floats, load: float, projected: bool) -> Factor:
+    def _factorise_tangent(self, x: Floats, load: float, projected: bool) -> Factor:
         """Return the factorised tangent, with predicted pressures unless `projected`. Raises NotConverged."""
         assembly = self._promised if self._promised is not None and not projected else self.assembly
         K = assembly.tangent(x, load, projected)
@@ -481,14 +486,14 @@ class Newton:
             self.last = self.systems.factor(K, projected or self.assembly.conservative, self._goal)
             self.matrix = K
         except Singular as error:
-            raise self._failed(f"the tangent is singular ({error})") from error
+            raise self._make_failure(f"the tangent is singular ({error})") from error
         return self.last
 
-    def _failed(self, reason: str) -> NotConverged:
+    def _make_failure(self, reason: str) -> NotConverged:
         """Return the error for a reason, with the history."""
         return NotConverged(reason, tuple(self.history), self.systems.facts)
 
-    def _record(self, load: float, number: int, residual: float, length: float) -> None:
+    def _record_iteration(self, load: float, number: int, residual: float, length: float) -> None:
         """Add an iteration to the history."""
         iteration = Iteration(self.phase, load, number, residual, length)
         self.history.append(iteration)

@@ -106,18 +106,18 @@ class MultiMaterialStresses(Stresses):
         """Return the sorted fractions t (k,) of a line, with more material changes between them found by bisection."""
         width = np.diff(t)
         low, high = t[:-1] + ASIDE * width, t[1:] - ASIDE * width
-        first, last = (self._material(begin + s[:, None] * (end - begin)) for s in (low, high))
+        first, last = (self._first_material(begin + s[:, None] * (end - begin)) for s in (low, high))
         left = np.flatnonzero(first != last)
         if not len(left):
             return t
         low, high, first = low[left], high[left], first[left]
         for _ in range(HALVED):
             middle = 0.5 * (low + high)
-            same = self._material(begin + middle[:, None] * (end - begin)) == first
+            same = self._first_material(begin + middle[:, None] * (end - begin)) == first
             low, high = np.where(same, middle, low), np.where(same, high, middle)
         return np.unique(np.concatenate([t, 0.5 * (low + high)]))
 
-    def _material(self, X: Floats) -> Ints:
+    def _first_material(self, X: Floats) -> Ints:
         """Return the number of the first material at each point X (n, 3), m, shape (n,)."""
         found = np.full(len(X), len(self.each), dtype=np.int64)
         for number, _, here in self._materials_with_points(X):
@@ -191,14 +191,14 @@ class MultiMaterialStresses(Stresses):
         These are the points in its cells or nearest to them. The result for each X is cached.
         """
         key = X.tobytes()
-        if key not in self._known:
-            self._known[key] = self._found(X)
-        for number, (own, here) in enumerate(zip(self.each, self._known[key], strict=True)):
+        if key not in self._material_mask_cache:
+            self._material_mask_cache[key] = self._material_mask(X)
+        for number, (own, here) in enumerate(zip(self.each, self._material_mask_cache[key], strict=True)):
             if here.any():
                 yield number, own, np.flatnonzero(here)
 
     @cached_property
-    def _known(self) -> dict[bytes, Bools]:
+    def _material_mask_cache(self) -> dict[bytes, Bools]:
         """Cache of the materials of points."""
         return {}
 
@@ -210,7 +210,7 @@ class MultiMaterialStresses(Stresses):
             row[own.state.mesh.cells] = True
         return found
 
-    def _found(self, X: Floats) -> Bools:
+    def _material_mask(self, X: Floats) -> Bools:
         """Return a mask (r, n) of the materials at points X (n, 3): those of all cells that contain a point.
 
         If a point lies on a face, an edge or a corner of its cell, all shape functions except those of the nodes there

@@ -99,12 +99,14 @@ class PatchRecovery:
         if parents:
             self._fit_corners(np.unique(np.concatenate([*parents.values()])))
         for n, corners in parents.items():
-            self._nodal[n] = np.mean([self._valued(c, self.mesh.points[n]) for c in corners.tolist()], axis=0)
+            self._nodal[n] = np.mean(
+                [self._evaluate_polynomial(c, self.mesh.points[n]) for c in corners.tolist()], axis=0
+            )
         if len(parents) < len(nodes):  # a file may have nodes of no cell
-            nothing = np.full(self._points[1].shape[2], np.nan)
+            nothing = np.full(self._superconvergent_values[1].shape[2], np.nan)
             self._nodal |= {n: nothing for n in nodes.tolist() if n not in parents}
 
-    def _valued(self, corner: int, X: Floats) -> Floats:
+    def _evaluate_polynomial(self, corner: int, X: Floats) -> Floats:
         """Return the value (k,) of the polynomial of a corner at a point X (3,), m."""
         fit, middle, scale = self._fits[corner]
         basis = np.prod(((self._polynomial_positions(X) - middle) / scale) ** self._exponents, axis=1)
@@ -129,12 +131,12 @@ class PatchRecovery:
         new = np.array([c for c in corners.tolist() if c not in self._fits], dtype=np.int64)
         if not len(new):
             return
-        flat = self._fit_polynomials(new, self._points)
+        flat = self._fit_polynomials(new, self._superconvergent_values)
         if len(flat):
             self._fit_polynomials(flat, self._integration_point_values)
 
     @cached_property
-    def _points(self) -> tuple[Floats, Floats]:
+    def _superconvergent_values(self) -> tuple[Floats, Floats]:
         """Positions (m, q, 3), m, and values (m, q, k) at the superconvergent points of all cells."""
         X, values = self._sample(superconvergent_points(self.mesh.element))
         return self._polynomial_positions(X), values
@@ -200,38 +202,38 @@ class PatchRecovery:
         """
         if self.mesh.element.family != "tetrahedra" or self.mesh.element.order == 1:
             return np.ones(len(cells), dtype=np.bool_)
-        return cells * self._points[0].shape[1] < ENOUGH * len(self._exponents)
+        return cells * self._superconvergent_values[0].shape[1] < ENOUGH * len(self._exponents)
 
     def _patch_cells(self, corners: Ints) -> tuple[Ints, Ints]:
         """Return the cells of all patches of corners, as one array, and the index (n + 1,) where each begins."""
-        around = self._around
+        around = self._corner_cell_incidence
         patches = around[corners].astype(np.int64)
-        outer = np.flatnonzero(self._outer[corners] & self._is_widened_at_surface(np.diff(patches.indptr)))
+        outer = np.flatnonzero(self._boundary_node_mask[corners] & self._is_widened_at_surface(np.diff(patches.indptr)))
         if len(outer):
             wide = (patches[outer] @ around.T) @ around
             picked = np.ones(len(corners))
             picked[outer] = 0.0
-            patches = self._diagonal(picked) @ patches + self._placed(outer, len(corners)) @ wide
+            patches = self._diagonal_matrix(picked) @ patches + self._placement_matrix(outer, len(corners)) @ wide
             patches.eliminate_zeros()
         patches.sort_indices()
         return patches.indptr.astype(np.int64), patches.indices.astype(np.int64)
 
     @staticmethod
-    def _diagonal(values: Floats) -> Any:
+    def _diagonal_matrix(values: Floats) -> Any:
         """Return a sparse diagonal matrix of values (n,)."""
         from scipy import sparse
 
         return sparse.diags_array(values, format="csr")
 
     @staticmethod
-    def _placed(rows: Ints, count: int) -> Any:
+    def _placement_matrix(rows: Ints, count: int) -> Any:
         """Return the sparse matrix (count, len(rows)) that puts the entries of a vector at the positions `rows`."""
         from scipy import sparse
 
         return sparse.csr_array((np.ones(len(rows)), (rows, np.arange(len(rows)))), shape=(count, len(rows)))
 
     @cached_property
-    def _around(self) -> Any:
+    def _corner_cell_incidence(self) -> Any:
         """Sparse matrix (nodes, cells) with ones where a node is a corner of a cell."""
         from scipy import sparse
 
@@ -241,7 +243,7 @@ class PatchRecovery:
         return sparse.csr_array((np.ones(corners.size), (corners.ravel(), cells)), shape=shape)
 
     @cached_property
-    def _outer(self) -> Any:
+    def _boundary_node_mask(self) -> Any:
         """Mask (nodes,) of the nodes on the boundary; in a plane model, on its outline."""
         outer, facets = np.zeros(len(self.mesh.points), dtype=np.bool_), self.mesh.facets
         if self._plane:

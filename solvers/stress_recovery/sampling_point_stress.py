@@ -49,16 +49,16 @@ class DeformedState:
         """Return the material; if it varies in space, with its constants at the points of a quadrature rule."""
         return self.material if self.at is None or self.material.uniform else self.at(self.material, self.mesh, rule)
 
-    def _means(self) -> Isotropic:
+    def _cell_mean_material(self) -> Isotropic:
         """Return the material with one value of each modulus per cell: its mean if it varies inside."""
         rule = self.mesh.element.quadrature()
         if not (known := self._material_at_rule(rule)).sampled:
             return known
         from softmark.solvers.materials.heterogeneous import average_moduli
 
-        return average_moduli(known, self._sizes(rule))
+        return average_moduli(known, self._point_volumes(rule))
 
-    def _sizes(self, rule: Rule) -> Floats:
+    def _point_volumes(self, rule: Rule) -> Floats:
         """Return the volumes (m, q), m^3, of points; for a body of revolution proportional to those of whole rings."""
         parts = integrate_cells(self.mesh, rule=rule)
         return parts.w * (self.mesh.points[self.mesh.cells, 0] @ parts.N.T) if self.revolved else parts.w
@@ -71,14 +71,14 @@ class DeformedState:
         """
         N = self.mesh.element.shape(rule[0])
         X = np.einsum("qa,mai->mqi", N, self.mesh.points[self.mesh.cells])
-        H = self._gradient(rule)
-        sigma = self._stress(H, rule)
+        H = self._displacement_gradients(rule)
+        sigma = self._cauchy_stress(H, rule)
         if not np.all(np.isfinite(sigma)):
             raise StressUnavailable("the stress is not finite in every cell")
         six = np.stack([sigma[..., i, j] for i, j in SYMMETRIC], axis=-1)
         return X, six, H.reshape(*H.shape[:2], 9)
 
-    def _gradient(self, rule: Rule) -> Floats:
+    def _displacement_gradients(self, rule: Rule) -> Floats:
         """Return the displacement gradients du_i/dX_J (m, q, 3, 3) at the points of a rule."""
         H = self._nodal_displacement_gradients(integrate_cells(self.mesh, rule=rule))
         if self.material.thin:  # it grows thinner than its nodes show
@@ -97,37 +97,37 @@ class DeformedState:
             H[..., 2, 2] = np.where(far, out / np.where(far, r, 1.0), H[..., 0, 0])
         return H
 
-    def _stress(self, H: Floats, rule: Rule) -> Floats:
+    def _cauchy_stress(self, H: Floats, rule: Rule) -> Floats:
         """Return the Cauchy stress (m, q, 3, 3), Pa, for displacement gradients H. Raises StressUnavailable."""
         laws = parts_for(self._material_at_rule(rule), self.strain) if self.way == "selective" else None
         if laws is not None:  # of shear at the point, and of the volume by the mean gradient of the cell
-            of_volume = (parts_for(self._means(), self.strain) or laws)[1]
+            of_volume = (parts_for(self._cell_mean_material(), self.strain) or laws)[1]
             mean = self._nodal_displacement_gradients(mean_gradients(self.mesh, self.revolved))
-            volume = self._pushed(_piola_stress(of_volume, mean), mean)  # (m, 1, 3, 3)
-            return self._pushed(_piola_stress(laws[0], H), H) + volume
+            volume = self._push_forward(_piola_stress(of_volume, mean), mean)  # (m, 1, 3, 3)
+            return self._push_forward(_piola_stress(laws[0], H), H) + volume
         if self.way in ("full", "selective"):
-            return self._pushed(_piola_stress(law_for(self._material_at_rule(rule), self.strain), H), H)
-        return self._held(H, rule)
+            return self._push_forward(_piola_stress(law_for(self._material_at_rule(rule), self.strain), H), H)
+        return self._stress_with_pressure(H, rule)
 
-    def _held(self, H: Floats, rule: Rule) -> Floats:
+    def _stress_with_pressure(self, H: Floats, rule: Rule) -> Floats:
         """Return the first Piola-Kirchhoff stress P = P_shape + p dg/dF, Pa, with a pressure p for the volume change.
 
         The pressure is the solved one, or the modulus M times the mean of the volume function g over the cell.
         """
-        split, F = self._split(rule), _deformation_gradients(H)
-        p = self._pressed(rule) if self.way == "mixed" else self._mean_dilatation_pressures()
+        split, F = self._mixed_split(rule), _deformation_gradients(H)
+        p = self._solved_pressures(rule) if self.way == "mixed" else self._mean_dilatation_pressures()
         P = _piola_stress(split.shape, H) + np.broadcast_to(p, H.shape[:2]).reshape(
             -1, 1, 1
         ) * split.constraint.gradient(F)
-        return self._pushed(P, H)
+        return self._push_forward(P, H)
 
-    def _split(self, rule: Rule) -> MixedSplit:
+    def _mixed_split(self, rule: Rule) -> MixedSplit:
         """Return the law split into shape and volume parts at the points of a rule. Raises StressUnavailable."""
         if (split := mixed_for(self._material_at_rule(rule), self.strain)) is None:
             raise StressUnavailable("its law has no separate volumetric part for the pressure")
         return split
 
-    def _pressed(self, rule: Rule) -> Floats:
+    def _solved_pressures(self, rule: Rule) -> Floats:
         """Return the solved pressures (m, q), Pa, at the points of a rule. Raises StressUnavailable if unknown."""
         if self.pressures is None:
             raise StressUnavailable("the pressures of this state are not known")
@@ -136,15 +136,15 @@ class DeformedState:
     def _mean_dilatation_pressures(self) -> Floats:
         """Return the pressure of each cell (m, 1), Pa: int g dV / int 1/M dV."""
         rule = self.mesh.element.quadrature()
-        w, split = self._sizes(rule), self._split(rule)
-        H = self._gradient(rule)
+        w, split = self._point_volumes(rule), self._mixed_split(rule)
+        H = self._displacement_gradients(rule)
         reach = float(np.abs(H).max(initial=0.0))
         up = displacement_gradient_scaling.find_scale(reach, self.strain == "small", lambda c: c * reach)
         g = split.constraint.value(_deformation_gradients(up * H)).reshape(w.shape) / up
         pressure: Floats = ((w * g).sum(axis=1) / (w * split.compliance).sum(axis=1))[:, None]
         return pressure
 
-    def _pushed(self, P: Floats, H: Floats) -> Floats:
+    def _push_forward(self, P: Floats, H: Floats) -> Floats:
         """Return the Cauchy stress sigma = P F^T / J (m, q, 3, 3), Pa; for small strains P itself."""
         P = P.reshape(H.shape)
         if self.strain == "small":

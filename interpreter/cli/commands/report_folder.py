@@ -109,7 +109,7 @@ class ReportWriter:
         self._write(report)
         if self.vtu and self.folder is not None:
             folder = self.folder
-            self._attempt("--out", str(folder), lambda: self._paraview(report, folder))
+            self._try_writing("--out", str(folder), lambda: self._paraview(report, folder))
         if self.printed:
             sys.stdout.write(report.dumps())
         return str(self.folder / "report.html") if self.folder and not self.failed else ""
@@ -121,10 +121,10 @@ class ReportWriter:
 
         if self.folder is not None:
             folder = self.folder
-            self._attempt("--out", str(folder), lambda: write(report, folder, page))
+            self._try_writing("--out", str(folder), lambda: write(report, folder, page))
         for option, place in self.files.items():
             text = report.dumps() if option == "--json" else junit_report.render(report)
-            self._attempt(option, place, lambda place=place, text=text: write_named(Path(place), text))  # type: ignore[misc]
+            self._try_writing(option, place, lambda place=place, text=text: write_named(Path(place), text))  # type: ignore[misc]
         self.count = len(report.models)
 
     @staticmethod
@@ -133,7 +133,7 @@ class ReportWriter:
 
         write_vtu(report, folder)  # a ValueError of it is a defect of ours, and no trouble with the place
 
-    def _attempt(self, option: str, place: str, action: Callable[[], object]) -> None:
+    def _try_writing(self, option: str, place: str, action: Callable[[], object]) -> None:
         try:
             action()
         except OSError as error:

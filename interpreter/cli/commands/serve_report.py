@@ -141,14 +141,14 @@ class RequestHandler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Send the page, its numbers, or the current state."""
-        self._answer(body=True)
+        self._send_response(body=True)
 
     def do_HEAD(self) -> None:
         """Send the headers of the response to GET."""
-        self._answer(body=False)
+        self._send_response(body=False)
 
-    def _answer(self, body: bool) -> None:
-        status, kind, data = self._found()
+    def _send_response(self, body: bool) -> None:
+        status, kind, data = self._find_response()
         self.send_response(status)
         for name, value in {**HEADERS, "Content-Type": kind, "Content-Length": str(len(data))}.items():
             self.send_header(name, value)
@@ -156,7 +156,7 @@ class RequestHandler(BaseHTTPRequestHandler):
         if body:
             self.wfile.write(data)
 
-    def _found(self) -> tuple[HTTPStatus, str, bytes]:
+    def _find_response(self) -> tuple[HTTPStatus, str, bytes]:
         plain = "text/plain; charset=utf-8"
         if not self._is_local_host():
             return HTTPStatus.MISDIRECTED_REQUEST, plain, b"this is served to this machine alone, by its own name\n"

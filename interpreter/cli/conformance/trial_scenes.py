@@ -66,7 +66,7 @@ class Trial:
         The trial scene is a clamped beam; `other` replaces some of its lines.
         """
         lines = {"gel": GEL, "box": BOX, "push": WEIGHT, "model": CELLS, "more": "", "motion": ""} | other
-        return self._checked(
+        return self._load_lines(
             f"material gel = {lines['gel']}\nbody bar = solid({lines['box']}, gel)\n"
             f"{CLAMP}{LOOK}load push = {lines['push']}\nmodel cells = {lines['model']}\n"
             f"metric sag = displacement(tip, along = -z)\n{lines['motion']}{lines['more']}"
@@ -74,9 +74,9 @@ class Trial:
 
     def body(self) -> tuple[Scene | None, list[Diagnostic]]:
         """Return a scene (None if it has errors) and its errors; the scene has only a body of the tested shape."""
-        return self._checked(f"material gel = {GEL}\nbody bar = solid({self.call}, gel)\n")
+        return self._load_lines(f"material gel = {GEL}\nbody bar = solid({self.call}, gel)\n")
 
-    def _checked(self, lines: str) -> tuple[Scene | None, list[Diagnostic]]:
+    def _load_lines(self, lines: str) -> tuple[Scene | None, list[Diagnostic]]:
         source = Source("contract", f'softmark 1\nscene "contract"\n{lines}')
         scene, found = load_scene(source, self.folder, self.folder / "contract.scene", plugins=self.plugins)
         return scene, [d for d in found if d.severity == "error"]

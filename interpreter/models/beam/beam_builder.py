@@ -88,7 +88,7 @@ class PreparedBeam(Meshless):
         problem, last = replace(self.problem, watch=watch), [self.problem.assembly]
         remedy = "use more segments or a smaller load"
         return static_result.solve_static(
-            lambda: self._solve_equilibrium(problem, last), remedy, lambda found: self._finish(found, last[-1])
+            lambda: self._solve_equilibrium(problem, last), remedy, lambda found: self._make_solution(found, last[-1])
         )
 
     def _solve_equilibrium(self, problem: Statics, solved: list[Assembly]) -> Equilibrium:
@@ -108,19 +108,19 @@ class PreparedBeam(Meshless):
         history = found.history + again.history
         return replace(again, history=history, facts=known, critical=found.critical or again.critical)
 
-    def _finish(self, found: Equilibrium, assembly: Assembly) -> Solution:
+    def _make_solution(self, found: Equilibrium, assembly: Assembly) -> Solution:
         """Return the solution of an equilibrium, with functions for its results."""
         solution = static_result.solution_of(found, lambda X: displacement_at(found.x, self.rest, X, self.along))
         modes = frequencies_about(self.problem.assembly, found.x, self.mass, self.problem.linear)
         if self.along is not None:
             modes = without_frequencies("frequencies of curved beams are not computed: use `fem(...)`")
-        notes = (*static_result.uniqueness_warnings(self.declared, found), *self._pressed(found.x))
+        notes = (*static_result.uniqueness_warnings(self.declared, found), *self._guide_warnings(found.x))
         seen = replace(solution, notes=notes, vibrations=modes if found.solved else None)
         solved = replace(self.problem, assembly=assembly)
         carried = cache(lambda: nodal_forces_of_beam(solved, found.x, self.applied))
-        return replace(seen, carried=carried, stress=cache(lambda: self._stress(solved, found.x)))
+        return replace(seen, carried=carried, stress=cache(lambda: self._section_stress_field(solved, found.x)))
 
-    def _stress(self, solved: Statics, x: Floats) -> Any:
+    def _section_stress_field(self, solved: Statics, x: Floats) -> Any:
         """Return the stress field of the beam's sections in a state x (nodes * 7,)."""
         from softmark.interpreter.models.beam.beam_stress import Piece, SectionStresses, lines_on
 
@@ -130,7 +130,7 @@ class PreparedBeam(Meshless):
         piece = Piece(shape, stations, self.rest.reshape(-1, 7), x.reshape(-1, 7), ends, lines)
         return SectionStresses([piece], self.case, lambda X: np.zeros(len(X), dtype=np.int64))
 
-    def _pressed(self, x: Floats) -> tuple[Diagnostic, ...]:
+    def _guide_warnings(self, x: Floats) -> tuple[Diagnostic, ...]:
         """Return warnings if a tendon pulls its guides together in a state x (nodes * 7,)."""
         if not any(isinstance(load.thing.action, TendonLoad) for load, _ in self.applied):
             return ()

@@ -91,20 +91,20 @@ class Beam6Dof(Model):
         if beyond := curved_beam_limits.refusals(declared, case):
             return beyond
         flat = flat_strips.curling_warning(declared, case)
-        found = [*self.refusals(declared, case), *self._loads(declared, case)]
+        found = [*self.refusals(declared, case), *self._unsupported_load_errors(declared, case)]
         found += self._unsupported_support_errors(declared, case)
         found += [
-            *([] if found else self._held(case)),
+            *([] if found else self._rigid_motion_errors(case)),
             *self._slenderness_warnings(declared, case),
-            *self._rings(declared, case),
+            *self._rigid_option_errors(declared, case),
         ]
         return found if flat is None else [*found, flat]
 
-    def _loads(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def _unsupported_load_errors(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors for loads that a beam cannot represent."""
         found = []
         for load in case.loads:
-            reason = _unsupported_load(load, case) or self._between(load, case)
+            reason = _unsupported_load(load, case) or self._missing_node_reason(load, case)
             if reason and isinstance(load.thing.action, self.loads):
                 found.append(
                     diagnostic(
@@ -118,7 +118,7 @@ class Beam6Dof(Model):
                 )
         return found
 
-    def _between(self, load: Declared, case: Case) -> str:
+    def _missing_node_reason(self, load: Declared, case: Case) -> str:
         """Return why a load that rotates a section can get no node at its station; empty if it can."""
         action = load.thing.action
         if isinstance(action, TendonLoad) and action.guides is None:
@@ -178,9 +178,9 @@ class Beam6Dof(Model):
                 )
         return found
 
-    def _held(self, case: Case) -> list[Diagnostic]:
+    def _rigid_motion_errors(self, case: Case) -> list[Diagnostic]:
         """Return errors if supports conflict or leave the beam free to move."""
-        if not case.supports or self._apart(case):
+        if not case.supports or self._has_free_middle_section(case):
             return []  # none is said of the body
         from softmark.interpreter.models.beam.beam_supports import constrained_dofs
 
@@ -190,7 +190,7 @@ class Beam6Dof(Model):
             return [loose.diagnostic]
         return []
 
-    def _apart(self, case: Case) -> bool:
+    def _has_free_middle_section(self, case: Case) -> bool:
         """Return whether supports are clamps of different sections that leave a section free; one clamp counts."""
         if any(len(support.thing.components) < 3 for support in case.supports):
             return False
@@ -201,7 +201,7 @@ class Beam6Dof(Model):
         counts = [sum(at) for at in zip(*taken, strict=True)]
         return bool(min(counts) == 0 and max(counts) == 1)
 
-    def _rings(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def _rigid_option_errors(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return an error for `shear = no` or `axial = no` in dynamics.
 
         Stiff springs enforce these constraints. In statics a second solution makes them exact; in dynamics they would
@@ -260,17 +260,17 @@ class Beam6Dof(Model):
 
     def outline(self, case: Case) -> str:
         """Return a one-line description for the plan."""
-        return f"{self.segments} {self._words}"
+        return f"{self.segments} {self._description_without_segments}"
 
     @property
-    def _words(self) -> str:
+    def _description_without_segments(self) -> str:
         """Description of the model without its number of segments."""
         off = [name for name, on in (("shear", self.shear), ("stretch", self.axial)) if not on]
         return "beam segments, no mesh" + (f", without {' and '.join(off)}" if off else "")
 
     def kind(self, case: Case) -> ModelKind:
         """Return the family of the model: all its properties except the number of segments."""
-        return ModelKind(self._words, str(self.segments), None)
+        return ModelKind(self._description_without_segments, str(self.segments), None)
 
     def orders(self) -> dict[str, int]:
         """Return the convergence order 2 of two-node elements with one integration point (Simo and Vu-Quoc 1986)."""

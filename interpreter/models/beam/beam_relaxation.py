@@ -100,9 +100,9 @@ class ViscoelasticBeam(Meshless):
             found: Any = came[0].found
             return replace(found, history=came[0].history)
 
-        return static_result.solve_static(find, remedy, lambda found: self._finish(found, came[0]))
+        return static_result.solve_static(find, remedy, lambda found: self._make_solution(found, came[0]))
 
-    def _finish(self, found: Any, state: StateInTime) -> Solution:
+    def _make_solution(self, found: Any, state: StateInTime) -> Solution:
         """Return the solution of a state, with its energies and its history."""
         rest, along = self.static.rest, self.static.along
 
@@ -124,9 +124,9 @@ class ViscoelasticBeam(Meshless):
             vibrations=ring,
             stress=StoredStress(None, NO_STRESS),
         )
-        return replace(seen, carried=cache(lambda: self._carried(state)))
+        return replace(seen, carried=cache(lambda: self._nodal_forces(state)))
 
-    def _carried(self, state: StateInTime) -> Any:
+    def _nodal_forces(self, state: StateInTime) -> Any:
         """Return the nodal forces in a state."""
         assert state.problem is not None
         acting = self.timed.acting(self.static.applied, state.time)

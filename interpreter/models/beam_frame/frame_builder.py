@@ -69,10 +69,10 @@ class PreparedNetwork(Meshless):
         """Return the static equilibrium, starting from rest."""
         problem = replace(self.problem, watch=watch)
         return static_result.solve_static(
-            lambda: equilibrium(problem), "use more segments or a smaller load", self._finish
+            lambda: equilibrium(problem), "use more segments or a smaller load", self._make_solution
         )
 
-    def _finish(self, found: Equilibrium) -> Solution:
+    def _make_solution(self, found: Equilibrium) -> Solution:
         """Return the solution of an equilibrium, with functions for its results."""
         solution = static_result.solution_of(found, Shifts(self.layout, found.x))
         modes = frequencies_about(self.problem.assembly, found.x, self.layout.mass, self.problem.linear)
@@ -81,10 +81,10 @@ class PreparedNetwork(Meshless):
             notes=static_result.uniqueness_warnings(self.declared, found),
             vibrations=modes if found.solved else None,
         )
-        carried = cache(lambda: self._carried(found.x))
-        return replace(seen, carried=carried, stress=cache(lambda: self._stress(found.x)))
+        carried = cache(lambda: self._nodal_forces(found.x))
+        return replace(seen, carried=carried, stress=cache(lambda: self._section_stress_field(found.x)))
 
-    def _stress(self, x: Floats) -> Any:
+    def _section_stress_field(self, x: Floats) -> Any:
         """Return the stress field of the members' sections in a state x (n * 7,)."""
         from softmark.interpreter.models.beam.beam_stress import Piece, SectionStresses, lines_on
 
@@ -97,7 +97,7 @@ class PreparedNetwork(Meshless):
             pieces.append(Piece(member, stations, rest[nodes], now[nodes], ends[i], lines))
         return SectionStresses(pieces, case, network.nearest)
 
-    def _carried(self, x: Floats) -> NodalForces:
+    def _nodal_forces(self, x: Floats) -> NodalForces:
         """Return forces and moments at the points in a state x (n * 7,), with moments about the axes of the points."""
         layout, assembly = self.layout, self.problem.assembly
         energy, now = sum(e.value(x) for e in assembly.internal), x.reshape(-1, 7)[layout.first, :3]

@@ -85,16 +85,16 @@ class Frame6Dof(Model):
     def outline(self, case: Case) -> str:
         """Return a one-line description for the plan."""
         pairs = getattr(case.body.thing, "members", ())
-        return f"{len(pairs)} members of {self.segments} {self._words}"
+        return f"{len(pairs)} members of {self.segments} {self._description_without_segments}"
 
     @property
-    def _words(self) -> str:
+    def _description_without_segments(self) -> str:
         """Description of the model without its number of segments."""
         return "beam segments each, no mesh"
 
     def kind(self, case: Case) -> ModelKind:
         """Return the family of the model: all its properties except the number of segments."""
-        return ModelKind(self._words, str(self.segments), None)
+        return ModelKind(self._description_without_segments, str(self.segments), None)
 
     def orders(self) -> dict[str, int]:
         """Return the convergence order of the beam elements (Simo and Vu-Quoc 1986)."""

@@ -113,7 +113,7 @@ class Layout:
     # ------------------------------------------------------------------ mass
 
     @cached_property
-    def _shares(self) -> tuple[Floats, Floats]:
+    def _nodal_mass_and_inertia(self) -> tuple[Floats, Floats]:
         """Mass of each node (n,), kg, and moments of inertia about the node's own axes (n, 3), kg m^2."""
         found = [
             integrate_at_nodes(member, self.stations(number), inertia)
@@ -128,7 +128,7 @@ class Layout:
         frames = rotation(self.rest.reshape(-1, 7)[:, 3:])
         found: Floats = frames[self.first].copy()
         own = np.zeros((self.count, 3, 3))
-        np.add.at(own, self.point, np.einsum("nik,nk,njk->nij", frames, self._shares[1], frames))
+        np.add.at(own, self.point, np.einsum("nik,nk,njk->nij", frames, self._nodal_mass_and_inertia[1], frames))
         several = np.bincount(self.point) > 1
         found[several] = np.linalg.eigh(own[several])[1]
         found[several, :, 0] *= np.sign(np.linalg.det(found[several]))[:, None]
@@ -138,12 +138,16 @@ class Layout:
 
     def mass(self) -> Floats:
         """Masses of the points and moments of inertia about their axes (6 p,), kg and kg m^2."""
-        mass, turning = self._shares
+        mass, turning = self._nodal_mass_and_inertia
         found = np.zeros((self.count, 6))
-        np.add.at(found, self.point, np.concatenate([np.repeat(mass[:, None], 3, 1), self._about(turning)], axis=1))
+        np.add.at(
+            found,
+            self.point,
+            np.concatenate([np.repeat(mass[:, None], 3, 1), self._inertia_about_point_axes(turning)], axis=1),
+        )
         return found.ravel()
 
-    def _about(self, turning: Floats) -> Floats:
+    def _inertia_about_point_axes(self, turning: Floats) -> Floats:
         """Return moments of inertia about the points' axes (n, 3) from those about the nodes' axes (n, 3)."""
         Q = self.joints.turns
         found: Floats = np.einsum("nik,nk,nik->ni", Q, turning, Q)

@@ -143,16 +143,16 @@ class PreparedOutside:
             return Solution("unsupported", self.model.words_of(reasons), known)
         known["program"] = f"{self.model.told.title} {version}"
         with tempfile.TemporaryDirectory(prefix="softmark-outside-", ignore_cleanup_errors=True) as folder:
-            return self._asked(program, problem, Path(folder), known)
+            return self._run_program(program, problem, Path(folder), known)
 
-    def _asked(self, program: Any, problem: Problem, folder: Path, known: dict[str, Any]) -> Solution:
+    def _run_program(self, program: Any, problem: Problem, folder: Path, known: dict[str, Any]) -> Solution:
         """Run an installed program on a problem in a folder, and return its solution."""
         program.write(problem, folder)
         model = self.model
         end = external_process.run(program.command(folder), folder, model.time, model.memory * GB, model.threads)
         known = known | {"process": {"wall_s": end.wall_s, "cpu_s": end.cpu_s}}
         try:
-            answer, u = self._read(program, problem, folder, end)
+            answer, u = self._read_answer(program, problem, folder, end)
         except ExternalNotConverged as why:
             return Solution(self.lost, self.unsettled.format(title=model.told.title, why=why), known)
         except NoAnswer as none:
@@ -162,7 +162,7 @@ class PreparedOutside:
         known |= {} if answer.iterations is None else {"iterations": answer.iterations}
         return replace(self._judged(answer, u, problem, known), spent=spent)
 
-    def _read(self, program: Any, problem: Problem, folder: Path, end: End) -> tuple[Answer, Floats]:
+    def _read_answer(self, program: Any, problem: Problem, folder: Path, end: End) -> tuple[Answer, Floats]:
         """Return the results of a program and their displacements.
 
         Raises NoAnswer or ExternalNotConverged, also if the program ended with a failure.
@@ -210,11 +210,11 @@ class PreparedOutside:
             )
             return Solution("not_converged", f"{title} writes too few digits: {words}", known)
         if not residual <= allowed:
-            return Solution("not_converged", self._unbalanced(residual, allowed), known)
+            return Solution("not_converged", self._unbalanced_message(residual, allowed), known)
         state = Equilibrium(x, residual, (), 1, stable=None, linear_solver=f"solved by {title}")
-        return self._finished(self.solid.finish(state), known)
+        return self._with_program_facts(self.solid.finish(state), known)
 
-    def _unbalanced(self, residual: float, allowed: float) -> str:
+    def _unbalanced_message(self, residual: float, allowed: float) -> str:
         """Return the message for a residual, relative to loads, that exceeds the allowed one."""
         title = self.model.told.title
         if not np.isfinite(residual):
@@ -237,7 +237,7 @@ class PreparedOutside:
         apart = relative_residual(self.assembly, x + drawn, fixed, self.assembly.gradient(x, 1.0))
         return apart if np.isfinite(apart) else 0.0
 
-    def _finished(self, found: Solution, known: dict[str, Any]) -> Solution:
+    def _with_program_facts(self, found: Solution, known: dict[str, Any]) -> Solution:
         """Return a solution with our description of the program, and without facts about our own solver."""
         ours = {n: v for n, v in found.facts.items() if n not in OURS}
         facts = {**ours, **known, "stable": None}

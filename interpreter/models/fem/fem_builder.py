@@ -114,7 +114,7 @@ class PreparedSolid(MeshBasedModel):
     def _warm_cells(self) -> None:
         """Compile the kernels of the energies on one cell."""
         twin = self.problem.twin.internal if self.problem.twin else ()
-        for energy in (*self.solid, *twin[: len(twin) - self._beyond]):
+        for energy in (*self.solid, *twin[: len(twin) - self._interaction_energy_count]):
             one = _one_cell(energy)
             nodes = np.unique(one.stencils)
             rest = np.zeros(self.problem.assembly.dofs, dtype=self.problem.rest.dtype)
@@ -143,10 +143,14 @@ class PreparedSolid(MeshBasedModel):
         if self.before is not None:
             problem = replace(problem, start=self.unknowns.begun(self.before))
         if self.first is None:
-            return static_result.solve_static(lambda: self._found(problem), remedy, self.finish, self._loose)
+            return static_result.solve_static(
+                lambda: self._find_equilibrium(problem), remedy, self.finish, self._describe_free_motion
+            )
         begun = self.first.begin(self.mesh.points, watch)
         problem = replace(problem, start=self.unknowns.begun(begun.x))
-        found = static_result.solve_static(lambda: equilibrium(problem), remedy, self.finish, self._loose)
+        found = static_result.solve_static(
+            lambda: equilibrium(problem), remedy, self.finish, self._describe_free_motion
+        )
         notes = begun.notes(self.declared, found)
         return replace(found, facts=found.facts | {"start": begun.facts(found)}, notes=(*notes, *found.notes))
 
@@ -158,14 +162,14 @@ class PreparedSolid(MeshBasedModel):
     @property
     def solid(self) -> Sequence[Energy]:
         """Energies of the cells, one for each material; internal energies of interactions follow them."""
-        return self.problem.assembly.internal[: len(self.problem.assembly.internal) - self._beyond]
+        return self.problem.assembly.internal[: len(self.problem.assembly.internal) - self._interaction_energy_count]
 
     @property
-    def _beyond(self) -> int:
+    def _interaction_energy_count(self) -> int:
         """Number of internal energies other than those of the cells."""
         return len(self.beds) + (self.loose is not None)
 
-    def _found(self, problem: Statics) -> Equilibrium:
+    def _find_equilibrium(self, problem: Statics) -> Equilibrium:
         """Return the equilibrium from rest, or from a perturbed start. Raises NotConverged."""
         if self.contacts or self.loose is not None:
             return interaction_setup.find_equilibrium(self, problem)
@@ -173,7 +177,7 @@ class PreparedSolid(MeshBasedModel):
             return equilibrium(problem)
         return recover_solid(self.disturbance, problem, self.mesh.points, self.elastic)
 
-    def _loose(self, d: Floats) -> str:
+    def _describe_free_motion(self, d: Floats) -> str:
         """Return a description of a motion d (dofs,) that no stiffness resists."""
         return static_result.describe_free_motion(self.mesh.points, self.unknowns.moved(d).reshape(-1, 3))
 
@@ -192,7 +196,7 @@ class PreparedSolid(MeshBasedModel):
             *kept,
         )
         soft = softness_note(self.declared, self.pieces, u, pressures)
-        notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *soft, *doubts)
+        notes = (*self._large_rotation_warnings(x), *self._kirchhoff_compression_warnings(x), *soft, *doubts)
         left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
         message = "; ".join(filter(None, (solution.message, self._replaced_solver_message(found)))) or None
         met = interaction_setup.contact_state(self, u, beside, facts)
@@ -212,17 +216,17 @@ class PreparedSolid(MeshBasedModel):
                 "another strain measure"
             )
         seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
-        return replace(seen, carried=cache(lambda: self._carried(found.x, x, beside, met["rubbed"])))
+        return replace(seen, carried=cache(lambda: self._nodal_forces(found.x, x, beside, met["rubbed"])))
 
     def carried_in(self, state: Floats) -> nodal_forces.NodalForces:
         """Return the nodal forces in a state (dofs,), with the initial contacts and without friction history."""
-        return self._carried(state, self.unknowns.moved(state), self.contacts, {})
+        return self._nodal_forces(state, self.unknowns.moved(state), self.contacts, {})
 
     def mass(self) -> Any:
         """Mass matrix of the displacements, or its diagonal, kg."""
         return _mass(self.model, self.pieces)
 
-    def _carried(
+    def _nodal_forces(
         self, state: Floats, u: Floats, beside: Mapping[str, RigidContact], rubbed: Past
     ) -> nodal_forces.NodalForces:
         """Return the nodal forces in a state with these contacts (`beside`) and this friction history (`rubbed`)."""
@@ -244,7 +248,7 @@ class PreparedSolid(MeshBasedModel):
             f"the library for `linear = pardiso` was not found ({why}): solved by {found.linear_solver}" if why else ""
         )
 
-    def _beyond_its_law(self, x: Floats) -> tuple[Diagnostic, ...]:
+    def _kirchhoff_compression_warnings(self, x: Floats) -> tuple[Diagnostic, ...]:
         """Return a warning if a St Venant-Kirchhoff solid is compressed beyond the law's limit of stability."""
         least = min((least_stretch(energy.F(x)) for energy in self._kirchhoff()), default=1.0)
         if least > GIVES_WAY:
@@ -266,7 +270,7 @@ class PreparedSolid(MeshBasedModel):
             if self.model.strain == "finite" and isinstance(own.case.material.finite_law(), StVenantKirchhoff):
                 yield elastic_of(own.case, own.mesh, own.parts, self.model.strain)
 
-    def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
+    def _large_rotation_warnings(self, x: Floats) -> tuple[Diagnostic, ...]:
         """Return a warning if rotations are large but the strain measure is small strain."""
         if self.model.strain != "small":
             return ()

@@ -250,7 +250,7 @@ class Fem(HasMaterial, Model):
             *options.unused_size(self, declared, case),
             self._check_finite_strain_law(declared, case),
             self.locking(declared, case),
-            self._rotation(declared, case),
+            self._large_rotation_warning(declared, case),
         ]
         found += options.explicit(self, declared, case)
         found += [
@@ -333,7 +333,7 @@ class Fem(HasMaterial, Model):
             f"displacements are too small, and more so on coarser meshes{TOUCHED if case.contacts else ''}: {cure}",
         )
 
-    def _rotation(self, declared: Declared, case: Case) -> Diagnostic | None:
+    def _large_rotation_warning(self, declared: Declared, case: Case) -> Diagnostic | None:
         """Return a warning if small strain is used with supports or loads that cause large rotations."""
         if self.strain != "small":
             return None
@@ -395,16 +395,18 @@ class Fem(HasMaterial, Model):
 
     def outline(self, case: Case) -> str:
         """Return a one-line description for the plan and the report."""
-        return f"{self.mesh_words(case)}, {self._words(case, self.material)}"
+        return f"{self.mesh_words(case)}, {self._describe_options(case, self.material)}"
 
     def kind(self, case: Case) -> ModelKind | None:
         """Return the family of the model: its properties except size and Poisson's ratio; None without a family."""
         if self.size is None or self._has_mesh_from_file(case):
             return None
         nu = None if self.material is None or not self.material.uniform else float(f"{self.material.poisson:g}")
-        return ModelKind(f"{self.element}, {self._words(case, None)}", units.format_value(self.size, units.LENGTH), nu)
+        return ModelKind(
+            f"{self.element}, {self._describe_options(case, None)}", units.format_value(self.size, units.LENGTH), nu
+        )
 
-    def _words(self, case: Case, material: Any) -> str:
+    def _describe_options(self, case: Case, material: Any) -> str:
         """Return a description of the strain measure and the options."""
         options = (
             ", selectively integrated" if self.integration == "selective" else "",

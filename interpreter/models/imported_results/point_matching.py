@@ -73,19 +73,19 @@ class Matched:
 
     def places(self, X: Floats) -> tuple[Any, Floats, Floats]:
         """Return file points (k, a), weights (k, a) and distances outside (k,), m, to interpolate at X (k, 3), m."""
-        X = self._level(X)
+        X = self._project_to_slice(X)
         if self.mesh is None:
-            return self._between(X)
+            return self._interpolation_without_cells(X)
         place = locate_points(self.mesh, X)
         return place.nodes, place.N, place.outside
 
-    def _level(self, X: Floats) -> Floats:
+    def _project_to_slice(self, X: Floats) -> Floats:
         """Return points (k, 3), m, with the z of the file's points if the body is a slice."""
         if not self.flat:
             return X
         return np.column_stack([X[:, :2], np.full(len(X), 0.5 * (self.X[:, 2].min() + self.X[:, 2].max()))])
 
-    def _between(self, X: Floats) -> tuple[Any, Floats, Floats]:
+    def _interpolation_without_cells(self, X: Floats) -> tuple[Any, Floats, Floats]:
         """Return the same as `places` for a file without cells.
 
         A point X is interpolated from the coincident file point, from a simplex of file points, or from the nearest
@@ -112,7 +112,7 @@ class Matched:
 
     def apart(self, X: Floats) -> Floats:
         """Return the distances of points X (k, 3), m, from the nearest point of the file (k,), m."""
-        found: Floats = self._tree.query(self._level(X))[0]
+        found: Floats = self._tree.query(self._project_to_slice(X))[0]
         return found
 
     @property

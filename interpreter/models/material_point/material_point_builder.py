@@ -108,9 +108,9 @@ class PreparedPoint(Meshless):
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
         """Return each load with its forces at the corners (8, 3), N."""
-        return [(load, self._pulled(load)) for load in self.case.loads]
+        return [(load, self._traction_corner_forces(load)) for load in self.case.loads]
 
-    def _pulled(self, load: Declared) -> Floats:
+    def _traction_corner_forces(self, load: Declared) -> Floats:
         """Return the forces of a traction at the corners (8, 3), N: a quarter of its force at each corner of a face."""
         found, action = np.zeros((8, 3)), load.thing.action
         on = self.block.on(action.where)
@@ -137,12 +137,12 @@ class PreparedPoint(Meshless):
             return Solution(
                 "not_converged", self._no_state_message(none), {"iterations": 0, "steps": 0, "residual": None}
             )
-        if (turned := self._turned(found)) is not None:
+        if (turned := self._shear_stress_message(found)) is not None:
             return Solution("not_converged", turned, {"iterations": found.iterations, "steps": 0, "residual": None})
         facts = {
             "iterations": found.iterations,
             "steps": 1,
-            "residual": self._left(found),
+            "residual": self._relative_residual(found),
             "linear_solver": "dense",
             "stable": bool(found.freed > FLAT),
             "stretches": found.F.diagonal().tolist(),
@@ -152,10 +152,10 @@ class PreparedPoint(Meshless):
         }
         displacement = _Moved(found.F, np.array(self.made.anchors), np.array(self.made.shifts))
         stress: Stresses = HomogeneousStress(found, self.point.linear)  # type: ignore[assignment]
-        return Solution("converged", None, facts, displacement, self._doubts(found), stress=lambda: stress,
-                        carried=cache(lambda: self._carried(found, displacement)))  # fmt: skip
+        return Solution("converged", None, facts, displacement, self._stability_warnings(found), stress=lambda: stress,
+                        carried=cache(lambda: self._nodal_forces(found, displacement)))  # fmt: skip
 
-    def _turned(self, found: PointState) -> str | None:
+    def _shear_stress_message(self, found: PointState) -> str | None:
         """Return an error message if the law has shear stress although strain is along the axes; else None."""
         across = np.abs(found.P - np.diag(found.P.diagonal())).max()
         if self.made.shear is not None or across <= ALONG * np.abs(found.P).max():
@@ -166,14 +166,14 @@ class PreparedPoint(Meshless):
             "to the coordinate axes: use `fem`"
         )
 
-    def _left(self, found: PointState) -> float:
+    def _relative_residual(self, found: PointState) -> float:
         """Return the residual force on the free faces, relative to the largest force on a face."""
         free = [axis for axis in range(3) if self.made.stretches[axis] is None]
         left = [abs(found.P[a, a] - self.made.stresses[a]) * self.block.areas[a] for a in free]
         largest = float((np.abs(found.P) * self.block.areas).max())
         return float(max(left, default=0.0)) / largest if largest else 0.0
 
-    def _carried(self, found: PointState, displacement: _Moved) -> NodalForces:
+    def _nodal_forces(self, found: PointState, displacement: _Moved) -> NodalForces:
         X, u = self.block.X, displacement(self.block.X)
         none, loads = np.zeros((8, 3)), {load.name: f for load, f in self.forces()}
         left = self.block.forces(found.P) - sum(loads.values(), none)
@@ -185,7 +185,7 @@ class PreparedPoint(Meshless):
 
     # ------------------------------------------------------------------ what is said of it
 
-    def _doubts(self, found: PointState) -> tuple[Diagnostic, ...]:
+    def _stability_warnings(self, found: PointState) -> tuple[Diagnostic, ...]:
         """Return warnings if the force decreases with stretch, or the law violates Drucker's stability postulate."""
         if self.point.linear:
             return ()
@@ -200,7 +200,7 @@ class PreparedPoint(Meshless):
             diagnostic(
                 "W385",
                 self.declared.at("state"),
-                f"`{self.declared.name}` is beyond a {self._deformation_word} of {self._amount(at)}, where "
+                f"`{self.declared.name}` is beyond a {self._deformation_word} of {self._format_deformation(at)}, where "
                 "its law violates Drucker's stability",
                 "stress decreases as strain increases",
                 "this compares Kirchhoff stress with Hencky strain; the body may have several "
@@ -213,7 +213,7 @@ class PreparedPoint(Meshless):
         if found.freed > FLAT:
             return ()
         at = self.point.first_unstable_state(self.drive)
-        what = f"a {self._deformation_word} of {self._amount(at)}"
+        what = f"a {self._deformation_word} of {self._format_deformation(at)}"
         a = self.made.driven[0]
         b = a if self.made.shear is None else self.made.shear[1]
         force = units.format_value(float(at.P[a, b]), units.PRESSURE)
@@ -232,7 +232,7 @@ class PreparedPoint(Meshless):
     def _deformation_word(self) -> str:
         return "stretch" if self.made.shear is None else "shear"
 
-    def _amount(self, at: PointState) -> str:
+    def _format_deformation(self, at: PointState) -> str:
         a = self.made.driven[0]
         return f"{at.F[a, a if self.made.shear is None else self.made.shear[1]]:.4g}"
 

@@ -58,7 +58,7 @@ class Followed:
 
         The centre is the origin if there is no force.
         """
-        acts, arm = self._touched.acts, int(self.small)
+        acts, arm = self._contact_history.acts, int(self.small)
         found = []
         for k in range(len(self.names)):
             own = [seen[k] for seen in acts]
@@ -71,7 +71,7 @@ class Followed:
         return found
 
     @property
-    def _touched(self) -> Any:
+    def _contact_history(self) -> Any:
         assert self.track.touched is not None
         return self.track.touched
 
@@ -80,25 +80,27 @@ class Followed:
 
         These are all times or, if `surface`, only those with a stored surface.
         """
-        numbers = [i for i, _ in self._touched.surfaces] if surface else list(range(len(self.track.times)))
-        return self.track.times[numbers], map(self._state, numbers)
+        numbers = [i for i, _ in self._contact_history.surfaces] if surface else list(range(len(self.track.times)))
+        return self.track.times[numbers], map(self._forces_at_index, numbers)
 
     @property
     def last(self) -> EquilibriumForces:
         """Forces and contacts at the end of the analysis."""
-        return self._state(len(self.track.times) - 1)
+        return self._forces_at_index(len(self.track.times) - 1)
 
-    def _state(self, i: int) -> EquilibriumForces:
+    def _forces_at_index(self, i: int) -> EquilibriumForces:
         held = {name: self._reaction(k, i) for k, name in enumerate(self.names)}
         most = max((float(np.linalg.norm(f, axis=1).max()) for f, _, _ in self._contact_resultants), default=0.0)
         size = float(np.linalg.norm(np.ptp(self.X, axis=0)))
         touches = _Touches(self, i)
-        return EquilibriumForces(held, acting=most, moved=self._moved, extent=size, reason=WHY, touches=touches)
+        return EquilibriumForces(
+            held, acting=most, moved=self._largest_displacement, extent=size, reason=WHY, touches=touches
+        )
 
     @cached_property
-    def _moved(self) -> float:
+    def _largest_displacement(self) -> float:
         """Largest displacement of a node of the contact surfaces at the end, m."""
-        states = self._touched.surfaces
+        states = self._contact_history.surfaces
         return max((float(np.linalg.norm(s.u, axis=1).max(initial=0.0)) for s in states[-1][1]), default=0.0)
 
     def _reaction(self, k: int, i: int) -> Reaction:
@@ -107,30 +109,32 @@ class Followed:
 
     @cached_property
     def _surfaces(self) -> dict[int, tuple[ContactSurface, ...]]:
-        return dict(self._touched.surfaces)
+        return dict(self._contact_history.surfaces)
 
     def touch(self, name: str, i: int) -> ContactNumbers:
         """Return the result of a contact at the stored time with index i."""
         k = self.names.index(name)
-        surface, nodes, act = self._surfaces[i][k], self._touched.nodes[k], self._touched.acts[i][k]
+        surface, nodes, act = self._surfaces[i][k], self._contact_history.nodes[k], self._contact_history.acts[i][k]
         x, f, g = self.X.copy(), np.zeros(len(self.X)), np.full(len(self.X), np.inf)
         if not self.small:
             x[nodes] += surface.u
         if name in self.meets:
-            return self._met(name, i, x, surface, nodes)
+            return self._self_contact_result(name, i, x, surface, nodes)
         contact = self.contacts[name]
         f[nodes], g[nodes] = surface.f, surface.g
         own = pressure_distribution(self.case, contact, self.X, x, f, g)
-        return touch_from(self.X, contact, own, act.gap, act.left, self._rubbed(name, i, own.area))
+        return touch_from(self.X, contact, own, act.gap, act.left, self._friction_result(name, i, own.area))
 
-    def _met(self, name: str, i: int, x: Floats, surface: ContactSurface, nodes: Ints) -> ContactNumbers:
+    def _self_contact_result(
+        self, name: str, i: int, x: Floats, surface: ContactSurface, nodes: Ints
+    ) -> ContactNumbers:
         """Return the result of a self-contact at the stored time with index i, with nodes at x (n, 3), m."""
         u, force = np.zeros((2, *self.X.shape))
         u[nodes], force[nodes] = surface.u, surface.f
         touch = contact_result(self.case, self.meets[name], self.mesh, x, u.ravel(), None, force)
-        return replace(touch, rubbing=self._rubbed(name, i, touch.area))
+        return replace(touch, rubbing=self._friction_result(name, i, touch.area))
 
-    def _rubbed(self, name: str, i: int, area: float) -> Friction | None:
+    def _friction_result(self, name: str, i: int, area: float) -> Friction | None:
         every = (*self.contacts.items(), *self.meets.items())
         rubbing = [n for n, contact in every if hasattr(contact, "friction")]
         if name not in rubbing:

@@ -58,18 +58,18 @@ class StressOfMesh:
 
     def __call__(self) -> Stresses:
         """Return the stress. Raises NoStress with a reason."""
-        return self._made
+        return self._computed_stress
 
     def __reduce__(self) -> tuple[Any, ...]:
         from softmark.solvers.stress_recovery.sampling_point_stress import StressUnavailable
 
         try:
-            return StoredStress, (self._made, None)
+            return StoredStress, (self._computed_stress, None)
         except StressUnavailable as none:
             return StoredStress, (None, str(none))
 
     @cached_property
-    def _made(self) -> Stresses:
+    def _computed_stress(self) -> Stresses:
         from softmark.solvers.stress_recovery.sampling_point_stress import DeformedState, StressUnavailable
         from softmark.solvers.stress_recovery.stress_field import Stresses
 

@@ -90,14 +90,16 @@ class Equations:
         fields = self.basis.fields.reshape(-1, 3, self.r)
         return np.ascontiguousarray(fields[nodes].reshape(-1, self.r))
 
-    def _some(self, energy: Energy) -> Energy:
+    def _restrict_to_evaluated_cells(self, energy: Energy) -> Energy:
         """Return an energy restricted to the evaluated cells, with their weights."""
         weights = np.ones(len(self.cells)) if self.sample is None else self.sample.weights
         return restrict_to_cells(energy, self.cells, weights, self.nodes)
 
     def internal(self, energies: Sequence[Energy]) -> list[Energy]:
         """Return the energies of cells in terms of reduced unknowns."""
-        found: list[Energy] = [ProjectedEnergy(self._some(e), self._rows(self.nodes)) for e in energies]
+        found: list[Energy] = [
+            ProjectedEnergy(self._restrict_to_evaluated_cells(e), self._rows(self.nodes)) for e in energies
+        ]
         if self.static.model.strain != "small":
             return found
         whole = Assembly(self.r, NONE, found, [])

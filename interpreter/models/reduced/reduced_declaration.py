@@ -131,7 +131,11 @@ class Pod(Reduced):
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return the errors of the model that do not depend on other declarations."""
-        found = (self._check_training_fractions(declared), self._check_mode_count(declared), self._beyond(declared))
+        found = (
+            self._check_training_fractions(declared),
+            self._check_mode_count(declared),
+            self._training_range_warning(declared),
+        )
         return [d for d in found if d is not None]
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
@@ -173,7 +177,7 @@ class Pod(Reduced):
             "add load fractions or a sweep, or reduce `modes`",
         )
 
-    def _beyond(self, declared: Declared) -> Diagnostic | None:
+    def _training_range_warning(self, declared: Declared) -> Diagnostic | None:
         """Return a warning if the training ends below the full load of the scene."""
         if not self.parts or max(self.parts) >= 1.0 or self._check_training_fractions(declared) is not None:
             return None

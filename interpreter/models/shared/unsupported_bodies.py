@@ -56,12 +56,18 @@ class UnsupportedBody:
         A warning names the contacts that hold the piece. It has no numbers of the state, so that equal warnings of
         several states can be merged. The description is empty if contacts hold all pieces.
         """
-        each = [self._kept(declared, contacts, u, piece) for piece in self.pieces]
+        each = [self._free_motions_of_piece(declared, contacts, u, piece) for piece in self.pieces]
         return tuple(note for note, _ in each), ", and to ".join(adrift for _, adrift in each if adrift)
 
-    def _kept(self, declared: Declared, contacts: Mapping[str, Any], u: Floats, piece: Bools) -> tuple[Diagnostic, str]:
+    def _free_motions_of_piece(
+        self, declared: Declared, contacts: Mapping[str, Any], u: Floats, piece: Bools
+    ) -> tuple[Diagnostic, str]:
         """Return the warning and the remaining free motions of one piece, whose nodes `piece` (n,) marks."""
-        pressing = {name: rows for name, contact in contacts.items() if len(rows := self._rows(contact, u, piece))}
+        pressing = {
+            name: rows
+            for name, contact in contacts.items()
+            if len(rows := self._contact_constraint_rows(contact, u, piece))
+        }
         left = left_free(self.held, piece, [*pressing.values()])
         adrift = join_motions(left) if left else ""
         by = " and ".join(f"`{name}`" for name in pressing)
@@ -77,7 +83,7 @@ class UnsupportedBody:
         label = "held only by contact" if by else "not held"
         return diagnostic("W613", declared.at(), problem, label, remedy), adrift
 
-    def _rows(self, contact: Any, u: Floats, piece: Bools) -> Floats:
+    def _contact_constraint_rows(self, contact: Any, u: Floats, piece: Bools) -> Floats:
         """Return the constraint rows (r, 6) that a contact adds for rigid motions of a piece.
 
         A sliding point restricts motion along its normal; a sticking point restricts all directions.

@@ -94,39 +94,41 @@ class PreparedSprings(MeshBasedModel):
             return Solution("not_converged", f"its stiffness could not be calibrated: {self.fit.reason}", self.facts)
         problem = replace(self.problem, watch=watch, start=self.before)
         remedy = "use a smaller load, stiffer springs or another mesh: the network may have collapsed"
-        solution = static_result.solve_static(lambda: self._found(problem), remedy, self._finish, self._loose)
+        solution = static_result.solve_static(
+            lambda: self._find_equilibrium(problem), remedy, self._make_solution, self._describe_free_motion
+        )
         return replace(solution, facts=solution.facts | self.facts | mesh_facts(self.mesh))
 
-    def _found(self, problem: Statics) -> Equilibrium:
+    def _find_equilibrium(self, problem: Statics) -> Equilibrium:
         """Return the equilibrium from rest, or from a perturbed start. Raises NotConverged."""
         if self.disturbance is None:
             return equilibrium(problem)
         cells = Elastic(self.mesh.cells, self.parts.dNdX, self.parts.w, SmallStrain(1.0, 1.0))
         return recover_springs(self.disturbance, problem, self.mesh.points, cells)
 
-    def _loose(self, d: Floats) -> str:
+    def _describe_free_motion(self, d: Floats) -> str:
         """Return a description of a motion d (dofs,) that no spring resists."""
         return static_result.describe_free_motion(self.mesh.points, d.reshape(-1, 3))
 
-    def _finish(self, found: Equilibrium) -> Solution:
+    def _make_solution(self, found: Equilibrium) -> Solution:
         """Return the solution of an equilibrium, with its report and warnings."""
         solution = static_result.solution_of(found, displacement_of(self.mesh, found.x.reshape(-1, 3)))
-        doubts = (*self._folded(found.x), *static_result.uniqueness_warnings(self.declared, found))
+        doubts = (*self._inverted_cell_warnings(found.x), *static_result.uniqueness_warnings(self.declared, found))
         modes = frequencies_about(self.problem.assembly, found.x, self.mass, self.problem.linear)
         moved = DeformedBody(self.mesh, found.x.reshape(-1, 3))
         seen = replace(solution, notes=doubts, mesh=moved, vibrations=modes if found.solved else None)
-        return replace(seen, carried=cache(lambda: self._carried(found.x)))
+        return replace(seen, carried=cache(lambda: self._nodal_forces(found.x)))
 
     def mass(self) -> Floats:
         """Masses of the degrees of freedom (3 n,), kg."""
         found: Floats = mass_matrix(self.mesh, self.parts, self.density, "lumped")
         return found
 
-    def _carried(self, x: Floats) -> nodal_forces.NodalForces:
+    def _nodal_forces(self, x: Floats) -> nodal_forces.NodalForces:
         """Return the nodal forces in a state x (3 n,)."""
         return nodal_forces.on_mesh(self.mesh, x, x, self.assembly, self.applied, small=False)
 
-    def _folded(self, x: Floats) -> tuple[Diagnostic, ...]:
+    def _inverted_cell_warnings(self, x: Floats) -> tuple[Diagnostic, ...]:
         """Return a warning if cells are inverted, which springs do not resist."""
         H = np.einsum("mai,mqaJ->mqiJ", x.reshape(-1, 3)[self.mesh.cells], self.parts.dNdX)
         count = int((np.linalg.det(np.eye(3) + H) <= 0).any(axis=1).sum())

@@ -119,7 +119,7 @@ class MassSpring(Model):
             self.solid.one_mesh(declared, case),
             *solver_options.unused_size(self.solid, declared, case),
             self._poisson_ratio_warning(declared, case),
-            self._law(declared, case),
+            self._finite_strain_law_warning(declared, case),
             self._calibration_data_warning(declared),
             self.solid.coarse(declared, case),
         ]
@@ -146,7 +146,7 @@ class MassSpring(Model):
             "use `fem(...)`, which supports any Poisson's ratio: spring stiffness does not change the ratio of springs",
         )
 
-    def _law(self, declared: Declared, case: Case) -> Diagnostic | None:
+    def _finite_strain_law_warning(self, declared: Declared, case: Case) -> Diagnostic | None:
         """Return a warning if the material has a finite-strain law, which springs do not use."""
         if case.material.finite_law() is None:
             return None
@@ -173,26 +173,26 @@ class MassSpring(Model):
 
     def outline(self, case: Case) -> str:
         """Return a one-line description for the plan."""
-        return f"{self.mesh_words(case)}, {self._words}"
+        return f"{self.mesh_words(case)}, {self._description_without_size}"
 
     def kind(self, case: Case) -> ModelKind | None:
         """Return the family of the model: all its properties except its size; None without a family."""
         solid = self.solid.kind(case)
-        return None if solid is None else replace(solid, words=f"{self.network}, {self._words}")
+        return None if solid is None else replace(solid, words=f"{self.network}, {self._description_without_size}")
 
     @property
-    def _words(self) -> str:
+    def _description_without_size(self) -> str:
         """Return a description of the network without its size."""
-        across = f" with diagonals of {self._across}" if element_of(self.network).diagonals[0] else ""
-        return f"springs{across}: {self._rule}"
+        across = f" with diagonals of {self._describe_diagonals}" if element_of(self.network).diagonals[0] else ""
+        return f"springs{across}: {self._describe_stiffness_rule}"
 
     @property
-    def _across(self) -> str:
+    def _describe_diagonals(self) -> str:
         """Return the kinds of diagonals of hexahedra that have springs, as text."""
         return "faces" if self.diagonals == "faces" else "faces and body"
 
     @property
-    def _rule(self) -> str:
+    def _describe_stiffness_rule(self) -> str:
         """Return a description of the rule of the stiffness."""
         match self.stiffness:
             case Uniform(value=k):

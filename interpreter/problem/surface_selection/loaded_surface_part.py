@@ -70,10 +70,12 @@ class LoadedSurface:
         facet, bent = FACETS[nodes], np.zeros(len(self.whole), dtype=np.bool_)
         if not linear:  # the area of a curved facet is no polynomial
             bent = ~Patches(self.points[self.whole], 1.0).affine
-        self._whole(dead, push, self.whole[~bent], facet.quadrature(), depth)
+        self._add_forces_of_whole_facets(dead, push, self.whole[~bent], facet.quadrature(), depth)
         curved = self.whole[bent]
         for at in range(0, len(curved), SOME):
-            self._whole(dead, push, curved[at : at + SOME], moment_fitted_quadrature.gauss_rule(nodes), depth)
+            self._add_forces_of_whole_facets(
+                dead, push, curved[at : at + SOME], moment_fitted_quadrature.gauss_rule(nodes), depth
+            )
         t = np.einsum("pkj,pki->jpi", facet.gradient(self.xi), self.points[self.nodes])
         forces = self.w[:, None] * push(np.cross(t[0], t[1]))
         if depth:
@@ -82,7 +84,9 @@ class LoadedSurface:
             ]
         np.add.at(dead, self.nodes, facet.shape(self.xi)[:, :, None] * forces[:, None])
 
-    def _whole(self, dead: Floats, push: Any, facets: Ints, rule: tuple[Floats, Floats], depth: float) -> None:
+    def _add_forces_of_whole_facets(
+        self, dead: Floats, push: Any, facets: Ints, rule: tuple[Floats, Floats], depth: float
+    ) -> None:
         facet, (xi, weights) = FACETS[facets.shape[1]], rule
         t = np.einsum("qkj,fki->jfqi", facet.gradient(xi), self.points[facets])
         forces = push(np.cross(t[0], t[1]))

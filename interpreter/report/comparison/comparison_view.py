@@ -52,7 +52,7 @@ class SceneView:
         return {name: str(found.unit) for name, found in entries}
 
     @cached_property
-    def _moved(self) -> float:
+    def _largest_length(self) -> float:
         """Largest value of all metrics that are lengths, m, as the scale of rounding errors."""
         values = (e.value for p in self.points for e in p.errors.values() if e.unit == "m" and e.value is not None)
         return max(map(abs, values), default=0.0)
@@ -63,7 +63,11 @@ class SceneView:
         unit = self.measurements[metric]
         if value is None:
             return "–"
-        return "0" if is_negligible(value, 0.0, unit, self._moved) else format_quantity(value, unit, 6, percent=True)
+        return (
+            "0"
+            if is_negligible(value, 0.0, unit, self._largest_length)
+            else format_quantity(value, unit, 6, percent=True)
+        )
 
     @property
     def without_advice(self) -> str:

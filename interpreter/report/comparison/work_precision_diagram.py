@@ -100,12 +100,12 @@ class Diagram:
             return tag("p", prose(said), class_="quiet")
         frame = "-frame" if self.frames else ""
         chart = Chart(
-            f"work-{self.view.number}-{self.number}{frame}", self.title, self._desc(), self.across, self.up,
+            f"work-{self.view.number}-{self.number}{frame}", self.title, self._description(), self.across, self.up,
             WIDTH, HEIGHT, tuple(self._curves()), left=LEFT, top=TOP, right=24.0, bottom=60.0,
         )  # fmt: skip
         chart = replace(chart, under=Overlay(self, chart).markup())
         shown = [line.name for line in self.view.lines][:SHOWN] if len(self.view.lines) > SHOWN else None
-        return figure_block(chart, prose(self._caption(shown)), self._columns(), self._save(), open_=shown)
+        return figure_block(chart, prose(self._caption(shown)), self._columns(), self._csv_link(), open_=shown)
 
     @property
     def title(self) -> str:
@@ -162,7 +162,7 @@ class Diagram:
     def _front(self) -> list[str]:
         return [f"`{self.view.by_key[key].label}`" for key in self.known.front]
 
-    def _desc(self) -> str:
+    def _description(self) -> str:
         front = ", ".join(strip_backticks(name) for name in self._front()) or "empty"
         return f"Error and cost of {count(len(self.drawn), 'configuration')}; Pareto front, fastest first: {front}."
 
@@ -188,14 +188,14 @@ class Diagram:
     # -------------------------------------------------------------- numbers
 
     @property
-    def _scales(self) -> tuple[Scale, Scale]:
+    def _error_and_effort_scales(self) -> tuple[Scale, Scale]:
         efforts = [row.effort.median for row in self.drawn if row.effort is not None]
         unit = "1" if self.clock == UNKNOWNS else "s"
         return choose_scale([row.error for row in self.drawn], self.known.unit, True), choose_scale(efforts, unit)
 
     @property
     def _symbols(self) -> tuple[str, ...]:
-        error, effort = self._scales
+        error, effort = self._error_and_effort_scales
         name = "effort" if self.clock == UNKNOWNS else "time"
         times = (effort.heading(name), effort.heading("first quartile"), effort.heading("third quartile"))
         return ("unknowns", error.heading("error"), *(times if self.clock != UNKNOWNS else ()),
@@ -207,7 +207,7 @@ class Diagram:
         return [PlateColumn("configuration", ("configuration",), names), PlateColumn(self.metric, self._symbols, cells)]
 
     def _cells(self, row: _Row) -> tuple[str, ...]:
-        (error, effort), point, spread = self._scales, row.point, row.effort
+        (error, effort), point, spread = self._error_and_effort_scales, row.point, row.effort
         seconds = (spread.median, spread.q1, spread.q3) if spread else (None,) * 3
         times = tuple("–" if s is None else typeset_number(f"{s / effort.factor:.4g}") for s in seconds)
         return (
@@ -218,7 +218,7 @@ class Diagram:
             status_of(point.status) + (", disturbed" if self.view.disturbed(point) else ""),
         )  # fmt: skip
 
-    def _save(self) -> str:
+    def _csv_link(self) -> str:
         unit = self.known.unit
         effort = "unknowns" if self.clock == UNKNOWNS else "time [s]"
         header = ["line", "configuration", "status", f"{self.metric} [{unit}]", effort, "q1", "q3", "on the front"]
@@ -277,18 +277,20 @@ class Overlay:
 
     def markup(self) -> str:
         """Return all marks as SVG, from back to front."""
-        parts = [self._band(), self._rates(), "" if self.diagram.frames else self._front()]
+        parts = [self._uncertainty_band(), self._rates(), "" if self.diagram.frames else self._front()]
         rows = [(i, row) for i, row in enumerate(self.diagram.rows) if row.drawn]
-        return "".join([*parts, *(self._spread(row) for _, row in rows), *(self._point_marks(row) for _, row in rows)])
+        return "".join(
+            [*parts, *(self._quartile_bar(row) for _, row in rows), *(self._point_marks(row) for _, row in rows)]
+        )
 
     @property
-    def _edges(self) -> tuple[float, float, float, float]:
+    def _plot_edges(self) -> tuple[float, float, float, float]:
         """Left, top, right and bottom edge of the plot, pixels."""
         c = self.chart
         return c.left, c.top, c.left + c.width, c.top + c.height
 
-    def _band(self) -> str:
-        left, _, right, bottom = self._edges
+    def _uncertainty_band(self) -> str:
+        left, _, right, bottom = self._plot_edges
         top = self._y(self.diagram.uncertainty) if self.diagram.uncertainty else bottom
         if top >= bottom - 1:
             return ""
@@ -311,7 +313,7 @@ class Overlay:
     def _rate(self, period: float, said: str) -> str:
         if not self.chart.x.low < period < self.chart.x.high:
             return ""
-        _, top, _, bottom = self._edges
+        _, top, _, bottom = self._plot_edges
         x = self.chart.pixel((period, self.chart.y.high))[0]
         line = tag("path", d=f"M{x:.1f} {top:.1f}V{bottom:.1f}", class_="rate")
         turn = f"translate({x - 5:.1f} {top + 5:.1f}) rotate(-90)"
@@ -324,12 +326,12 @@ class Overlay:
                           for row in front if row.effort is not None and row.error is not None})  # fmt: skip
         if not corners:
             return ""
-        _, top, right, _ = self._edges
+        _, top, right, _ = self._plot_edges
         pixels = [self.chart.pixel((t, max(e, self.chart.y.low))) for t, e in corners]
         path = f"M{pixels[0][0]:.1f} {top:.1f}" + "".join(f"H{x:.1f}V{y:.1f}" for x, y in pixels) + f"H{right:.1f}"
         return tag("path", d=path, class_="front")
 
-    def _spread(self, row: _Row) -> str:
+    def _quartile_bar(self, row: _Row) -> str:
         """Return the SVG of a bar between the quartiles of the effort."""
         place = self.diagram.place(row)
         if place is None or row.effort is None or row.effort.q1 == row.effort.q3:

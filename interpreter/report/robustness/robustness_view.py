@@ -63,9 +63,9 @@ class Ruler:
     def at(self, value: Any) -> float:
         """Return the position of a value: 0 for the lowest, 1 for the highest."""
         low, high = self.ends
-        return (self._place(value) - low) / (high - low) if high > low else 0.5
+        return (self._coordinate(value) - low) / (high - low) if high > low else 0.5
 
-    def _place(self, value: Any) -> float:
+    def _coordinate(self, value: Any) -> float:
         return place(self.kind, value, self.marks)
 
     def said(self, value: Any) -> str:

@@ -86,9 +86,9 @@ class ReportSummary:
         found = {name: m.unit for r in self.everyone.values() for name, m in r.metrics.items()}
         order = {name: i for i, name in enumerate(self.declared)}
         names = sorted(found, key=lambda name: order.get(name, len(order)))
-        return tuple(self._metric(name, found[name]) for name in names)
+        return tuple(self._metric_column(name, found[name]) for name in names)
 
-    def _metric(self, name: str, unit: str) -> MetricColumn:
+    def _metric_column(self, name: str, unit: str) -> MetricColumn:
         clock = any("verdict" in r.metrics[name].details for r in self.everyone.values() if name in r.metrics)
         known = self.declared.get(name, UNKNOWN)
         against, line = known.against, self.line(name)
@@ -203,7 +203,7 @@ class ReportSummary:
                 continue
             if metric.against in said or not (best := self.best(metric)):
                 continue
-            amount = self._amount(metric, best)
+            amount = self._smallest_error_text(metric, best)
             who = ("is " if len(best) == 1 else "are ") + join_names([f"`{n}`" for n in best])
             last = self._farthest_model_phrase(metric, best)
             said[str(metric.against)] = f"the closest to `{metric.against}` {who}: {amount} (`{metric.name}`){last}"
@@ -217,7 +217,7 @@ class ReportSummary:
             return ""
         return f", the farthest is `{worst}`: {format_quantity(values[worst], metric.unit, digits=2, percent=True)}"
 
-    def _amount(self, metric: MetricColumn, best: tuple[str, ...]) -> str:
+    def _smallest_error_text(self, metric: MetricColumn, best: tuple[str, ...]) -> str:
         """Return the smallest error as text, or the uncertainty below which several models cannot be distinguished."""
         if self.tied(metric):
             return f"no difference above ± {format_quantity(self.uncertainty(metric), metric.unit, 2, percent=True)}"

@@ -168,13 +168,13 @@ class _Rows:
         return "\n".join(lines)
 
     def _row(self, name: str, result: Result) -> list[str]:
-        values = [self._value(result, m) for m in self.metrics]
+        values = [self._format_metric(result, m) for m in self.metrics]
         if isinstance(result, ModelResult):
             return [name, *values, *_effort(result)]
         end = REFERENCE + result.kind + _uncertainty_suffix(result) if result.status == "converged" else result.status
         return [f"({name})", *values, "", "", "", end]
 
-    def _value(self, result: Result, metric: MetricColumn) -> str:
+    def _format_metric(self, result: Result, metric: MetricColumn) -> str:
         found = result.metrics.get(metric.name)
         if found is None:
             return ""

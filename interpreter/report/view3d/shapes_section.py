@@ -183,13 +183,18 @@ class _Shapes:
         )
         carried = self.carried
         numbers = details(
-            "Data of this figure", data_table("Data: errors of the shapes", self._columns()), self._save()
+            "Data of this figure", data_table("Data: errors of the shapes", self._columns()), self._csv_link()
         )
         caption = tag("figcaption", tag("p", prose(self._caption())), numbers)
         kind = FigureKind(self.key, bool(self.beyond), letters(self.view))
         words = carried.words if carried else ()
         controls = toolbar(
-            self._names(), bool(self.errors), len(self.first) <= PANELS, self._background_references(), kind, words
+            self._shape_entries(),
+            bool(self.errors),
+            len(self.first) <= PANELS,
+            self._background_references(),
+            kind,
+            words,
         )
         time = time_bar("State" if self.in_states else "Time") if self.dynamic else ""
         spoken = tag("div", class_="spoken", aria_live="polite")
@@ -200,18 +205,18 @@ class _Shapes:
             "figure",
             controls,
             self._shape_panels(),
-            self._still(),
+            self._still_picture(),
             time,
             bar,
             unknown,
             spoken,
             caption,
-            self._data(),
+            self._script_data(),
             class_="shapes",
             id=f"figure-shapes{self.key}",
         )
 
-    def _names(self) -> list[tuple[str, str, str, bool]]:
+    def _shape_entries(self) -> list[tuple[str, str, str, bool]]:
         """Return (name, colour sample, CSS classes, shown initially) of each shape."""
         known = curve_styles(self.findings.report)
         return [(n, sample(known[n]), known[n].classes, n in self.first) for n in self.shapes]
@@ -229,7 +234,7 @@ class _Shapes:
         low, high = seen_box(self.shapes, self.view)
         width, height = (float(v) + 0.04 * float((high - low).max()) for v in high - low)
         aspect = min(2.2, max(0.8, width / height if height > 0 else 2.2))
-        panels = tag("div", *(self._panel(*known) for known in self._names()), class_="panels")
+        panels = tag("div", *(self._panel(*known) for known in self._shape_entries()), class_="panels")
         everyone = tag(
             "canvas",
             class_="all",
@@ -243,12 +248,12 @@ class _Shapes:
         )  # fmt: skip
 
     def _panel(self, name: str, drawn: str, classes: str, shown: bool) -> str:
-        said = self._said(name)
+        said = self._error_text(name)
         canvas = tag("canvas", role="img", aria_label=strip_backticks(f"{name}: {said or 'deformed shape'}"))
         label = tag("p", drawn, tag("b", text(name)), tag("small", text(said)) if said else "")
         return tag("div", canvas, label, class_=f"panel {classes}", data_shown="yes" if shown else "no")
 
-    def _said(self, name: str) -> str:
+    def _error_text(self, name: str) -> str:
         """Return mean and largest error of a shape as text."""
         error = self.errors.get(name)
         if error is None:
@@ -257,14 +262,14 @@ class _Shapes:
         mean, largest = (format_quantity(float(e), "m", 3) for e in (error.mean(), error.max()))
         return f"mean {mean}, largest {largest}"
 
-    def _still(self) -> str:
-        words = "Deformed shapes", f"{self._ranking()} {self._each()}"
+    def _still_picture(self) -> str:
+        words = "Deformed shapes", f"{self._ranking()} {self._error_texts()}"
         top = self.clipped if self.beyond else self.most
         if not self.stills or (self.carried and not self.errors):
             return ""
         return tag("noscript", render_still(self.first, self.view, top, words, f"shapes{self.key}"))
 
-    def _data(self) -> str:
+    def _script_data(self) -> str:
         """Return the JSON that `shapes.js` reads."""
         meshes: dict[bytes, int] = {}
         packs, triangles = [], []
@@ -295,8 +300,8 @@ class _Shapes:
 
     # -------------------------------------------------------------- words
 
-    def _each(self) -> str:
-        return "; ".join(f"{n}: {said}" for n in self.shapes if (said := self._said(n))) + "."
+    def _error_texts(self) -> str:
+        return "; ".join(f"{n}: {said}" for n in self.shapes if (said := self._error_text(n))) + "."
 
     def _ranking(self) -> str:
         """Return a sentence on the shapes with the smallest and the largest error."""
@@ -304,18 +309,20 @@ class _Shapes:
         if not means:
             return f"{count(len(self.shapes), 'shape')}, without errors."
         least, most = min(means, key=lambda n: means[n]), max(means, key=lambda n: means[n])
-        said = f"On average `{least}` is {format_quantity(means[least], 'm', 3)} from {self._from(least)}"
+        said = f"On average `{least}` is {format_quantity(means[least], 'm', 3)} from {self._reference_of_shape(least)}"
         rest = f", `{most}` {format_quantity(means[most], 'm', 3)}" if most != least else ""
         return f"{said}{rest}."
 
-    def _from(self, name: str) -> str:
+    def _reference_of_shape(self, name: str) -> str:
         return f"`{against}`" if (against := self.shapes[name].measured_from) else "its reference"
 
     def _caption(self) -> str:
         seen = "All shapes have the same view and scale; drag to rotate them."
         colour = ""
         if self.errors:
-            colour = f" Colour is the distance from {self.against}, with the same scale for all.{self._cut()}"
+            colour = (
+                f" Colour is the distance from {self.against}, with the same scale for all.{self._clipping_sentence()}"
+            )
         models = self.findings.report.models
         bare = [f"`{n}`" for n in self.shapes if self.errors and n not in self.errors and n in models]
         plainly = f" {join_few_names(bare)} {'has' if len(bare) == 1 else 'have'} no error to show." if bare else ""
@@ -329,7 +336,7 @@ class _Shapes:
         shown = hidden_models_note(total, first, "boxes")
         return f"{self._ranking()} {seen}{colour}{plainly} On this page positions are rounded to {step}.{notes}{shown}"
 
-    def _cut(self) -> str:
+    def _clipping_sentence(self) -> str:
         """Return a sentence on the shapes whose errors are beyond the scale of typical errors."""
         if not self.beyond:
             return ""
@@ -342,7 +349,7 @@ class _Shapes:
     def _columns(self) -> list[PlateColumn]:
         scale = choose_scale((self.most,), "m")
         names = [(n,) for n in self.shapes]
-        sizes = [(group_digits(len(s.position)), group_digits(len(s.triangles))) for s in self._given]
+        sizes = [(group_digits(len(s.position)), group_digits(len(s.triangles))) for s in self._full_surfaces]
         cells = []
         for n in self.shapes:
             found = _error_statistics(self.errors[n]) if n in self.errors else ()
@@ -356,14 +363,14 @@ class _Shapes:
         ]
 
     @property
-    def _given(self) -> list[DrawnSurface]:
+    def _full_surfaces(self) -> list[DrawnSurface]:
         return [s for n in self.shapes if (s := self.findings.everyone[n].shape) is not None]
 
-    def _save(self) -> str:
+    def _csv_link(self) -> str:
         header = ["name", "points", "triangles", "measured from", *(f"{s} error [m]" for s in STATISTICS)]
         header += self.carried.header() if self.carried else []
         rows: list[list[Cell]] = []
-        for name, shape in zip(self.shapes, self._given, strict=True):
+        for name, shape in zip(self.shapes, self._full_surfaces, strict=True):
             found: list[Cell] = [None] * len(STATISTICS)
             if name in self.errors:
                 found = [format_short(v) for v in _error_statistics(self.errors[name])]

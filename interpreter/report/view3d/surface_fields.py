@@ -126,12 +126,12 @@ class FieldColours:
         scale = self.scales[0]
         low, high = scale.usual
         shown = {n: _with_field_colours(s, self.places[0], low) for n, s in first.items() if s.carried}
-        words = f"Deformed shapes, by {scale.kind.words}", " ".join(self._said(n) for n in shown)
+        words = f"Deformed shapes, by {scale.kind.words}", " ".join(self._range_sentence(n) for n in shown)
         bar = tag("div", colours(), _colour_bar_scale(scale, scale.usual, "", ENDS), class_="colour-bar")
         picture = render_still(shown, view, high - low, words, f"shapes{key}-carried") if shown else ""
         return tag("noscript", picture, bar)
 
-    def _said(self, name: str) -> str:
+    def _range_sentence(self, name: str) -> str:
         return f"{name}: {self._range(name, 0)}."
 
     def _range(self, name: str, place: int) -> str:
@@ -183,7 +183,11 @@ class FieldColours:
         said += f" with the same scale for all models: at first it covers {USUAL:.0f}\u00a0% of the points of each."
         return said + "".join(
             f" {sentence}"
-            for sentence in (*self._missing_field_sentences(), *self._limits(), *self._stress_jump_sentences())
+            for sentence in (
+                *self._missing_field_sentences(),
+                *self._singular_stress_sentences(),
+                *self._stress_jump_sentences(),
+            )
         )
 
     def _missing_field_sentences(self) -> Iterator[str]:
@@ -197,7 +201,7 @@ class FieldColours:
             who = join_few_names(list(dict.fromkeys(names)))
             yield f"No colours for {who}{f', {words}' if words else ''}: {reason}."
 
-    def _limits(self) -> Iterator[str]:
+    def _singular_stress_sentences(self) -> Iterator[str]:
         for place in dict.fromkeys(n.limitless for s in self.models.values() for n in s.carried if n.limitless):
             yield f"At {place} stress is singular (W388): colours there depend on the mesh."
 

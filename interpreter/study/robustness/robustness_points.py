@@ -65,10 +65,10 @@ class VariedScene:
     def site(self, values: Values) -> SceneAtValues:
         """Return the scene with changed values, compiled once for all models."""
         if values not in self._sites:
-            self._sites[values] = self._made(values)
+            self._sites[values] = self._compile_scene(values)
         return self._sites[values]
 
-    def _made(self, values: Values) -> SceneAtValues:
+    def _compile_scene(self, values: Values) -> SceneAtValues:
         given = [parameter_overrides.read_override(self.quantity(n).override(v), []) for n, v in values]
         scene, found = apply_overrides(self.subject.scene, [o for o in given if o is not None])
         errors = tuple(d for d in found if d.severity == "error")

@@ -142,9 +142,9 @@ class StudyTrial:
             for ladder in quantity.ladders:
                 walk = Walk(ladder, self.asked.until, {0.0: PointClass.of(nominal.word, nominal.status)})
                 self.walks.setdefault((model, quantity.name), []).append(walk)
-                self._step(model, quantity, walk)
+                self._continue_walk(model, quantity, walk)
 
-    def _step(self, model: str, quantity: WalkedQuantity, walk: Walk) -> None:
+    def _continue_walk(self, model: str, quantity: WalkedQuantity, walk: Walk) -> None:
         """Request the next point of a walk; when its class is available, request the one after it."""
         t = walk.wanted()
         if t is None:
@@ -152,7 +152,7 @@ class StudyTrial:
 
         def told(found: ClassifiedPoint) -> None:
             walk.tell(t, PointClass.of(found.word, found.status))
-            self._step(model, quantity, walk)
+            self._continue_walk(model, quantity, walk)
 
         self.look(model, {quantity.name: walk.ladder.at(t)}, told)
 
@@ -186,20 +186,20 @@ class StudyTrial:
         if known is not None:
             self.desk.soon(lambda: then(known.found))
         elif refused is not None:
-            self.desk.soon(lambda: then(self._kept(values, model, refused, None)))
+            self.desk.soon(lambda: then(self._record_point(values, model, refused, None)))
         else:
             task = self.ground.task(values, model)
-            self.desk.ask(task, lambda outcome: then(self._judged(values, model, outcome)))
+            self.desk.ask(task, lambda outcome: then(self._classify_outcome(values, model, outcome)))
 
-    def _judged(self, values: Values, model: str, outcome: LeanOutcome) -> ClassifiedPoint:
+    def _classify_outcome(self, values: Values, model: str, outcome: LeanOutcome) -> ClassifiedPoint:
         asked, site = self.asked, self.ground.site(values)
         numerical = uncertainty_of(outcome, asked.against, asked.probe, asked.metric)
         uncertainty = None if numerical is None and not site.theory else (numerical or 0.0) + site.theory
         found = classify(outcome, asked.metric, asked.within, uncertainty, site.doubt)
         self.outlines.setdefault(model, outcome.point.outline)
-        return self._kept(values, model, found, outcome.cpu_s)
+        return self._record_point(values, model, found, outcome.cpu_s)
 
-    def _kept(self, values: Values, model: str, found: ClassifiedPoint, cpu_s: float | None) -> ClassifiedPoint:
+    def _record_point(self, values: Values, model: str, found: ClassifiedPoint, cpu_s: float | None) -> ClassifiedPoint:
         texts, key = self.ground.texts(values), self.ground.task(values, model).key
         self.points.setdefault((values, model), RobustnessPoint(model, dict(values), found, texts, key, cpu_s))
         silent = sum(p.found.word == "silent" for p in self.points.values())
@@ -224,17 +224,17 @@ class StudyTrial:
         for x, y in validity_maps.quantity_pairs(self.asked.quantities):
             for model in self.asked.models:
                 if self._is_dependent_on(model, x) and self._is_dependent_on(model, y):
-                    found.append((model, x, y, self._levels(x), self._levels(y)))
+                    found.append((model, x, y, self._grid_levels(x), self._grid_levels(y)))
         return found
 
-    def _levels(self, quantity: WalkedQuantity) -> list[Value]:
+    def _grid_levels(self, quantity: WalkedQuantity) -> list[Value]:
         return validity_maps.grid_levels(
             quantity, [w for (_, name), own in self.walks.items() if name == quantity.name for w in own]
         )
 
     # ------------------------------------------------------------------ the result
 
-    def _at(self, model: str, name: str, value: Value) -> ClassifiedPoint | None:
+    def _known_class_at(self, model: str, name: str, value: Value) -> ClassifiedPoint | None:
         known = self.points.get((self.ground.values({name: value}), model))
         return known.found if known else None
 
@@ -250,30 +250,30 @@ class StudyTrial:
             asked.models,
             self.outlines,
             quantities,
-            tuple(sorted(self.points.values(), key=self._order)),
-            tuple(self._edges()),
+            tuple(sorted(self.points.values(), key=self._point_sort_key)),
+            tuple(self._validity_edges()),
             tuple(self._validity_maps()),
         )
 
-    def _order(self, point: RobustnessPoint) -> tuple[Any, ...]:
+    def _point_sort_key(self, point: RobustnessPoint) -> tuple[Any, ...]:
         """Return the sort key of a point, so that results do not depend on the order in which they were computed."""
         names = [q.name for q in self.asked.quantities]
         own = sorted((names.index(n), isinstance(v, str), v) for n, v in point.values.items())
         return self.asked.models.index(point.model), len(own), own
 
-    def _edges(self) -> list[ValidityEdge]:
+    def _validity_edges(self) -> list[ValidityEdge]:
         found: list[ValidityEdge] = []
         models = self.asked.models
         for model in models:
             for quantity in self.asked.quantities:
                 for walk in self.walks.get((model, quantity.name), ()):
-                    others = self._beside(model, quantity, walk)
-                    found.append(edge_of(model, quantity, walk, self._at, self.outlines, others))
+                    others = self._walks_of_other_models(model, quantity, walk)
+                    found.append(edge_of(model, quantity, walk, self._known_class_at, self.outlines, others))
                 if seen := self.chosen.get((model, quantity.name)):
-                    found.append(choice_of(model, quantity, seen, self._at, self.outlines, models))
+                    found.append(choice_of(model, quantity, seen, self._known_class_at, self.outlines, models))
         return found
 
-    def _beside(self, model: str, quantity: WalkedQuantity, walk: Walk) -> dict[str, Walk]:
+    def _walks_of_other_models(self, model: str, quantity: WalkedQuantity, walk: Walk) -> dict[str, Walk]:
         """Return the walks of other models along the same quantity in the same direction."""
         return {
             other: own for other in self.asked.models if other != model

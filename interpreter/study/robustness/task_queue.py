@@ -72,10 +72,10 @@ class TaskQueue:
             for outcome in worker_pool.run_tasks(
                 self._queue, self.jobs, self.timeout, command=command, patience=PATIENCE
             ):
-                self._keep(reduce_outcome(outcome))
+                self._save_outcome(reduce_outcome(outcome))
                 self._run_ready_actions()
 
-    def _keep(self, outcome: LeanOutcome) -> None:
+    def _save_outcome(self, outcome: LeanOutcome) -> None:
         key, asked = outcome.key, self._asked.pop(outcome.key)
         self.journal.append(KIND, key, outcome=outcome.to_json(), model=asked.model, overrides=list(asked.overrides))
         self.outcomes[key] = outcome

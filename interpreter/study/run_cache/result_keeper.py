@@ -70,7 +70,7 @@ class FolderRunCache:
         seconds = sum(sum(timing.seconds) for work in works for timing in _timings_of_model(work, name))
         return (
             seconds > WORTH
-            and self._place is not None
+            and self._folder_and_scene is not None
             and self._is_measurable_early(works)
             and self._is_reliable(works)
         )
@@ -79,35 +79,35 @@ class FolderRunCache:
         from softmark.interpreter.models.model_preparation import from_a_model
 
         scans = any(from_a_model(works[0].scene.declared[name]) for name in works[0].plan.references)
-        return not scans and all(name in work.models for work in works for name in self._behind(works))
+        return not scans and all(name in work.models for work in works for name in self._comparison_models(works))
 
     def keep_early(self, works: Sequence[StateRun], name: str) -> None:
         """Save a solved model while others are still to be solved."""
-        if (place := self._place) is not None:
-            with self._said():
-                self._keep(*place, works, name)
+        if (place := self._folder_and_scene) is not None:
+            with self._report_os_errors():
+                self._save_model(*place, works, name)
 
     def keep(self, works: Sequence[StateRun]) -> None:
         """Save the results of a finished run.
 
         Nothing is saved if a reference failed, because it may succeed the next time.
         """
-        place = self._place
+        place = self._folder_and_scene
         if place is None or _has_references(works) or not self._is_reliable(works):
             return
-        with self._said():
+        with self._report_os_errors():
             for name in works[0].plan.models:
-                self._keep(*place, works, name)
+                self._save_model(*place, works, name)
             self._write(*place, "", _saved_references(works))
             cache_folder.prune_folder(place[0], self.keys.values())
 
     @property
-    def _place(self) -> tuple[Path, Scene] | None:
+    def _folder_and_scene(self) -> tuple[Path, Scene] | None:
         """Folder and scene of the current run; None if nothing is saved."""
         folder, scene = self._folder, self.scene
         return None if folder is None or scene is None or not self.keys else (folder, scene)
 
-    def _behind(self, works: Sequence[StateRun]) -> list[str]:
+    def _comparison_models(self, works: Sequence[StateRun]) -> list[str]:
         """Return the models of the plan that other models are compared with."""
         return [n for n in needed_models(works[0].scene, "") if n in works[0].plan.models]
 
@@ -121,14 +121,14 @@ class FolderRunCache:
         if recent or run_cache_keys.keys_of(works[0].scene, works[0].plan, works[0].options) != self.keys:
             return False
         fails = any(r.status != "converged" for work in works for r in work.references.values())
-        return not fails and all(_has_lasting_status(works, name) for name in self._behind(works))
+        return not fails and all(_has_lasting_status(works, name) for name in self._comparison_models(works))
 
-    def _keep(self, folder: Path, scene: Scene, works: Sequence[StateRun], name: str) -> None:
+    def _save_model(self, folder: Path, scene: Scene, works: Sequence[StateRun], name: str) -> None:
         if name not in works[0].taken and _has_lasting_status(works, name):
             self._write(folder, scene, name, _saved_model(works, name))
 
     @contextmanager
-    def _said(self) -> Iterator[None]:
+    def _report_os_errors(self) -> Iterator[None]:
         """Context in which an OSError is reported as a remark, so that the run continues."""
         try:
             yield

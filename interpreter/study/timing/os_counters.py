@@ -55,10 +55,10 @@ class OsCounters:
             "pressure_s": _difference_or_none(self.pressure, start.pressure),
             "pressure_avg10": [start.pressure_avg10, self.pressure_avg10],
             "steal_s": _difference_or_none(self.steal, start.steal),
-            "others_s": self._others(start, cpu),
+            "others_s": self._time_of_other_processes(start, cpu),
         }
 
-    def _others(self, start: OsCounters, own: float) -> float | None:
+    def _time_of_other_processes(self, start: OsCounters, own: float) -> float | None:
         """Return the time that all processors computed for other processes, s, to 0.01 s."""
         if not self.busy or len(self.busy) != len(start.busy):
             return None

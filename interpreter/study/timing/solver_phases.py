@@ -73,12 +73,12 @@ class PhaseClock:
             self._since = time.process_time()
             return solve()
         finally:
-            self._turn()
+            self._add_elapsed_time()
             self.solutions.append(self._spent)
             for owner, name, original in undo:
                 setattr(owner, name, original)
 
-    def _turn(self) -> None:
+    def _add_elapsed_time(self) -> None:
         """Add the CPU time since the last call to the current phase."""
         now, name = time.process_time(), self._open[-1]
         self._spent[name] = self._spent.get(name, 0.0) + now - self._since
@@ -89,12 +89,12 @@ class PhaseClock:
         def clocked(*args: Any, **kwargs: Any) -> Any:
             if self._open[-1] == phase:  # counted already
                 return function(*args, **kwargs)
-            self._turn()
+            self._add_elapsed_time()
             self._open.append(phase)
             try:
                 return function(*args, **kwargs)
             finally:
-                self._turn()
+                self._add_elapsed_time()
                 self._open.pop()
 
         return clocked

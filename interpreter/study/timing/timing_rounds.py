@@ -149,19 +149,19 @@ class _TimingRunner:
     def work(self, book: _TimingRecords) -> None:
         """Run rounds until no job needs another run."""
         while due := [job for job in book.jobs if book.due(job)]:
-            self._settle(max(job.threads for job in due))
+            self._wait_until_idle(max(job.threads for job in due))
             for job in due:
                 tries = len(book.timed(job)) + 1
                 self.say("time", f"{job.called}: run {tries} of {max(tries, book.wanted(job))}")
                 with exclusive_timing(self.say):
-                    self._one(book, job, "timed")
+                    self._time_job_once(book, job, "timed")
         for job in book.unexplained():
             self.say("time", f"{job.called}: profile of CPU time")
-            self._settle(job.threads)
+            self._wait_until_idle(job.threads)
             with exclusive_timing(self.say):
-                self._one(book, job, "phases")
+                self._time_job_once(book, job, "phases")
 
-    def _one(self, book: _TimingRecords, job: TimingJob, kind: str) -> None:
+    def _time_job_once(self, book: _TimingRecords, job: TimingJob, kind: str) -> None:
         record = one_run(job, self.cores, kind)
         if kind == "timed" and (found := timing_quality.disturbances(record, book.pace)):
             record["flags"] = found
@@ -171,7 +171,7 @@ class _TimingRunner:
         book.add(record)
         self.keep(record)
 
-    def _settle(self, threads: int) -> None:
+    def _wait_until_idle(self, threads: int) -> None:
         """Wait, for at most PATIENCE seconds, until no task waits for a processor; then choose processors."""
         begin = time.monotonic()
         while True:

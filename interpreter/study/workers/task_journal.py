@@ -61,13 +61,13 @@ class Journal:
         journal = cls(folder / NAME)
         journal._lock = _lock_journal(folder / LOCK)
         try:
-            journal._start(fresh)
+            journal._load_entries(fresh)
         except BaseException:
             journal.close()
             raise
         return journal
 
-    def _start(self, fresh: bool) -> None:
+    def _load_entries(self, fresh: bool) -> None:
         data = b"" if fresh else _read_journal_bytes(self.path)
         whole = data[: data.rfind(b"\n") + 1]  # an incomplete last line
         lines = list(_parse_lines(whole))

@@ -140,7 +140,7 @@ class _Pool:
             self._start_workers()
             for key, _ in self.selector.select(TICK):
                 yield from self._handle_output(key.fd)
-            yield from self._late()
+            yield from self._kill_late_workers()
 
     def end(self) -> None:
         """Kill every worker."""
@@ -199,17 +199,17 @@ class _Pool:
             if self.lost >= STARTS:
                 raise NoWorkers(f"worker processes cannot be started (exit status {code}); see the output above")
 
-    def _late(self) -> Iterator[PointOutcome]:
+    def _kill_late_workers(self) -> Iterator[PointOutcome]:
         """Kill the workers whose task exceeded its time limit, and yield the outcomes of these tasks."""
         now = time.monotonic()
         for descriptor, worker in list(self.workers.items()):
             spent = now - worker.since
-            if worker.task is not None and self.timeout is not None and self._over(worker, spent):
+            if worker.task is not None and self.timeout is not None and self._is_over_time_limit(worker, spent):
                 yield from self._handle_worker_exit(descriptor, late=True)
             elif not worker.ready and spent > START:
                 yield from self._handle_worker_exit(descriptor)
 
-    def _over(self, worker: _Worker, wall: float) -> bool:
+    def _is_over_time_limit(self, worker: _Worker, wall: float) -> bool:
         """Return whether the task of a worker exceeded its time limit."""
         limit = max(self.timeout or 0.0, worker.task.limit_s or 0.0 if worker.task else 0.0)
         now = cpu_seconds_of(worker.process.pid) if self.patience > 1 else None

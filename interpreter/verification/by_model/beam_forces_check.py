@@ -96,13 +96,13 @@ class BeamLine:
                 case MomentLoad(where=where, moment=moment):
                     m[0 if coverage(where, shape, 0.0) == "all" else -1] += np.array(moment)
                 case LineForce(begin=begin, end=end, force=q):
-                    f += self._line(np.array(begin), np.array(end))[:, None] * np.array(q)
+                    f += self._lumped_lengths(np.array(begin), np.array(end))[:, None] * np.array(q)
                 case TendonLoad(guides=int(count)) as tendon:
                     both += self._guided_tendon_forces(tendon, count, rod)
                 case TendonLoad() as tendon:
                     low, high = sorted(shape.own(p)[0] for p in (tendon.begin, tendon.end))
                     ends = np.clip(self.s, low, high)
-                    arms, slopes = self._route(tendon, 0.5 * (ends[1:] + ends[:-1]))
+                    arms, slopes = self._tendon_arms_and_slopes(tendon, 0.5 * (ends[1:] + ends[:-1]))
                     both += rod.pulled(tendon.tension * np.diff(ends) / np.diff(self.s), arms, slopes)
                 case PointLoad(at=at, force=force) if axis_station(self.case, at) is None:
                     X, axes = self.at_rest
@@ -118,12 +118,12 @@ class BeamLine:
                     raise NoIndependentFormula(f"no independent formula is available for the load `{load.name}`")
         return both
 
-    def _line(self, begin: Floats, end: Floats) -> Floats:
+    def _lumped_lengths(self, begin: Floats, end: Floats) -> Floats:
         """Return the length, m, of an axial interval that is lumped to each node, shape (n,)."""
         low, high = sorted(float((p - np.array(self.case.prism.root)) @ self.axes[0]) for p in (begin, end))
         return integrate_hats(self.s, low, high)
 
-    def _route(self, tendon: TendonLoad, s: Floats) -> tuple[Floats, Floats]:
+    def _tendon_arms_and_slopes(self, tendon: TendonLoad, s: Floats) -> tuple[Floats, Floats]:
         """Return the lever arms, m, and slopes of a tendon, each (k, 3) in section axes, at stations s (k,), m.
 
         The slopes are derivatives by complex steps.
@@ -143,7 +143,7 @@ class BeamLine:
         low, high = sorted(self.case.prism.own(p)[0] for p in (tendon.begin, tendon.end))
         found, places = np.zeros((len(self.s), 6)), np.linspace(low, high, count)
         nodes = [int(np.abs(self.s - place).argmin()) for place in places]
-        arms = self._route(tendon, places)[0]
+        arms = self._tendon_arms_and_slopes(tendon, places)[0]
         arms[:, 0] = places - self.s[nodes]
         points = [rod.x[k] + rod.R[k] @ arm for k, arm in zip(nodes, arms, strict=True)]
         for (i, p), (j, q) in itertools.pairwise(zip(nodes, points, strict=True)):
@@ -159,7 +159,7 @@ class BeamLine:
         """
         found = np.zeros((len(self.s), 6), dtype=np.bool_)
         for support in self.case.supports:
-            found |= self._at(support, [*support.thing.components, 3, 4, 5])
+            found |= self._components_in_selection(support, [*support.thing.components, 3, 4, 5])
         return found
 
     def carries(self, support: Declared) -> NDArray[np.bool_]:
@@ -170,9 +170,9 @@ class BeamLine:
         held = [*support.thing.components]
         way = np.abs(np.cross(self.axes[1:, None], np.eye(3)[held])).max(axis=(0, 1))  # omega . (r x e_c), r across
         turns = np.flatnonzero((way > 0.5) | (len(held) == 3))
-        return self._at(support, [*held, *(3 + turns)])
+        return self._components_in_selection(support, [*held, *(3 + turns)])
 
-    def _at(self, support: Declared, which: Sequence[int]) -> NDArray[np.bool_]:
+    def _components_in_selection(self, support: Declared, which: Sequence[int]) -> NDArray[np.bool_]:
         """Return a mask (n, 6) of the components `which` (0 to 5) at nodes whose whole section a support selects."""
         where = selects_whole_sections(support.thing.where, self.case.prism, tuple(self.s.tolist()))
         return np.outer(where, np.isin(np.arange(6), which))

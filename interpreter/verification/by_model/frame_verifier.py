@@ -111,9 +111,11 @@ class DeformedNetwork:
 
     def outside(self) -> Floats:
         """Return the forces and moments of loads at the places (p, 6), N and N m. Raises NoIndependentFormula."""
-        return self.joined([np.sum([*self._loads(i, m)], axis=0) for i, m in enumerate(self.network.members)])
+        return self.joined(
+            [np.sum([*self._member_load_forces(i, m)], axis=0) for i, m in enumerate(self.network.members)]
+        )
 
-    def _loads(self, number: int, member: Member) -> Iterator[Floats]:
+    def _member_load_forces(self, number: int, member: Member) -> Iterator[Floats]:
         """Yield the forces and moments of every load at the nodes of a member (k, 6), N and N m."""
         X = self.X[number]
         s = np.linspace(0.0, member.length, len(X))

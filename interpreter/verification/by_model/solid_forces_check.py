@@ -104,15 +104,15 @@ class SolidState:
         NoIndependentFormula.
         """
         try:
-            return self._inside(chosen)
+            return self._compute_internal_forces(chosen)
         except ValueError as reason:  # the energy has no differences there
             raise NoIndependentFormula(str(reason)) from reason
 
-    def _inside(self, chosen: Any) -> tuple[Floats, float, float]:
+    def _compute_internal_forces(self, chosen: Any) -> tuple[Floats, float, float]:
         if self.case.porous:
             return self._compute_porous_forces
         if self.model.formulation != "displacement":
-            return self._pressed
+            return self._compute_mixed_forces
         near = _cells_around(chosen, self.mesh)
         found, noise = np.zeros_like(self.mesh.points), 0.0
         for own, which in split_by_material(self.case, self.mesh):
@@ -159,7 +159,7 @@ class SolidState:
         return f + fluid, lacking, noise + more
 
     @cached_property
-    def _pressed(self) -> tuple[Floats, float, float]:
+    def _compute_mixed_forces(self) -> tuple[Floats, float, float]:
         found, lacking, noise = np.zeros_like(self.mesh.points), 0.0, 0.0
         for own, which in split_by_material(self.case, self.mesh):
             f, less, left = self._add_deformation_history(own, mixed_solid(self.model, own, self.mesh, which)).forces()

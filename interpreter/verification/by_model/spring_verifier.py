@@ -29,17 +29,17 @@ class SpringVerifier(SizedMeshVerifier):
 
     def balance(self, found: VerifiedSolution) -> tuple[ForceBalance, float | None]:
         """Compute the force balance from each spring separately. Raises NoIndependentFormula."""
-        mesh, inside, outside, noise = self._forces(found)
+        mesh, inside, outside, noise = self._mesh_and_nodal_forces(found)
         balance = solid_forces.force_balance(inside, outside, held_components(found.case, mesh), noise, None)
         return balance, found.solution.facts.get("residual")
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
         """Compute the reactions from the forces of single springs. Raises NoIndependentFormula."""
-        mesh, inside, outside, noise = self._forces(found)
+        mesh, inside, outside, noise = self._mesh_and_nodal_forces(found)
         x = mesh.points + np.asarray(mesh.displacement, dtype=np.float64)
         return residuals_by_support(found.case, mesh, inside - outside, x), LEFT * noise
 
-    def _forces(self, found: VerifiedSolution) -> tuple[DeformedMesh, Floats, Floats, float]:
+    def _mesh_and_nodal_forces(self, found: VerifiedSolution) -> tuple[DeformedMesh, Floats, Floats, float]:
         """Return the mesh, nodal forces of springs and of loads (n, 3), N, and their rounding; computed once."""
         if SpringVerifier not in found.known:
             built, mesh = cast("PreparedSprings", found.prepared), found.solution.mesh  # at rest, as it says

@@ -71,7 +71,7 @@ class PolygonDistance:
         s = self.sides
         return bool(np.any(np.einsum("ei,ei->e", s.way, s.last) > 1e-6 * np.linalg.norm(s.way, axis=1)))
 
-    def _nearest(self, p: Floats) -> tuple[Ints, Floats, Floats]:
+    def _find_nearest_sides(self, p: Floats) -> tuple[Ints, Floats, Floats]:
         """Return the nearest side (n,) of each point p (n, 2), m, with the vector and position of the closest point.
 
         The vector (n, 2), m, leads from the closest point to p. The position (n,) along the side is from 0 to 1.
@@ -84,13 +84,13 @@ class PolygonDistance:
         rows = np.arange(len(p))
         return side, off[rows, side], t[rows, side]
 
-    def _signed(self, p: Floats) -> tuple[Floats, Floats, Floats, Floats, NDArray[np.bool_]]:
+    def _gaps_with_closest_points(self, p: Floats) -> tuple[Floats, Floats, Floats, Floats, NDArray[np.bool_]]:
         """Return gaps, vectors from the polygon, their lengths, pseudonormals, and corner masks for points p (n, 2), m.
 
         The shapes are (n,), (n, 2), (n,), (n, 2) and (n,). The sign of a gap is that of the scalar product of the
         vector and the pseudonormal, as in Baerentzen and Aanaes 2005, here in the plane.
         """
-        side, off, t = self._nearest(p)
+        side, off, t = self._find_nearest_sides(p)
         s = self.sides
         pseudo = np.where(
             (t <= 0.0)[:, None], s.first[side], np.where((t >= 1.0)[:, None], s.last[side], s.normal[side])
@@ -106,14 +106,14 @@ class PolygonDistance:
 
     def gap(self, p: Floats) -> Floats:
         """Return the gaps (n,), m, at points p (n, 2), m: negative inside the polygon."""
-        return self._signed(p)[0]
+        return self._gaps_with_closest_points(p)[0]
 
     def look(self, p: Floats) -> tuple[Floats, Floats, Floats]:
         """Return gaps (n,), m, gradients (n, 2), and second derivatives (n,), 1/m, at points p (n, 2), m.
 
         The second derivative is the one perpendicular to the gradient.
         """
-        g, off, d, pseudo, corner = self._signed(p)
+        g, off, d, pseudo, corner = self._gaps_with_closest_points(p)
         at = corner & (d > NONE * self.size)
         sign = np.where(g < 0.0, -1.0, 1.0)
         safe = np.where(at, d, 1.0)

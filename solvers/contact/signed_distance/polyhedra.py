@@ -44,7 +44,7 @@ class BoxGap:
     half: Vector3
     sharpest = 0.0
 
-    def _beyond(self, X: Floats) -> tuple[Floats, Floats]:
+    def _distances_beyond_faces(self, X: Floats) -> tuple[Floats, Floats]:
         """Return distances (n, 3), m, of points X beyond the faces of the box, and the signs (n, 3) of the nearest
         faces.
 
@@ -55,7 +55,7 @@ class BoxGap:
 
     def gap(self, X: Floats) -> Floats:
         """Return the gaps (n,), m, at points X (n, 3), m; inside, the negative distance to the nearest face."""
-        q = self._beyond(X)[0]
+        q = self._distances_beyond_faces(X)[0]
         far = np.linalg.norm(np.maximum(q, 0.0), axis=1)
         found: Floats = np.where(far > 0.0, far, q.max(axis=1))
         return found
@@ -66,7 +66,7 @@ class BoxGap:
         At a distance d the Hessian is 0 near a face, (1 - n n - t t) / d near an edge along t, and (1 - n n) / d near a
         corner.
         """
-        q, side = self._beyond(X)
+        q, side = self._distances_beyond_faces(X)
         out = np.maximum(q, 0.0)
         d = np.linalg.norm(out, axis=1)
         off = d > AT * math.hypot(*self.half)
@@ -104,14 +104,14 @@ class PrismGap:
         x, y, z = (own[self.order.index(i)] for i in range(3))
         return x, y, z
 
-    def _own(self, X: Floats) -> tuple[Floats, Floats]:
+    def _section_and_axial_coordinates(self, X: Floats) -> tuple[Floats, Floats]:
         """Return positions of points X in the section (n, 2), m, and along the prism from its middle (n,), m."""
         own = X[:, self.order]
         return own[:, :2], own[:, 2] - (self.base + 0.5 * self.height)
 
     def gap(self, X: Floats) -> Floats:
         """Return the gaps (n,), m, at points X (n, 3), m, from the distances to the section and to the ends."""
-        p, z = self._own(X)
+        p, z = self._section_and_axial_coordinates(X)
         return _intersection_distance(self.outline.gap(p), np.abs(z) - 0.5 * self.height)
 
     def look(self, X: Floats) -> Look:
@@ -120,7 +120,7 @@ class PrismGap:
         Normal and Hessian are those of the nearest side or end. For points beyond a side and an end they are those of
         the edge between both.
         """
-        p, z = self._own(X)
+        p, z = self._section_and_axial_coordinates(X)
         a, m, h = self.outline.look(p)
         b, up = np.abs(z) - 0.5 * self.height, np.where(z < 0.0, -1.0, 1.0)
         g = _intersection_distance(a, b)

@@ -46,7 +46,7 @@ class RevolvedGap:
         """Centroid of the body, m: z = int r z dA / int r dA over the half-section."""
         return add_multiples(self.origin, (axial_centroid(self.corners), self.axis))
 
-    def _own(self, X: Floats) -> tuple[Floats, Floats, Floats]:
+    def _half_plane_coordinates(self, X: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the coordinates (r, z) (n, 2), m, of points X (n, 3), m, in the half-plane of each.
 
         Also returned are the radial unit vectors (n, 3), and a mask (n,) of the points on the axis.
@@ -75,7 +75,7 @@ class RevolvedGap:
         the unit vector t perpendicular to n in its plane. On the axis n_r / r is replaced by its limit h, for a surface
         that is nearest at a tip or a flat part.
         """
-        p, out, on = self._own(X)
+        p, out, on = self._half_plane_coordinates(X)
         g, m, h = self.outline.look(p)
         axis = np.array(self.axis)
         n = m[:, :1] * out + m[:, 1:] * axis

@@ -33,7 +33,7 @@ class BallGap:
         x = X - np.array(self.centroid)
         return x, np.sqrt(np.einsum("ni,ni->n", x, x))
 
-    def _outer(self, r: Floats) -> NDArray[np.bool_]:
+    def _is_nearer_to_outside(self, r: Floats) -> NDArray[np.bool_]:
         """Return a mask (n,) of the points at radii r (n,), m, that are nearer to the outside than to the hollow."""
         found: NDArray[np.bool_] = 2.0 * r >= (self.radius + self.inner if self.inner else 0.0)
         return found
@@ -41,7 +41,7 @@ class BallGap:
     def gap(self, X: Floats) -> Floats:
         """Return the gaps (n,), m, at points X (n, 3), m: |X - c| - R, or near the hollow its radius minus |X - c|."""
         r = self._vectors_from_centre(X)[1]
-        return np.where(self._outer(r), r - self.radius, self.inner - r)
+        return np.where(self._is_nearer_to_outside(r), r - self.radius, self.inner - r)
 
     def look(self, X: Floats) -> Look:
         """Return gaps (n,), m, normals n (n, 3) and Hessians (n, 3, 3), 1/m, at points X (n, 3), m.
@@ -52,7 +52,7 @@ class BallGap:
         x, r = self._vectors_from_centre(X)
         at = r <= AT * self.radius
         r, n = np.where(at, 0.0, r), np.where(at[:, None], [0.0, 0.0, 1.0], x / np.where(at, 1.0, r)[:, None])
-        outer = self._outer(r)
+        outer = self._is_nearer_to_outside(r)
         sign = np.where(outer, 1.0, -1.0)
         H = transverse_projection(n) * np.where(at, 0.0, sign / np.where(at, 1.0, r))[:, None, None]
         return np.where(outer, r - self.radius, self.inner - r), sign[:, None] * n, H

@@ -42,17 +42,17 @@ class TriangleSurface:
         return normals(self.points, self.triangles)
 
     @cached_property
-    def _extent(self) -> float:
+    def _bounding_box_diagonal(self) -> float:
         """Diagonal of the bounding box of the surface, m."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
     @cached_property
-    def _tree(self) -> TriangleTree:
+    def _triangle_tree(self) -> TriangleTree:
         """Search tree of the triangles."""
         return TriangleTree(self.corners)
 
     @cached_property
-    def _edges(self) -> tuple[Floats, Ints]:
+    def _edge_normals_and_numbers(self) -> tuple[Floats, Ints]:
         """Sums (e, 3) of the two normals at each edge, and the numbers (t, 3) of the edges of each triangle.
 
         Edge k of a triangle starts at its corner k.
@@ -80,7 +80,7 @@ class TriangleSurface:
 
         It is 0 at a sharp fold. Elsewhere it is the radius of the curve that the triangles approximate.
         """
-        edges = self._edges[1].ravel()
+        edges = self._edge_normals_and_numbers[1].ravel()
         order = np.argsort(edges, kind="stable")
         one, other = order[0::2] // 3, order[1::2] // 3  # each edge has two triangles: it is closed
         away = self.corners.mean(axis=1)[other] - self.corners.mean(axis=1)[one]
@@ -106,7 +106,7 @@ class TriangleSurface:
 
         The closest point is given by barycentric coordinates (n, 3), and by the vector (n, 3), m, from it to X.
         """
-        t, share = self._tree.closest(X)
+        t, share = self._triangle_tree.closest(X)
         return t, share, X - np.einsum("nk,nki->ni", share, self.corners[t])
 
     def _pseudonormals(self, t: Ints, share: Floats) -> Floats:
@@ -115,7 +115,7 @@ class TriangleSurface:
         t (n,) are the closest triangles, and `share` (n, 3) the barycentric coordinates of the closest points.
         """
         n = self.faces[t].copy()
-        total, number = self._edges
+        total, number = self._edge_normals_and_numbers
         zero = share <= 0.0
         for k in range(3):
             edge = zero[:, (k + 2) % 3] & (zero.sum(axis=1) == 1)  # between the corners k and k + 1
@@ -143,7 +143,7 @@ class TriangleSurface:
         d = np.linalg.norm(off, axis=1)
         sign = np.where(np.einsum("ni,ni->n", off, pseudo) < 0.0, -1.0, 1.0)
         zero = share <= 0.0
-        sharp = zero.any(axis=1) & (d > ON * self._extent)
+        sharp = zero.any(axis=1) & (d > ON * self._bounding_box_diagonal)
         safe = np.where(sharp, d, 1.0)
         n = np.where(sharp[:, None], (sign / safe)[:, None] * off, pseudo)
         n /= np.linalg.norm(n, axis=1)[:, None]

@@ -37,7 +37,7 @@ class MovingRodMoments(Energy):
         return self.on.stencils
 
     @cached_property
-    def _each(self) -> list[tuple[int, list[float]]]:
+    def _nodes_with_moments(self) -> list[tuple[int, list[float]]]:
         return list(zip(self.on.nodes.tolist(), self.on.moments.tolist(), strict=True))
 
     def value(self, x: Floats) -> float:
@@ -47,7 +47,7 @@ class MovingRodMoments(Energy):
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Subtract the moments about the nodes' own axes, N m, from g."""
         q = self.chart.turned(x)[1]
-        for node, m in self._each:
+        for node, m in self._nodes_with_moments:
             own = _to_own_axes(q[node].tolist(), m)
             for i in range(3):
                 g[6 * node + 3 + i] -= scale * own[i]
@@ -57,7 +57,7 @@ class MovingRodMoments(Energy):
         if projected:
             return
         _, q, T = self.chart.turned(x)
-        for (node, m), places in zip(self._each, slots.tolist(), strict=True):
+        for (node, m), places in zip(self._nodes_with_moments, slots.tolist(), strict=True):
             a, b, c = _to_own_axes(q[node].tolist(), m)
             d, e, f = T[node].tolist()
             for j in range(3):
@@ -98,18 +98,18 @@ class MovingGuidedTendon(Energy):
         return self.through.stencils
 
     @cached_property
-    def _places(self) -> Ints:
+    def _guide_unknowns(self) -> Ints:
         """Indices of the unknowns of all guides (6 g,)."""
         found: Ints = (6 * self.through.nodes[:, None] + np.arange(6)).ravel()
         return found
 
     @cached_property
-    def _across(self) -> Floats:
+    def _arm_cross_matrices(self) -> Floats:
         """Cross-product matrices [a]x of the arms (g, 3, 3)."""
         return cross_matrix(self.through.arms)
 
     @cached_property
-    def _ends(self) -> tuple[Floats, Floats]:
+    def _chord_derivative_arrays(self) -> tuple[Floats, Floats]:
         """Two arrays (c, 3, 12) for the derivatives of a chord by its 12 unknowns, with their constant entries set.
 
         The entries for rotations change with the state and are overwritten in each evaluation.
@@ -119,11 +119,11 @@ class MovingGuidedTendon(Energy):
         return one, one.copy()
 
     @cached_property
-    def _last(self) -> dict[bytes, tuple[Floats, ...]]:
+    def _evaluation_cache(self) -> dict[bytes, tuple[Floats, ...]]:
         """Cache of the last evaluation; its key is the unknowns and the reference rotations."""
         return {}
 
-    def _found(self, x: Floats) -> tuple[Floats, ...]:
+    def _evaluate_tendon(self, x: Floats) -> tuple[Floats, ...]:
         """Return section rotations, chord directions and lengths, own-axis pulls and nodal forces, cached.
 
         The shapes are (g, 3, 3), (c, 3), (c,) in m, (g, 3) in N and (g, 6), for g guides and c chords.
@@ -132,7 +132,7 @@ class MovingGuidedTendon(Energy):
         nodes, arms = self.through.nodes, self.through.arms
         own = q[nodes]
         key = x.tobytes() + own.tobytes()
-        if (known := self._last.get(key)) is not None:
+        if (known := self._evaluation_cache.get(key)) is not None:
             return known
         R = rotation(own)
         p = at[nodes] + (R @ arms[:, :, None])[:, :, 0]
@@ -143,9 +143,9 @@ class MovingGuidedTendon(Energy):
         forces[:-1, :3] = -self.through.tension * t
         forces[1:, :3] += self.through.tension * t
         pulls = (forces[:, None, :3] @ R)[:, 0]
-        forces[:, 3:] = (self._across @ pulls[:, :, None])[:, :, 0]
-        self._last.clear()
-        self._last[key] = found = (R, t, size, pulls, forces)
+        forces[:, 3:] = (self._arm_cross_matrices @ pulls[:, :, None])[:, :, 0]
+        self._evaluation_cache.clear()
+        self._evaluation_cache[key] = found = (R, t, size, pulls, forces)
         return found
 
     def value(self, x: Floats) -> float:
@@ -154,23 +154,23 @@ class MovingGuidedTendon(Energy):
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Subtract the tendon forces, N, and their moments about the nodes' own axes, N m, from g."""
-        g += np.bincount(self._places, (scale * self._found(x)[4]).ravel(), len(g))
+        g += np.bincount(self._guide_unknowns, (scale * self._evaluate_tendon(x)[4]).ravel(), len(g))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the tangent of the forces; if `projected`, the projected tangent of the static tendon energy."""
         if projected:
             self.through.add_hessian(self.chart.state(x), data, slots, scale, True)
             return
-        R, t, size, pulls, _ = self._found(x)
+        R, t, size, pulls, _ = self._evaluate_tendon(x)
         T = self.chart.turned(x)[2][self.through.nodes]
-        rows, columns = self._ends
-        arm = R @ self._across
+        rows, columns = self._chord_derivative_arrays
+        arm = R @ self._arm_cross_matrices
         turned = arm @ T
         rows[:, :, 3:6], rows[:, :, 9:] = arm[:-1], -arm[1:]
         columns[:, :, 3:6], columns[:, :, 9:] = turned[:-1], -turned[1:]
         stiff = (scale * self.through.tension / size)[:, None, None] * (np.eye(3) - t[:, :, None] * t[:, None])
         local = rows.swapaxes(1, 2) @ (stiff @ columns)
-        own = self._across @ cross_matrix(scale * pulls) @ T
+        own = self._arm_cross_matrices @ cross_matrix(scale * pulls) @ T
         local[:, 3:6, 3:6] += own[:-1]  # count a guide between two chords once
         local[-1, 9:, 9:] += own[-1]
         add_blocks(local, slots, data)

@@ -92,27 +92,27 @@ class MovingRod(Energy):
         return self.elastic.stencils
 
     @cached_property
-    def _parts(self) -> Any:
+    def _kernel_arrays(self) -> Any:
         """Elements, lengths, stiffnesses and rest strains, as arrays for the kernel."""
         rod = self.elastic
         C = np.array(np.broadcast_to(rod.stiffness.diagonal, rod.rest_strains.shape))  # a copy: views are read-only
         return np.ascontiguousarray(rod.elements), rod.lengths, C, rod.rest_strains - rod.offset
 
-    def _run(
+    def _assemble_rod(
         self, turned: Rotated, scale: float, g: Floats = NO_FORCES, slots: Any = NO_SLOTS, data: Floats = NO_DATA
     ) -> float:
         """Return the energy, J, and add `scale` times the forces to `g` and the tangent to `data`, if given."""
         at, q, T = turned
-        elements, l, C, rest = self._parts
+        elements, l, C, rest = self._kernel_arrays
         return float(moving_rod_kernels.assemble_rod(at, q, T, elements, l, C, rest, scale, g, slots, data))
 
     def value(self, x: Floats) -> float:
         """Return the strain energy, J."""
-        return self._run(self.chart.turned(x), 1.0)
+        return self._assemble_rod(self.chart.turned(x), 1.0)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Add the nodal forces, N, and the moments about the nodes' own axes, N m."""
-        self._run(self.chart.turned(x), scale, g.reshape(-1, 6))
+        self._assemble_rod(self.chart.turned(x), scale, g.reshape(-1, 6))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the tangent of the forces, or if `projected` a positive semi-definite one.
@@ -122,7 +122,7 @@ class MovingRod(Energy):
         if projected:
             self._add_semidefinite_tangent(x, data, slots, scale)
         else:
-            self._run(self.chart.turned(x), scale, NO_FORCES, slots, data)
+            self._assemble_rod(self.chart.turned(x), scale, NO_FORCES, slots, data)
 
     def _add_semidefinite_tangent(self, x: Floats, data: Floats, slots: Ints, scale: float) -> None:
         """Add the symmetric part of the tangent by own-axis rotations, with negative eigenvalues set to zero."""
@@ -130,7 +130,7 @@ class MovingRod(Energy):
         own = np.zeros((len(self.elastic.elements), 12, 12))
         places = np.arange(own.size, dtype=slots.dtype).reshape(own.shape)
         plain = np.tile(np.eye(3), (len(T), 1, 1))
-        self._run((at, q, plain), 1.0, NO_FORCES, places, own.ravel())
+        self._assemble_rod((at, q, plain), 1.0, NO_FORCES, places, own.ravel())
         add_blocks(scale * project_semidefinite(0.5 * (own + own.swapaxes(1, 2))), slots, data)
 
     def rounding(self, x: Floats) -> float:

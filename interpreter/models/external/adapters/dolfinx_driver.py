@@ -231,14 +231,14 @@ class Body:
         from dolfinx import fem
 
         stuff, table = words["stuff"], SMALL if words["strain"] == "small" else FINITE
-        dx, H, total = self._measure(arrays, len(stuff)), ufl.grad(self.u), 0
+        dx, H, total = self._integration_measure(arrays, len(stuff)), ufl.grad(self.u), 0
         for number, own in enumerate(stuff):
             numbers = constants(own["constants"]).items()
             c = {n: fem.Constant(self.mesh, self.u.x.array.dtype.type(v)) for n, v in numbers}
             total += table[own["law"]](H, {**c, **own["choices"]}) * (dx if len(stuff) == 1 else dx(number))
         return total
 
-    def _measure(self, arrays: Any, count: int) -> Any:
+    def _integration_measure(self, arrays: Any, count: int) -> Any:
         """Return the integration measure, with a tag for each of `count` materials if there are several."""
         import ufl
         from dolfinx.mesh import meshtags
@@ -320,7 +320,7 @@ class Newton:
         snes = PETSc.SNES().create(self.K.getComm())
         snes.setFunction(self._residual, self.r)
         snes.setJacobian(self._tangent, self.K)
-        snes.setConvergenceTest(self._balanced)
+        snes.setConvergenceTest(self._has_converged)
         snes.setType("newtonls")
         PETSc.Options()["snes_linesearch_type"] = "basic"  # full steps
         snes.setTolerances(max_it=MOST)
@@ -353,7 +353,7 @@ class Newton:
         P.assemble()
         P.zeroRows(self.fixed, 1.0)
 
-    def _balanced(self, snes: Any, iteration: int, norms: Any) -> Any:
+    def _has_converged(self, snes: Any, iteration: int, norms: Any) -> Any:
         """Return whether residual forces are small relative to the larger of loads and reactions, as in softmark."""
         from petsc4py import PETSc
 
@@ -375,7 +375,7 @@ class Newton:
         while at < to:
             before = self.x.array_r.copy()
             share = to if at + step >= to - 1e-12 else at + step
-            if self._solved(share):
+            if self._solve_at_load(share):
                 at, step, self.steps = share, 2.0 * step, self.steps + 1
                 continue
             self.x.array[:] = before
@@ -383,7 +383,7 @@ class Newton:
             if step < SHORTEST:
                 raise Refused(f"its Newton iteration stops at {100.0 * at:.4g} % of the load", unsettled=True)
 
-    def _solved(self, share: float) -> bool:
+    def _solve_at_load(self, share: float) -> bool:
         """Solve at a load fraction and return whether the iteration has converged."""
         self.share = share
         self.snes.solve(None, self.x)

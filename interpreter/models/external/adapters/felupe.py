@@ -105,7 +105,7 @@ class Newton:
         while at < to:
             before = self.u.copy()
             share = to if at + step >= to - 1e-12 else at + step
-            if self._solved(share):
+            if self._solve_at_load(share):
                 at, step, self.steps = share, 2.0 * step, self.steps + 1
                 continue
             self.u[:] = before
@@ -113,7 +113,7 @@ class Newton:
             if step < SHORTEST:
                 raise NoAnswer(f"its Newton iteration stops at {100.0 * at:.4g} % of the load")
 
-    def _solved(self, share: float) -> bool:
+    def _solve_at_load(self, share: float) -> bool:
         """Solve at a load fraction and return whether the iteration has converged."""
         import felupe
 
@@ -123,13 +123,13 @@ class Newton:
             with np.errstate(all="ignore"):
                 felupe.newtonraphson(
                     items=self.items, x0=self.field, ext0=share * self.problem.values[self.order],
-                    check=self._balanced, tol=self.problem.tolerance, **known,
+                    check=self._check_convergence, tol=self.problem.tolerance, **known,
                 )  # fmt: skip
         except (ValueError, ArithmeticError, RuntimeError, np.linalg.LinAlgError):  # its own errors are ValueErrors
             return False
         return bool(np.all(np.isfinite(self.u)))
 
-    def _balanced(self, dx: Any, x: Any, f: Any, ftol: float, **others: Any) -> tuple[float, float, bool]:
+    def _check_convergence(self, dx: Any, x: Any, f: Any, ftol: float, **others: Any) -> tuple[float, float, bool]:
         """Return the norm of the correction, the residual forces relative to the loads, and whether both are small.
 
         Residual forces are compared with the larger of loads and reactions.

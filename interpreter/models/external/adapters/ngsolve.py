@@ -100,7 +100,7 @@ class Body:
         self.pairs, self.middles = ends(problem) if self.quadratic else none
         self.edges = self._edges() if self.quadratic else self.middles
         self.bubble = self._edge_bubble_value() if self.quadratic else 1.0
-        self._bent()
+        self._curve_edges()
 
     def _edges(self) -> Any:
         """Return the index of the NGSolve edge of each of our mid-edge nodes (e,)."""
@@ -120,7 +120,7 @@ class Body:
         values = np.array(element.CalcShape(0.5, 0.5, 0.0))[4:]
         return float(values[np.abs(values).argmax()])
 
-    def _bent(self) -> None:
+    def _curve_edges(self) -> None:
         """Deform the mesh by the offsets of our mid-edge nodes from straight edges."""
         import ngsolve as ng
 
@@ -129,7 +129,7 @@ class Body:
         if not np.any(np.abs(beside) > 1e-12 * np.ptp(points, axis=0).max()):
             return
         self.bend = ng.GridFunction(self.space)
-        self._of(self.bend)[:, self.mesh.nv + self.edges] = beside.T / self.bubble
+        self._unknowns_view(self.bend)[:, self.mesh.nv + self.edges] = beside.T / self.bubble
         self.mesh.SetDeformation(self.bend)
 
     @property
@@ -151,7 +151,7 @@ class Body:
         found.vec.FV().NumPy()[:] = values
         return found
 
-    def _of(self, function: Any) -> Any:
+    def _unknowns_view(self, function: Any) -> Any:
         """Return a view of the unknowns of a grid function (3, v + e)."""
         return function.vec.FV().NumPy().reshape(3, -1)
 
@@ -192,7 +192,7 @@ class Body:
         fixed = np.zeros((3, self.space.ndof // 3), dtype=bool)
         fixed[:, : len(self.corners)] = is_held[self.corners].T
         fixed[:, self.mesh.nv + self.edges] = is_held[self.middles].T
-        self._of(state)[:] = np.where(fixed, self.unknown(u), 0.0)
+        self._unknowns_view(state)[:] = np.where(fixed, self.unknown(u), 0.0)
         free = ng.BitArray(self.space.ndof)
         free.Clear()
         for dof in np.flatnonzero(~fixed.ravel()).tolist():

@@ -72,7 +72,7 @@ class Source:
         if not re.fullmatch(r"\s*\d{1,12}(\s+\d{1,12}){0,3}\s*", told):
             raise self.refused(f"the dimensions of an item are `{told[:40]}`")
         if form == "XML":
-            found = self._text(item)
+            found = self._numbers_from_text(item)
         elif form == "HDF":
             found = self._numbers_from_hdf5((item.text or "").strip())
         else:
@@ -82,7 +82,7 @@ class Source:
             raise self.refused(f"an item of `{of.tag}` has {found.size} numbers, but {math.prod(shape)} are announced")
         return found.reshape(shape)
 
-    def _text(self, item: ElementT) -> Array:
+    def _numbers_from_text(self, item: ElementT) -> Array:
         kind, size = item.get("NumberType") or item.get("DataType") or "Float", item.get("Precision", "4")
         if kind not in CODES or size not in ("1", "2", "4", "8"):
             raise self.refused(f"its numbers have the type `{kind[:40]}` with {size[:40]} bytes")

@@ -109,14 +109,18 @@ class Lines:
     def plate(self) -> str:
         """Return the HTML of the figure: chart, legend, caption, table and CSV."""
         open_ = initially_shown(self.findings)
-        return figure_block(self._chart(open_), prose(self._caption(open_)), self._columns(), self._save(), open_=open_)
+        return figure_block(
+            self._chart(open_), prose(self._caption(open_)), self._columns(), self._csv_link(), open_=open_
+        )
 
     def _chart(self, open_: Sequence[str]) -> Chart:
         across, up, width, height = _axis_ranges_with_plot_size(self.all_points[:, self.plane])
         x = linear(*across, self.axes[0], "m", round(width / 75))
         y = linear(*up, self.axes[1], "m", max(3, round(height / 60)))
         title = f"Centre lines at probe {self.probe} in the {'–'.join(self.axes)} plane"
-        return Chart(f"lines-{self.number}", title, self._desc(), x, y, width, height, tuple(self._curves(open_)))
+        return Chart(
+            f"lines-{self.number}", title, self._description(), x, y, width, height, tuple(self._curves(open_))
+        )
 
     def _curves(self, open_: Sequence[str]) -> Iterator[Curve]:
         known, models = curve_styles(self.findings.report), self.findings.report.models
@@ -125,12 +129,12 @@ class Lines:
             named = name in open_ or name not in models
             yield Curve(name, known.get(name, REST), points, 1 + 2 * i, 2, named=named)
 
-    def _desc(self) -> str:
+    def _description(self) -> str:
         """Return a description of the figure in words: the conclusion, and the end of each line."""
-        ends = "; ".join(f"{name} at {self._place(X[-1])}" for name, X in self.lines.items())
+        ends = "; ".join(f"{name} at {self._format_point(X[-1])}" for name, X in self.lines.items())
         return f"{strip_backticks(self._closest_models_sentence())} The lines end as follows: {ends}."
 
-    def _place(self, point: Floats) -> str:
+    def _format_point(self, point: Floats) -> str:
         pairs = zip(self.axes, self.plane, strict=True)
         return ", ".join(f"{axis} {format_quantity(float(point[i]), 'm', 4)}" for axis, i in pairs)
 
@@ -149,9 +153,9 @@ class Lines:
         models = [n for n in self.lines if n in self.findings.report.models]
         shown = hidden_models_note(len(models), len([n for n in models if n in open_]))
         gone = f" Outside the drawing: {join_names([f'`{n}`' for n in self.far])}." if self.far else ""
-        return f"{plane} {self._closest_models_sentence()}{gone}{self._depth()}{shown}"
+        return f"{plane} {self._closest_models_sentence()}{gone}{self._out_of_plane_sentence()}{shown}"
 
-    def _depth(self) -> str:
+    def _out_of_plane_sentence(self) -> str:
         """Return a sentence if the lines leave the plane of the figure."""
         third = ({0, 1, 2} - set(self.plane)).pop()
         depth = float(np.ptp(self.all_points[:, third]))
@@ -170,13 +174,13 @@ class Lines:
             found.append(PlateColumn(name, symbols, cells))
         return found
 
-    def _save(self) -> str:
+    def _csv_link(self) -> str:
         """Return the link to a CSV file with all three coordinates, m."""
         header = ["s [m]", *(f"{name} {axis} [m]" for name in self.lines for axis in AXES)]
-        rows = [[format_short(float(s)), *self._record(i)] for i, s in enumerate(arc(self.undeformed))]
+        rows = [[format_short(float(s)), *self._csv_row(i)] for i, s in enumerate(arc(self.undeformed))]
         return csv_link(f"{self.probe}-positions", header, rows)
 
-    def _record(self, index: int) -> Iterator[Cell]:
+    def _csv_row(self, index: int) -> Iterator[Cell]:
         for X in self.lines.values():
             yield from (format_short(float(v)) for v in X[index]) if index < len(X) else (None,) * 3
 

@@ -85,7 +85,9 @@ class _Energies:
             tuple(self._curve(i, n, phases[n]) for i, n in enumerate(self.values)), labels=False,
             left=LEFT, top=TOP, right=14.0,
         )  # fmt: skip
-        return figure_block(chart, prose(f"`{self.name}`: {self.words}."), self._columns(), self._save(), legend=False)
+        return figure_block(
+            chart, prose(f"`{self.name}`: {self.words}."), self._columns(), self._csv_link(), legend=False
+        )
 
     def _curve(self, index: int, name: str, phase: CurveStyle) -> Curve:
         points = tuple((float(self.times[i]), float(self.values[name][i])) for i in self.chosen)
@@ -99,7 +101,7 @@ class _Energies:
             found.append(PlateColumn(name, (scale.heading("E"),), cells))
         return found
 
-    def _save(self) -> str:
+    def _csv_link(self) -> str:
         header = ["t [s]", *(f"{n} [J]" for n in self.values)]
         rows: list[list[Cell]] = [
             [format_short(float(t)), *(format_short(float(v[i])) for v in self.values.values())]

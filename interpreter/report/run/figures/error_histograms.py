@@ -100,18 +100,22 @@ class _Distribution:
         known = curve_styles(self.findings.report)
         charts = [self._histogram_figure(i, n, known[n]) for i, n in enumerate(self.samples)]
         name = tag("h3", prose(f"`{self.metric.name}`, from `{self.metric.against}`"))
-        return name + tag("div", *charts, class_="small-plates") + self._save()
+        return name + tag("div", *charts, class_="small-plates") + self._samples_csv_link()
 
     def _histogram_figure(self, index: int, name: str, look: CurveStyle) -> str:
         x, y = self.axes
         chart = Chart(
             f"distribution-{self.number}-{index}", f"Errors of {name}, {self.metric.name}",
-            f"{name}: {self._words(name)}",
+            f"{name}: {self._statistics_phrase(name)}",
             x, y, WIDTH, HEIGHT, (self._curve(name, look),), under=self._statistics_svg(name, look, x, y), labels=False,
             left=LEFT, top=TOP, right=14.0,
         )  # fmt: skip
         return figure_block(
-            chart, prose(f"`{name}`: {self._words(name)}"), self._columns(name), self._csv(name), legend=False
+            chart,
+            prose(f"`{name}`: {self._statistics_phrase(name)}"),
+            self._columns(name),
+            self._bins_csv_link(name),
+            legend=False,
         )
 
     def _curve(self, name: str, look: CurveStyle) -> Curve:
@@ -119,7 +123,7 @@ class _Distribution:
         points = tuple((width * (i + 0.5), 100.0 * float(c)) for i, c in enumerate(self.counts[name]))
         return Curve(name, CurveStyle("bins", look.colour), points, 1, 1)
 
-    def _words(self, name: str) -> str:
+    def _statistics_phrase(self, name: str) -> str:
         s = self.samples[name]
         median, high, most = (format_quantity(float(np.percentile(s, q)), self.unit, 3) for q in (50, 95, 100))
         beyond = float((s > self.top).mean())
@@ -147,9 +151,9 @@ class _Distribution:
             ("high", float(np.percentile(s, 95))),
         ]
         lines = [_statistic_line(kind, x.at(value)) for kind, value in strokes if value <= self.top]
-        return tag("g", self._band(x), bars, *lines, class_=f"histogram c{look.colour}")
+        return tag("g", self._uncertainty_band(x), bars, *lines, class_=f"histogram c{look.colour}")
 
-    def _band(self, x: Axis) -> str:
+    def _uncertainty_band(self, x: Axis) -> str:
         known = self.findings.uncertainty(self.metric)
         if not known:
             return ""
@@ -167,7 +171,7 @@ class _Distribution:
         shares = [(typeset_number(f"{100 * float(c):.3g}"),) for c in self.counts[name]]
         return [PlateColumn(heading, (heading,), middles), PlateColumn(name, ("points / %",), shares)]
 
-    def _csv(self, name: str) -> str:
+    def _bins_csv_link(self, name: str) -> str:
         width = self.top / BINS
         rows: list[list[Cell]] = [
             [format_short(width * i), format_short(width * (i + 1)), format_short(float(c))]
@@ -176,7 +180,7 @@ class _Distribution:
         header = [f"from [{self.unit}]", f"to [{self.unit}]", "share of points"]
         return csv_link(f"{name}-{self.metric.name}-histogram", header, rows)
 
-    def _save(self) -> str:
+    def _samples_csv_link(self) -> str:
         """Return the link to a CSV file of the samples in ascending order, evenly thinned if there are too many."""
         most = SAVED // len(self.samples)
         columns = [_thin_values(np.sort(s), most) for s in self.samples.values()]

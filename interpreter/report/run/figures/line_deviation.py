@@ -81,7 +81,7 @@ class _Pair:
         if self.largest == 0.0:
             return tag("p", prose(f"At `{self.probe}` every model agrees with `{self.reference}` exactly."))
         open_ = initially_shown(self.findings)
-        return figure_block(self._chart(open_), self._caption(open_), self._columns(), self._save(), open_=open_)
+        return figure_block(self._chart(open_), self._caption(open_), self._columns(), self._csv_link(), open_=open_)
 
     @cached_property
     def _axis_lower_end(self) -> float:
@@ -91,7 +91,7 @@ class _Pair:
     def _chart(self, open_: Sequence[str]) -> Chart:
         s = arc(self.known.points)
         return Chart(
-            f"error-{self.number}", f"Distance from {self.reference} along {self.probe}", self._desc(),
+            f"error-{self.number}", f"Distance from {self.reference} along {self.probe}", self._description(),
             linear(0.0, float(s[-1]) or 1.0, "arc position s", "m", 7),
             logarithmic(self._axis_lower_end, self.largest, f"distance from {self.reference}", "m"),
             600.0, 320.0, tuple(self._curves(s, open_)), left=84.0, right=self._margin,
@@ -110,7 +110,7 @@ class _Pair:
             )
             yield Curve(name, look[name], points, column, named=name in open_)
 
-    def _desc(self) -> str:
+    def _description(self) -> str:
         worst = "; ".join(f"{n} up to {format_quantity(float(d.max()), 'm', 3)}" for n, d in self.distances.items())
         return f"{self._ranking()} Largest distances: {worst}."
 
@@ -142,7 +142,7 @@ class _Pair:
             found.append(PlateColumn(name, (heading,), cells))
         return found
 
-    def _save(self) -> str:
+    def _csv_link(self) -> str:
         columns = [arc(self.known.points), *self.distances.values()]
         rows = [[format_short(float(v)) for v in row] for row in zip(*columns, strict=True)]
         header = ["s [m]", *(f"{name} [m]" for name in self.distances)]

@@ -90,11 +90,11 @@ class _MeasuredCurve:
         """Return the HTML of the chart."""
         open_ = [*initially_shown(self.findings, self.seen), *self.findings.report.references]
         chart = Chart(
-            f"curve-{self.number}", f"{self.metric.name}: against {self.reference}", self._desc(), *self._axes(),
+            f"curve-{self.number}", f"{self.metric.name}: against {self.reference}", self._description(), *self._axes(),
             WIDTH, HEIGHT, tuple(self._curves(open_)), left=78.0, right=110.0,
         )  # fmt: skip
         found = columns(self.seen, self.drawn.units)
-        return figure_block(chart, prose(self._caption()), found, self._save(), open_=open_)
+        return figure_block(chart, prose(self._caption()), found, self._csv_link(), open_=open_)
 
     def _axes(self) -> tuple[Axis, Axis]:
         across, up = self.drawn.units
@@ -114,11 +114,14 @@ class _MeasuredCurve:
             points = tuple(zip(curve.x.tolist(), curve.y.tolist(), strict=True))
             yield Curve(name, known[name], points, 1 + i, 1, named=name in open_)
 
-    def _said(self, value: float) -> str:
+    def _format_value(self, value: float) -> str:
         return format_quantity(value, self.drawn.units[1], 3)
 
-    def _desc(self) -> str:
-        ends = (f"{n} from {self._said(float(c.y[0]))} to {self._said(float(c.y[-1]))}" for n, c in self.seen.items())
+    def _description(self) -> str:
+        ends = (
+            f"{n} from {self._format_value(float(c.y[0]))} to {self._format_value(float(c.y[-1]))}"
+            for n, c in self.seen.items()
+        )
         return "; ".join(ends) + "."
 
     def _caption(self) -> str:
@@ -129,12 +132,12 @@ class _MeasuredCurve:
             f"`{self.metric.name}`: curves of models and of `{self.reference}`"
             f" ({kind_of_reference(reference)}), {beside}."
         ]
-        said += [self._inside()] if self.agreed else []
+        said += [self._inside_band_sentence()] if self.agreed else []
         facts = reference.facts
         if facts.get("repeats", 1) > 1:
             said.append(
                 f"The reference is the mean of {facts['repeats']} repeats; their standard deviation is at most "
-                f"{self._said(float(facts['spread']))}."
+                f"{self._format_value(float(facts['spread']))}."
             )
         if facts.get("lost") is not None:
             said.append(f"{100.0 * float(facts['lost']):.3g} % of the work of loading was dissipated.")
@@ -146,14 +149,14 @@ class _MeasuredCurve:
             said.append(f"{least if least == most else f'{least} to {most}'} % of its range is compared.")
         return " ".join(said)
 
-    def _inside(self) -> str:
+    def _inside_band_sentence(self) -> str:
         """Return a sentence on the curves that lie inside the uncertainty band, with the fraction inside."""
         found = ((n, r.metrics.get(self.metric.name)) for n, r in self.findings.everyone.items())
         shares = [(n, m.details["inside_share"]) for n, m in found if m is not None and "inside_share" in m.details]
         each = [f"`{n}` by {100.0 * float(share):.3g} %" for n, share in shares]
         return f"Inside the band: {join_names(each)} of the compared range." if each else ""
 
-    def _save(self) -> str:
+    def _csv_link(self) -> str:
         known = {self.reference: self.drawn, **self.seen}
         if (band := self.drawn.band) is not None:
             for name, y in zip(("least", "largest"), band, strict=True):

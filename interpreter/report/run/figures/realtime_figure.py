@@ -61,9 +61,9 @@ class _Clock:
     def html(self) -> str:
         """Return the HTML of the table, and of the figure if there are frame times."""
         sampled = {n: m for n, m in self.first[1].items() if len(m.samples) > 1}
-        strips = _Strips(self.findings, self.number, self.first[0], sampled, self._rates)
+        strips = _Strips(self.findings, self.number, self.first[0], sampled, self._required_frame_rates)
         several = any((m.details.get("frames") or 0) > 1 for m in self.first[1].values())
-        caption = tag("caption", tag("span", prose(self._words())))
+        caption = tag("caption", tag("span", prose(self._verdict_counts_sentence())))
         body = [self._row(name, several) for name in self.first[1]]
         table = tag("table", caption, tag("thead", self._head(several)), tag("tbody", *body), class_="verdicts")
         label = f"Real time, {', '.join(m.name for m in self.judged)}"
@@ -71,12 +71,12 @@ class _Clock:
         return box + self._save() + (strips.figure() if sampled else "")
 
     @property
-    def _rates(self) -> list[float]:
+    def _required_frame_rates(self) -> list[float]:
         """Required frame rates, Hz."""
         every = (m.details.get("rate_Hz") for judged in self.judged.values() for m in judged.values())
         return sorted({float(rate) for rate in every if rate})
 
-    def _words(self) -> str:
+    def _verdict_counts_sentence(self) -> str:
         counts = [
             f"`{metric.name}`: {sum(m.details['verdict'] is True for m in judged.values())} of "
             f"{count(len(judged), 'model')} in real time"
@@ -196,14 +196,14 @@ class _Strips:
         bottom = TOP + ROW * len(self.sampled)
         identity = f"frames-{self.number}"
         title = tag("title", text(f"Times of frames, {strip_backticks(self.metric.name)}"), id=f"{identity}-t")
-        desc = tag("desc", text(self._desc()), id=f"{identity}-d")
+        desc = tag("desc", text(self._description()), id=f"{identity}-d")
         rows = [self._model_strip(n, TOP + ROW * (i + 0.5)) for i, n in enumerate(self.sampled)]
         return tag(
             "svg", title, desc, self._axes(bottom), *rows, role="img", aria_labelledby=f"{identity}-t {identity}-d",
             viewBox=f"0 0 {self.left + WIDTH + 24:.0f} {bottom + BOTTOM:.0f}",
         )  # fmt: skip
 
-    def _desc(self) -> str:
+    def _description(self) -> str:
         said = (f"{n}: median {_seconds(_quantile(t, 0.5))}, worst {_seconds(t[-1])}" for n, t in self.times.items())
         return "; ".join(said) + "."
 

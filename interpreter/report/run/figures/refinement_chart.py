@@ -113,38 +113,39 @@ class _ErrorChart:
         errors = [e for line in self.lines.values() for _, _, e in line]
         name = f"{self.metric.name}, against {self.metric.against}"
         chart = Chart(
-            f"{self.kind}-{self.number}", f"{self.metric.name} by {self.symbol}", self._words(), self.across,
+            f"{self.kind}-{self.number}", f"{self.metric.name} by {self.symbol}", self._description(), self.across,
             _error_axis(errors, name, self.metric.unit), WIDTH, HEIGHT, tuple(self._curves()), left=84.0,
         )  # fmt: skip
-        return figure_block(chart, prose(self._caption()), self._columns(), self._save())
+        return figure_block(chart, prose(self._caption()), self._columns(), self._csv_link())
 
     def _curves(self) -> Iterator[Curve]:
         for i, (family, line) in enumerate(self.lines.items()):
             points: tuple[Point | None, ...] = tuple((self.at(v), e) for _, v, e in line)
             yield Curve(family, model_look(i), points, 1 + 3 * i, 3, every=1, named=False)
 
-    def _amount(self, error: float) -> str:
+    def _format_error(self, error: float) -> str:
         return format_quantity(error, self.metric.unit, 3, percent=True)
 
-    def _words(self) -> str:
+    def _description(self) -> str:
         """Return a description of the start and end of every line."""
-        return "; ".join(f"{f} {self._course(line)}" for f, line in self.lines.items()) + "."
+        return "; ".join(f"{f} {self._describe_line(line)}" for f, line in self.lines.items()) + "."
 
-    def _course(self, line: list[tuple[str, float, float]]) -> str:
+    def _describe_line(self, line: list[tuple[str, float, float]]) -> str:
         """Return the course of a line in words, `falls from 5.1 mm at 0.3 to 1.4 mm at 0.499, then rises ...`."""
         inner = min(line, key=lambda point: point[2])
         turns = inner[2] < 0.8 * min(line[0][2], line[-1][2])
         stops = [line[0], inner, line[-1]] if turns else [line[0], line[-1]]
-        said = [f"{self._amount(e)} at {self.said(v)}" for _, v, e in stops]
+        said = [f"{self._format_error(e)} at {self.said(v)}" for _, v, e in stops]
         verb = "falls" if stops[1][2] < stops[0][2] else "rises"
         return f"{verb} from {said[0]} to {said[1]}" + (f", then rises to {said[2]}" if turns else "")
 
     def _caption(self) -> str:
         uncertain = self.findings.uncertainty(self.metric)
-        bound = f" Uncertainty of the reference: ± {self._amount(uncertain)}." if uncertain else ""
-        return f"`{self.metric.name}` against `{self.metric.against}`: {self._words()}{self._order()}{bound}"
+        bound = f" Uncertainty of the reference: ± {self._format_error(uncertain)}." if uncertain else ""
+        pair = f"`{self.metric.name}` against `{self.metric.against}`"
+        return f"{pair}: {self._description()}{self._ranking_sentence()}{bound}"
 
-    def _order(self) -> str:
+    def _ranking_sentence(self) -> str:
         """Return a sentence on whether the ranking of families is the same at both ends."""
         if len(self.lines) < 2:
             return ""
@@ -167,7 +168,7 @@ class _ErrorChart:
             found.append(PlateColumn(family, heads, cells))
         return found
 
-    def _save(self) -> str:
+    def _csv_link(self) -> str:
         rows: list[list[Cell]] = [[f, n, v, e] for f, line in self.lines.items() for n, v, e in line]
         header = ["family", "model", self.symbol, f"{self.metric.name} [{self.metric.unit}]"]
         return csv_link(f"{self.metric.name}-{self.kind}", header, rows)

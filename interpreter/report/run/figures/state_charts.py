@@ -70,10 +70,17 @@ class _Metric:
             for i, (n, c) in enumerate(self.curves.items())
         ]
         chart = Chart(
-            f"states-{self.number}", f"{self.metric.name} from state to state", self._desc(), *self._axes(), WIDTH,
-            HEIGHT, tuple(drawn), left=78.0, right=90.0,
-        )  # fmt: skip
-        return figure_block(chart, prose(self._caption()), self._columns(), self._save(), open_=open_)
+            f"states-{self.number}",
+            f"{self.metric.name} from state to state",
+            self._description(),
+            *self._axes(),
+            WIDTH,
+            HEIGHT,
+            tuple(drawn),
+            left=78.0,
+            right=90.0,
+        )
+        return figure_block(chart, prose(self._caption()), self._columns(), self._csv_link(), open_=open_)
 
     @staticmethod
     def _pairs(curve: Curve) -> Iterator[tuple[float, float | None]]:
@@ -95,11 +102,14 @@ class _Metric:
         x = Axis(first - 0.02 * wide, last + 0.02 * wide, label, ticks)
         return x, linear(low - (margin if low else 0.0), high + margin, self.metric.name, self.metric.unit, 6)
 
-    def _said(self, value: float) -> str:
+    def _format_value(self, value: float) -> str:
         return format_quantity(value, self.metric.unit, 3, percent=self.metric.percent)
 
-    def _desc(self) -> str:
-        ends = (f"{n} from {self._said(c.known[0][1])} to {self._said(c.known[-1][1])}" for n, c in self.curves.items())
+    def _description(self) -> str:
+        ends = (
+            f"{n} from {self._format_value(c.known[0][1])} to {self._format_value(c.known[-1][1])}"
+            for n, c in self.curves.items()
+        )
         return "; ".join(ends) + "."
 
     def _caption(self) -> str:
@@ -119,7 +129,7 @@ class _Metric:
             found.append(PlateColumn(name, (scale.heading(self.metric.name),), cells))
         return found
 
-    def _save(self) -> str:
+    def _csv_link(self) -> str:
         header = ["state", *(f"{n} [{self.metric.unit}]" for n in self.curves)]
         rows: list[list[Cell]] = [[s, *(c.values[i] for c in self.curves.values())] for i, s in enumerate(self.states)]
         return csv_link(f"{self.metric.name}-states", header, rows)

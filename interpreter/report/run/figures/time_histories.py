@@ -82,9 +82,9 @@ class PointHistory:
     @cached_property
     def values(self) -> dict[str, Floats]:
         """Displacements at these times, shape (t,), m, by name; NaN after the end of a history."""
-        return {n: self._value(p) for n, p in self.seen.items()}
+        return {n: self._displacement_at_chart_times(p) for n, p in self.seen.items()}
 
-    def _value(self, p: ProbeResult) -> Floats:
+    def _displacement_at_chart_times(self, p: ProbeResult) -> Floats:
         point, axis = self.followed
         times, course = p.times, p.course
         if times is None or course is None:
@@ -99,10 +99,10 @@ class PointHistory:
         """Return the HTML of the chart."""
         open_ = [*initially_shown(self.findings), *self.findings.report.references]
         chart = Chart(
-            f"course-{self.number}", f"Displacement over time at {self.probe}", self._desc(), *self._axes(),
+            f"course-{self.number}", f"Displacement over time at {self.probe}", self._description(), *self._axes(),
             WIDTH, HEIGHT, tuple(self._curves(open_)), left=70.0, right=70.0,
         )  # fmt: skip
-        return figure_block(chart, prose(self._caption()), self._columns(), self._save(), open_=open_)
+        return figure_block(chart, prose(self._caption()), self._columns(), self._csv_link(), open_=open_)
 
     def _axes(self) -> tuple[Axis, Axis]:
         every = np.concatenate(list(self.values.values()))
@@ -120,7 +120,7 @@ class PointHistory:
             points = tuple((float(t), float(v)) if np.isfinite(v) else None for t, v in pairs)
             yield Curve(name, known[name], points, 1 + i, 1, named=name in open_)
 
-    def _desc(self) -> str:
+    def _description(self) -> str:
         ends = (
             f"{n} from {_format_length(np.nanmin(v))} to {_format_length(np.nanmax(v))}" for n, v in self.values.items()
         )
@@ -158,7 +158,7 @@ class PointHistory:
             found.append(PlateColumn(name, (own.heading(self.symbol),), cells))
         return found
 
-    def _save(self) -> str:
+    def _csv_link(self) -> str:
         """Return the link to a CSV file with all displacement components of the point, at the times of each history."""
         point, _ = self.followed
         every = max(

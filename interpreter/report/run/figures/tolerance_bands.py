@@ -27,7 +27,7 @@ class Band:
         far = [self.value + reach * (1.0 if v > self.value else -1.0) for v in self.everyone if v not in near]
         return min([*near, *far]), max([*near, *far])
 
-    def _x(self, v: float) -> float:
+    def _pixel_x(self, v: float) -> float:
         low, high = self.range
         share = (min(max(v, low), high) - low) / ((high - low) or 1.0)
         return EDGE + share * (WIDTH - 2.0 * EDGE)
@@ -35,12 +35,12 @@ class Band:
     def drawn(self, found: float, said: str) -> str:
         """Return the SVG of the drawing with the number `found` marked; `said` is that number as text."""
         (low, high), middle = self.range, HEIGHT / 2.0
-        left, right = (self._x(v) for v in self.ends)
+        left, right = (self._pixel_x(v) for v in self.ends)
         parts = [
             tag("path", class_="axis", d=f"M{EDGE} {middle}H{WIDTH - EDGE}"),
             tag("rect", x=f"{left:.1f}", y="2", width=f"{max(right - left, 1.0):.1f}", height=f"{HEIGHT - 4.0:g}"),
-            tag("path", class_="given", d=f"M{self._x(self.value):.1f} 2V{HEIGHT - 2.0:g}"),
-            tag("path", class_="found", d=_mark(self._x(found), middle, (found > high) - (found < low))),
+            tag("path", class_="given", d=f"M{self._pixel_x(self.value):.1f} 2V{HEIGHT - 2.0:g}"),
+            tag("path", class_="found", d=_mark(self._pixel_x(found), middle, (found > high) - (found < low))),
         ]
         box = f"0 0 {WIDTH:g} {HEIGHT:g}"
         return tag("svg", *parts, class_="band", viewBox=box, width=f"{WIDTH:g}", height=f"{HEIGHT:g}", role="img",

@@ -74,7 +74,7 @@ class _Pairs:
 
     def html(self) -> str:
         """Return the HTML table with a row for each model and a group of columns for each metric."""
-        scales = {m.name: self._scale(m) for m in self.columns}
+        scales = {m.name: self._scale_and_decimals(m) for m in self.columns}
         top = [tag("th", "Model", rowspan=2, scope="col")]
         top += [self._head(m, scales[m.name][0]) for m in self.columns]
         low = [tag("th", word, scope="col") for _ in self.columns for word in HEADS]
@@ -96,7 +96,7 @@ class _Pairs:
             aria_label="Computed and published values",
         )
 
-    def _scale(self, metric: MetricColumn) -> tuple[Scale, int]:
+    def _scale_and_decimals(self, metric: MetricColumn) -> tuple[Scale, int]:
         values = [value_of(m, metric.name) for m in self.rows.values()]
         values += [_published_value(m, metric) for m in self.rows.values()]
         scale = choose_scale(values, metric.unit, metric.percent)

@@ -71,7 +71,7 @@ class Notes:
     doubts: dict[str, None] = field(default_factory=dict)  # why what is taken as right may be no truth
     linked: bool = True
 
-    def _mark(self, sign: str, note: str, said: str) -> str:
+    def _footnote_mark(self, sign: str, note: str, said: str) -> str:
         """Return a mark as HTML that links to its footnote."""
         if not self.linked:
             return tag("abbr", text(sign), title=said)
@@ -85,21 +85,21 @@ class Notes:
         if reason not in self.reasons:
             self.reasons.append(reason)
         mark = letter(self.reasons.index(reason))
-        return "–" + tag("sup", self._mark(mark, f"note-{mark}", f"note {mark}"))
+        return "–" + tag("sup", self._footnote_mark(mark, f"note-{mark}", f"note {mark}"))
 
     def dagger(self, metric: str, uncertainty: str) -> str:
         """Return the mark of a value that does not exceed the uncertainty of its reference."""
         self.within.setdefault(metric, uncertainty)
         said = "within the uncertainty of the reference"
-        return tag("sup", self._mark("†", "note-within", said), class_="within")
+        return tag("sup", self._footnote_mark("†", "note-within", said), class_="within")
 
     def double(self, why: str) -> str:
         """Return the mark of a value whose reference may not be valid for the scene."""
         self.doubts.setdefault(why)
         said = "the theory is not exact here"
-        return tag("sup", self._mark("‡", "note-doubt", said), class_="within")
+        return tag("sup", self._footnote_mark("‡", "note-doubt", said), class_="within")
 
-    def _uncertain(self) -> str:
+    def _uncertainty_footnote(self) -> str:
         if not self.within:
             return ""
         each = join_names([f"± {amount} for `{metric}`" for metric, amount in self.within.items()])
@@ -111,7 +111,7 @@ class Notes:
         letters = [letter(i) for i in range(len(self.reasons))]
         pairs = zip(letters, self.reasons, strict=True)
         items = [tag("li", tag("b", a), " ", prose(reason), id=self._anchor(f"note-{a}")) for a, reason in pairs]
-        items += [own] if (own := self._uncertain()) else []
+        items += [own] if (own := self._uncertainty_footnote()) else []
         items += [
             tag("li", tag("b", "‡"), " ", prose(f"the theory is not exact here: {why}"),
                 id=None if i else self._anchor("note-doubt"))
@@ -202,7 +202,7 @@ class ResultsTable:
 
     def _row(self, name: str, result: Result) -> str:
         cells = [self._name(name, result), tag("td", status_of(result))]
-        cells += [tag("td", self._metric(name, result, m), class_="n") for m in self.columns]
+        cells += [tag("td", self._metric_cell(name, result, m), class_="n") for m in self.columns]
         effort = self._effort(result) if isinstance(result, ModelResult) else self._missing_effort_cells()
         return tag("tr", *cells, *(tag("td", cell, class_="n") for cell in effort))
 
@@ -211,12 +211,14 @@ class ResultsTable:
         below = result.outline if isinstance(result, ModelResult) else result.kind
         return tag("th", tag("a", own, href=f"#L{line}") if line else own, _small(text(below)), scope="row")
 
-    def _metric(self, name: str, result: Result, metric: MetricColumn) -> str:
+    def _metric_cell(self, name: str, result: Result, metric: MetricColumn) -> str:
         value = value_of(result, metric.name)
         if value is None:
             return self.notes.dash(self._missing_value_reason(name, result, metric))
         found = result.metrics[metric.name]
-        shown = tag("data", text(self._text(value, metric)), value=repr(value)) + self._stated(result, metric)
+        shown = tag("data", text(self._format_number(value, metric)), value=repr(value)) + self._stated_error_text(
+            result, metric
+        )
         if metric.clock and "verdict" in found.details:
             return _verdict_symbol(bool(found.details["verdict"])) + shown
         if not found.meaningful:
@@ -230,7 +232,7 @@ class ResultsTable:
             return tag("strong", shown) + " " + tag("small", word, class_="best")
         return shown
 
-    def _stated(self, result: Result, metric: MetricColumn) -> str:
+    def _stated_error_text(self, result: Result, metric: MetricColumn) -> str:
         """Return the stated error of a number, `± 0.05`, in the unit of the column."""
         error = stated_of(result, metric)
         if error is None:
@@ -238,7 +240,7 @@ class ResultsTable:
         own = f"\u00a0±\u00a0{typeset_number(f'{error / self.scales[metric.name][0].factor:.2g}')}"
         return tag("small", tag("data", text(own), value=repr(error)), class_="stated")
 
-    def _text(self, value: float, metric: MetricColumn) -> str:
+    def _format_number(self, value: float, metric: MetricColumn) -> str:
         """Return a number in the format of its column."""
         scale, decimals = self.scales[metric.name]
         if metric.clock:

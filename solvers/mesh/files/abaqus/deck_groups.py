@@ -66,16 +66,16 @@ class DeckGroups:
 
     def named(self) -> dict[str, Members]:
         """Return the members of each name; an element set or surface takes precedence over a node set of that name."""
-        found = {name: self._elements(own) for name, _, own in self.deck.names("elements")}
+        found = {name: self._element_set_members(own) for name, _, own in self.deck.names("elements")}
         for name, _, rows in self.deck.surface_names():
-            surface = self._surface(rows)
+            surface = self._surface_members(rows)
             found[name] = found[name].with_faces(surface) if name in found else surface
         for name, _, own in self.deck.names("nodes"):
             if name not in found:
-                found[name] = self._nodes(own)
+                found[name] = self._node_set_members(own)
         return found
 
-    def _elements(self, elements: Ints) -> Members:
+    def _element_set_members(self, elements: Ints) -> Members:
         cells = self.deck.cells[self.kind].rows_of(elements)
         facets, known = [], len(cells)
         for cell, corners in SHELLS.items():
@@ -84,7 +84,7 @@ class DeckGroups:
                 known += len(rows)
         return Members(cells, np.zeros((0, 2), dtype=np.int64), tuple(facets), len(elements) - known)
 
-    def _surface(self, rows: Any) -> Members:
+    def _surface_members(self, rows: Any) -> Members:
         table = {f"S{k}": side for k, side in enumerate(facets_of_labels(self.element), start=1)}
         faces, foreign = [np.zeros((0, 2), dtype=np.int64)], 0
         for elements, label, _ in rows:
@@ -97,16 +97,16 @@ class DeckGroups:
         return Members(np.zeros(0, dtype=np.int64), np.unique(np.concatenate(faces), axis=0), foreign=foreign)
 
     @cached_property
-    def _facets(self) -> Ints:
+    def _boundary_facets(self) -> Ints:
         """Boundary facets (f, q) of the cells."""
         return Mesh(self.deck.points, self.cells, self.element.name).facets
 
-    def _nodes(self, nodes: Ints) -> Members:
+    def _node_set_members(self, nodes: Ints) -> Members:
         """Return the boundary faces with all corners in a set of nodes."""
         chosen = np.zeros(len(self.deck.points), dtype=np.bool_)
         chosen[nodes] = True
-        corners = self._facets[:, : self.element.facet.corners]
-        rows = self._facets[chosen[corners].all(axis=1)]
+        corners = self._boundary_facets[:, : self.element.facet.corners]
+        rows = self._boundary_facets[chosen[corners].all(axis=1)]
         chosen[rows] = False
         faces, _ = faces_of(self.cells, self.element, rows[:, : self.element.facet.corners])
         none = np.zeros(0, dtype=np.int64)
@@ -142,8 +142,8 @@ class DeckData:
     @property
     def cells(self) -> list[CellBlock]:
         """Blocks of cells, one for each type."""
-        return list(self._blocks())
+        return list(self._cell_blocks())
 
-    def _blocks(self) -> Iterator[CellBlock]:
+    def _cell_blocks(self) -> Iterator[CellBlock]:
         for cells in self.deck.cells.values():
             yield CellBlock(cells.type, cells.nodes)

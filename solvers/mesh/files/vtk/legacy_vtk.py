@@ -69,9 +69,9 @@ class _Reader:
 
     def __init__(self, data: bytes) -> None:
         self.data, self.at = data, 0
-        self.version = self._line()
-        self._line()  # a title
-        form = self._line().upper()
+        self.version = self._next_line()
+        self._next_line()  # a title
+        form = self._next_line().upper()
         if form not in ("ASCII", "BINARY"):
             raise MalformedMeshFile(f"`{form[:40]}` is neither ASCII nor BINARY")
         self.text = form == "ASCII"
@@ -82,11 +82,11 @@ class _Reader:
 
     def file(self) -> File:
         """Return the whole file. Raises Malformed, ValueError."""
-        self._sections()
+        self._read_sections()
         if self.points is None:
             raise MalformedMeshFile("it has no POINTS")
         n, on_points = len(self.points), self.arrays["POINT_DATA"]
-        rows = list(self._rows())
+        rows = list(self._cells_by_type())
         total = sum(len(ends) for ends, _ in self.lists.values())
         blocks: dict[str, tuple[list[Ints], list[Ints]]] = {}
         for word, cells, which in rows:
@@ -101,41 +101,41 @@ class _Reader:
                     if len(values) == total}  # fmt: skip
         return File(self.points, found, {k: v for k, v in on_points.items() if len(v) == n}, on_cells)
 
-    def _sections(self) -> None:
+    def _read_sections(self) -> None:
         where, count = "", 0
-        while (line := self._line()) is not None and (self.at < len(self.data) or line):
+        while (line := self._next_line()) is not None and (self.at < len(self.data) or line):
             words = line.split()
             key = words[0].upper() if words else ""
             if not words or key == "DATASET":
                 continue
             if key == "METADATA":
-                while self._line(blank=True).strip():
+                while self._next_line(blank=True).strip():
                     pass
             elif key == "POINTS":
-                self.points = self._numbers(3 * int(words[1]), words[2]).reshape(-1, 3).astype(np.float64)
+                self.points = self._read_numbers(3 * int(words[1]), words[2]).reshape(-1, 3).astype(np.float64)
             elif key == "CELLS" or key in LISTS:
-                self.lists[key] = self._cells(int(words[1]), int(words[2]))
+                self.lists[key] = self._read_cell_list(int(words[1]), int(words[2]))
             elif key == "CELL_TYPES":
-                self.types = self._numbers(int(words[1]), "int").astype(np.int64)
+                self.types = self._read_numbers(int(words[1]), "int").astype(np.int64)
             elif key in ("POINT_DATA", "CELL_DATA"):
                 where, count = key, int(words[1])
             elif key == "FIELD":
                 for _ in range(int(words[2])):
-                    self._field(where)
+                    self._read_field(where)
             elif key == "LOOKUP_TABLE":
-                self._numbers(4 * int(words[2]), "float" if self.text else "unsigned_char")
+                self._read_numbers(4 * int(words[2]), "float" if self.text else "unsigned_char")
             else:
-                self._attribute(key, words, where, count)
+                self._read_attribute(key, words, where, count)
 
-    def _attribute(self, key: str, words: list[str], where: str, count: int) -> None:
+    def _read_attribute(self, key: str, words: list[str], where: str, count: int) -> None:
         """Read one array of points or cells. Raises Malformed."""
         if key == "COLOR_SCALARS":
-            self._numbers(int(words[2]) * count, "float" if self.text else "unsigned_char")
+            self._read_numbers(int(words[2]) * count, "float" if self.text else "unsigned_char")
             return
         if key == "SCALARS":
             kind, width = words[2], int(words[3]) if len(words) > 3 else 1
             before = self.at
-            if not self._line().upper().startswith("LOOKUP_TABLE"):
+            if not self._next_line().upper().startswith("LOOKUP_TABLE"):
                 self.at = before
         elif key == "TEXTURE_COORDINATES":
             kind, width = words[3], int(words[2])
@@ -143,27 +143,27 @@ class _Reader:
             kind, width = words[2], WIDTHS[key]
         else:
             raise MalformedMeshFile(f"`{key[:40]}` is not a known section")
-        self._keep(where, words[1], self._numbers(width * count, kind), count)
+        self._store_array(where, words[1], self._read_numbers(width * count, kind), count)
 
-    def _field(self, where: str) -> None:
-        words = self._line().split()
+    def _read_field(self, where: str) -> None:
+        words = self._next_line().split()
         if words[0].upper() == "METADATA":  # of the array before
-            while self._line(blank=True).strip():
+            while self._next_line(blank=True).strip():
                 pass
-            words = self._line().split()
+            words = self._next_line().split()
         name, width, count, kind = words[0], int(words[1]), int(words[2]), words[3]
         if kind.lower() == "string":
             self._skip_strings(width * count)
         else:
-            self._keep(where, name, self._numbers(width * count, kind), count)
+            self._store_array(where, name, self._read_numbers(width * count, kind), count)
 
-    def _keep(self, where: str, name: str, values: Any, count: int) -> None:
+    def _store_array(self, where: str, name: str, values: Any, count: int) -> None:
         shaped = values.reshape(count, -1) if count else values
         self.arrays[where][unquote(name)] = shaped[:, 0] if shaped.ndim == 2 and shaped.shape[1] == 1 else shaped
 
     # ------------------------------------------------------------------ words
 
-    def _line(self, blank: bool = False) -> str:
+    def _next_line(self, blank: bool = False) -> str:
         """Return the next line that is not empty; with `blank`, the next line even if it is empty."""
         while self.at < len(self.data):
             end = self.data.find(b"\n", self.at)
@@ -174,7 +174,7 @@ class _Reader:
                 return line
         return ""
 
-    def _numbers(self, count: int, kind: str) -> Any:
+    def _read_numbers(self, count: int, kind: str) -> Any:
         """Return the next `count` numbers. Raises Malformed, ValueError."""
         code = TYPES.get(kind.lower())
         if code is None:
@@ -182,7 +182,7 @@ class _Reader:
         if count < 0 or count > 8 * len(self.data):
             raise MalformedMeshFile(f"it announces {count} numbers, but the file ends earlier")
         if self.text:
-            words = self._words(count)
+            words = self._read_words(count)
             return np.array(words, dtype=np.float64 if code[0] == "f" else np.int64)
         if code == "?":
             size = (count + 7) // 8
@@ -191,7 +191,7 @@ class _Reader:
             found = np.frombuffer(self._read_bytes(count * int(code[1])), dtype=np.dtype(code).newbyteorder(">"))
         return found.astype(found.dtype.newbyteorder("="))
 
-    def _words(self, count: int) -> list[bytes]:
+    def _read_words(self, count: int) -> list[bytes]:
         wide = 24 * count + 64
         while True:
             window = self.data[self.at : self.at + wide]
@@ -219,7 +219,7 @@ class _Reader:
             raise MalformedMeshFile(f"it announces {count} texts, but ends before")
         for _ in range(count):
             if self.text:
-                self._line(blank=True)
+                self._next_line(blank=True)
             else:
                 wide = (8, 4, 2, 1)[self.data[self.at] >> 6]
                 self._read_bytes(
@@ -228,25 +228,25 @@ class _Reader:
 
     # ------------------------------------------------------------------ cells
 
-    def _cells(self, first: int, second: int) -> tuple[Ints, Ints]:
+    def _read_cell_list(self, first: int, second: int) -> tuple[Ints, Ints]:
         """Return for each cell the end (m,) of its nodes in the node list, and the node list.
 
         Raises MalformedMeshFile.
         """
         before = self.at
-        words = self._line().split()
+        words = self._next_line().split()
         if words[:1] == ["OFFSETS"]:  # version 5
-            starts = self._numbers(first, words[1]).astype(np.int64)
-            words = self._line().split()
+            starts = self._read_numbers(first, words[1]).astype(np.int64)
+            words = self._next_line().split()
             if words[:1] != ["CONNECTIVITY"]:
                 raise MalformedMeshFile("OFFSETS without CONNECTIVITY")
-            nodes = self._numbers(second, words[1]).astype(np.int64)
+            nodes = self._read_numbers(second, words[1]).astype(np.int64)
             ends = starts[1:]
             if len(starts) and (starts[0] != 0 or (np.diff(starts) < 0).any() or starts[-1] != len(nodes)):
                 raise MalformedMeshFile("the offsets of its cells are inconsistent")
             return ends, nodes
         self.at = before
-        flat = self._numbers(second, "int").astype(np.int64)
+        flat = self._read_numbers(second, "int").astype(np.int64)
         sizes, at = [], 0
         for _ in range(first):
             if at >= len(flat) or flat[at] < 0:
@@ -260,7 +260,7 @@ class _Reader:
         keep[ends - np.array(sizes, dtype=np.int64) + np.arange(first)] = False
         return ends, flat[keep]
 
-    def _rows(self) -> Iterator[tuple[str, Ints, Ints]]:
+    def _cells_by_type(self) -> Iterator[tuple[str, Ints, Ints]]:
         """Yield for each cell type its name, its cells (k, a) and their numbers (k,) in the file.
 
         Raises MalformedMeshFile.
