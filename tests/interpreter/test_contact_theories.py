@@ -196,7 +196,9 @@ def test_a_body_that_ends_soon_is_doubted_and_then_refused() -> None:
     doubt = doubt_of_theory(reference, solve_theory(reference, own))
     assert doubt is not None
     assert "far face is near" in doubt
-    assert "times the distance to the far face" in refused(near.replace("20, 0) mm", "4, 0) mm").replace("30, 0", "14, 0"))
+    assert "times the distance to the far face" in refused(
+        near.replace("20, 0) mm", "4, 0) mm").replace("30, 0", "14, 0")
+    )
 
 
 def test_a_cylinder_on_a_strip() -> None:

@@ -76,17 +76,17 @@ class Beam6Dof(Model):
         LineForce,
         TendonLoad,
     )  # of which `_unsupported_load` says more
-    recovers = True
-    remembers = True
-    sectional = True
-    finely = ("segments",)
+    supports_perturbed_starts = True
+    supports_viscoelasticity = True
+    moves_by_sections = True
+    resolution_fields = ("segments",)
 
     segments: Annotated[int, "1 in [1, 10000]", "elements along the axis"]
     shear: Annotated[bool, "include shear flexibility"] = True
     axial: Annotated[bool, "include axial flexibility"] = True
     body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
-    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def diagnostics(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors and warnings about a beam model in a case."""
         if case.shape.swept is None:
             return [_no_axis(declared, case)]

@@ -69,15 +69,15 @@ class ExternalSolver(ExternalModel):
     as an upper bound. Set-up, solution and file times are separate in the facts of the report.
     """
 
-    recovers = False
-    graded = True  # reported as unsupported with all else that cannot be transferred
-    directed = True
-    composite = True
-    bedded = True
-    touches = True
-    remembers = True
-    soaks = True
-    finely = ("size",)
+    supports_perturbed_starts = False
+    supports_varying_constants = True  # reported as unsupported with all else that cannot be transferred
+    supports_anisotropy = True
+    supports_regions = True
+    supports_elastic_foundations = True
+    supports_rigid_contact = True
+    supports_viscoelasticity = True
+    supports_poroelasticity = True
+    resolution_fields = ("size",)
     loads = (*Model.loads, LineForce)
 
     program: Annotated[Word, "external program"]

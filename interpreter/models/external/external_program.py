@@ -23,7 +23,7 @@ GB = 1e9  # bytes
 class ExternalModel(Model):
     """Model that an external program solves, with fields for the program, its process limits and its time steps."""
 
-    unwalked = "an external program solves it and reports no error estimate to compare with"
+    reason_without_robustness = "an external program solves it and reports no error estimate to compare with"
     instead = "use `fem(...)`, which supports all of this"
 
     program: str
@@ -43,9 +43,9 @@ class ExternalModel(Model):
         """Our model that defines the problem."""
         raise NotImplementedError(f"{type(self).__name__} is told of none of ours")
 
-    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def diagnostics(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors and warnings about our model in a case, and about features that the program lacks."""
-        found = self.ours.doubts(replace(declared, thing=self.ours), _steps_of_others(case))
+        found = self.ours.diagnostics(replace(declared, thing=self.ours), _steps_of_others(case))
         if any(d.severity == "error" for d in found):
             return found
         return [*found, *self.unsupported(declared, case)]

@@ -107,7 +107,7 @@ def _unsupported_reason(model: Any, case: Case) -> tuple[str, str] | None:
         )
     if isinstance(analysis, Dynamic):
         return None
-    if model.unsolved:
+    if model.may_be_unconverged:
         return "an iteration limit leaves no room for load steps", "remove `max_iterations` and `max_linear_iterations`"
     if analysis.path != "load":
         return "`path = arc_length` imposes displacements in proportion to the load", "use `path = load`"

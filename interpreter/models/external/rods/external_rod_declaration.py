@@ -59,10 +59,10 @@ class ExternalRod(ExternalModel):
     `dsl robustness`, which compares models with their stated errors, leaves it out.
     """
 
-    recovers = False
-    remembers = True  # reported as unsupported
-    sectional = True
-    finely = ("segments",)
+    supports_perturbed_starts = False
+    supports_viscoelasticity = True  # reported as unsupported
+    moves_by_sections = True
+    resolution_fields = ("segments",)
     loads = (*Model.loads, LineForce, TendonLoad)
     instead = "use `beam6dof(...)`, which supports all of this"
 
