@@ -57,8 +57,8 @@ class IpcContact(DynamicPatternEnergy):
     There is no pressure beyond `distance` (m); below it the pressure is `stiffness` (Pa) times f(d) = (1 - s^2) (2 (1 -
     s^2) / s - 4 s ln s^2), s = d / distance, which is 4.3 at half the distance. With `alone` a piece of the body has no
     contact with itself. `thickness` (m) is that of a slice, or the circumference of the middle ring of an axisymmetric
-    model. Contact results are reported for the nodes in the mask `told`, at rest at `X` (n, 3), m; without `X` no
-    moments are reported.
+    model. Contact results are reported for the nodes in the mask `reaction_nodes`, at rest at `X` (n, 3), m; without `X`
+    no moments are reported.
     """
 
     skin: ContactSurface
@@ -66,12 +66,12 @@ class IpcContact(DynamicPatternEnergy):
     stiffness: float
     alone: bool = False
     thickness: float = 1.0
-    told: Any = None  # nodes (n,) of all pieces but the first
+    reaction_nodes: Any = None  # nodes (n,) of all pieces but the first
     X: Any = None
     conservative: bool = True
 
     @cached_property
-    def _kept(self) -> dict[str, Any]:
+    def _cache(self) -> dict[str, Any]:
         """Cache of results for the last state."""
         return {}
 
@@ -106,7 +106,7 @@ class IpcContact(DynamicPatternEnergy):
         return import_ipctk().CollisionMesh(*each)
 
     @cached_property
-    def _beside(self) -> Any:
+    def _adjacent_facets(self) -> Any:
         """Sparse matrix (f, f), nonzero for pairs of mesh facets that share a corner of a face."""
         skin = self.skin
         n = 1 + int(max(skin.home.max(), skin.of.max(initial=0)))
@@ -145,19 +145,19 @@ class IpcContact(DynamicPatternEnergy):
 
         The result for the last state is cached.
         """
-        if self._kept.get("x") is x:
-            found: tuple[Any, Any, Floats, Floats] = self._kept["near"]
+        if self._cache.get("x") is x:
+            found: tuple[Any, Any, Floats, Floats] = self._cache["near"]
             return found
         V, corners = self._places(x)
-        self._kept.clear()
-        pairs, self._kept["beside"] = self._pairs(V)
-        self._kept["x"], self._kept["near"] = x, (pairs, self._guard(corners), V, corners)
+        self._cache.clear()
+        pairs, self._cache["beside"] = self._pairs(V)
+        self._cache["x"], self._cache["near"] = x, (pairs, self._guard(corners), V, corners)
         return self._near(x)
 
     def beside(self, x: Floats) -> Ints:
         """Return pairs (p, 2) of a sample, as row of the surface, and a face near it, in a state x."""
         self._near(x)
-        found: Ints = self._kept["beside"]
+        found: Ints = self._cache["beside"]
         return found
 
     def _guard(self, corners: Floats) -> Any:
@@ -203,7 +203,7 @@ class IpcContact(DynamicPatternEnergy):
         if not self.alone and wanted.any():
             own = ids[wanted]
             facets = skin.of[own[:, 0] - skin.corners], skin.home[own[:, 1]]
-            wanted[wanted] = np.asarray(self._beside[facets]).ravel() == 0
+            wanted[wanted] = np.asarray(self._adjacent_facets[facets]).ravel() == 0
         for other in ("vv_candidates", "ev_candidates", "ee_candidates", "fv_candidates"):
             setattr(near, other, [each[i] for i in np.flatnonzero(wanted)] if other == name else [])
         pairs = ipc.NormalCollisions()
@@ -244,20 +244,20 @@ class IpcContact(DynamicPatternEnergy):
         The result for the last state is cached.
         """
         pairs, guard, V, corners = self._near(x)
-        if "forces" in self._kept:
-            known: Floats = self._kept["forces"]
+        if "forces" in self._cache:
+            known: Floats = self._cache["forces"]
             return known
         g = self._potential.gradient(pairs, self._sampled, V)
         g[: corners.size] += self._intersection_barrier.gradient(guard, self._surface, corners)
         found: Floats = np.asarray(g).reshape(V.shape) / self._unit
-        self._kept["forces"] = found
+        self._cache["forces"] = found
         return found
 
     def stored(self, x: Floats) -> float:
         """Return the recoverable energy of a state x, J: all of the barrier energy."""
         return self.value(x)
 
-    def pressed(self, x: Floats) -> NDArray[np.bool_]:
+    def samples_in_contact(self, x: Floats) -> NDArray[np.bool_]:
         """Return a mask (points,) of the samples in contact."""
         return np.asarray(self.forces(x)[self.skin.corners :].any(axis=1), dtype=np.bool_)
 

@@ -37,7 +37,7 @@ class DynamicForces:
 
     def __init__(self, problem: Dynamics) -> None:
         assembly = problem.assembly
-        plain = sum(not load.driven for load in assembly.loads)  # contacts come last
+        plain = sum(not load.not_proportional for load in assembly.loads)  # contacts come last
         self.dofs, self.internal, self.loads = assembly.dofs, assembly.internal, assembly.loads[:plain]
         self.contacts = assembly.loads[plain:]
         self.now: tuple[Energy, ...] | None = None  # viscoelastic energies at the start of a step

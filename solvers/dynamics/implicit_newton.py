@@ -72,7 +72,7 @@ class StageNewton:
     def solve(self, stage: Stage) -> tuple[Motion, StepOutcome]:
         """Return the motion at the end of the step. Raises StepFailed."""
         balance = StageEquations(self.system, stage)
-        trial, outcome = self._rubbed(balance) if balance.rubs else self._descend(balance)
+        trial, outcome = self._rubbed(balance) if balance.has_friction else self._descend(balance)
         self.scale = trial.scale
         return balance.motion(trial), outcome
 
@@ -209,9 +209,9 @@ class StageEquations:
             self.past = stage.alpha_f * self.forces.begun(start.x, stage.load.start).total
 
     @property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """True if some contact has friction whose pressures are unknown."""
-        return self.touches is not None and self.touches.rubs
+        return self.touches is not None and self.touches.has_friction
 
     def rubbing(self, touches: ContactsAtTime, tolerance: float) -> StageEquations:
         """Return the equations with the friction of the contacts `touches`, solved to a relative `tolerance`."""

@@ -194,7 +194,7 @@ class PathFollower:
 
     def _moved(self, x: Floats, d: Floats) -> Floats:
         """Return the state after a motion d (dofs,), and set the predicted pressures for the next tangent."""
-        if self.newton.cellular:
+        if self.newton.has_cell_energies:
             self.newton._promised = self.newton.mixing.with_predicted_pressures(self.assembly, x, d)
         self.newton.moved = self.newton._farther(d, 1.0)
         return self.problem.space.move(x, d)

@@ -183,12 +183,12 @@ class _PositionSearch:
         loads: list[Any] = list(problem.assembly.loads)
         for number in self.press.contacts:
             loads[number] = self.press.placed(loads[number], d)
-        if near is not None and not problem.rubs:
+        if near is not None and not problem.has_friction:
             last = iter(near.found.beside)
             for number, energy in enumerate(loads):
-                if energy.driven:
+                if energy.not_proportional:
                     own = next(last)
-                    loads[number] = replace(energy, earlier=own.body).joining(own.extra, near.found.x)
+                    loads[number] = replace(energy, earlier=own.body).with_added_points(own.extra, near.found.x)
             problem = replace(problem, start=near.found.x)
         found = self.find(_with_loads(problem, loads))
         self.history = (*self.history, *found.history)
@@ -196,7 +196,7 @@ class _PositionSearch:
 
     def _contacts(self, found: Equilibrium) -> list[Any]:
         """Return the contacts of the rigid body in an equilibrium."""
-        driven = [i for i, energy in enumerate(self.problem.assembly.loads) if energy.driven]
+        driven = [i for i, energy in enumerate(self.problem.assembly.loads) if energy.not_proportional]
         count = len(self.problem.assembly.loads)
         own = {number % count for number in self.press.contacts}
         return [c for i, c in zip(driven, found.beside, strict=True) if i in own]
@@ -204,7 +204,7 @@ class _PositionSearch:
     def _push(self, found: Equilibrium, x: Floats, d: float) -> float:
         """Return the force on the deformable body along the travel, N, in a state x with the rigid body at d, m."""
         each = (self.press.placed(contact, d) for contact in self._contacts(found))
-        return float(sum(contact.pushes(x).sum(axis=0)[self.press.along] for contact in each))
+        return float(sum(contact.point_forces(x).sum(axis=0)[self.press.along] for contact in each))
 
     def _stiffness(self, here: TravelPoint) -> float:
         """Return the derivative of the contact force by the travel, N/m, including all deformation.
@@ -213,7 +213,7 @@ class _PositionSearch:
         """
         x, found = here.found.x, here.found
         last = iter(found.beside)
-        loads: list[Any] = [next(last) if energy.driven else energy for energy in self.problem.assembly.loads]
+        loads: list[Any] = [next(last) if energy.not_proportional else energy for energy in self.problem.assembly.loads]
         assembly = self.problem.assembly.joined(loads)
         own = self._contacts(found)
         e = SMALL * min(c.barrier.distance for c in own)

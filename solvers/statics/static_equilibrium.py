@@ -110,8 +110,8 @@ def _load_control(problem: Statics, history: list[Iteration], systems: Systems) 
     crept = problem.touches and problem.assembly.saddle  # no energy decreases when contact begins and ends
     if problem.bold:
         ways += [] if turns or crept else [_full_load]
-        ways += [] if problem.rubs else [_load_steps]  # with friction full steps come last
-        ways += [_soft_barrier] if problem.beside and not (problem.rubs or turns) else []
+        ways += [] if problem.has_friction else [_load_steps]  # with friction full steps come last
+        ways += [_soft_barrier] if problem.beside and not (problem.has_friction or turns) else []
     vain = None  # iterations from rest to full load that the careful strategy would repeat
     for way in ways:
         before = len(history)
@@ -121,10 +121,10 @@ def _load_control(problem: Statics, history: list[Iteration], systems: Systems) 
             raise
         except NotConverged as failure:  # the history has its iterations; the careful strategy starts from rest
             unstable = failure.unstable if unstable is None else unstable
-            vain = len(history) - before if problem.rubs and way is _full_load else vain
+            vain = len(history) - before if problem.has_friction and way is _full_load else vain
     if unstable is not None and turns:
         return _buckle_after_rotation(problem, history, systems, unstable)
-    if unstable is not None and problem.grounded:
+    if unstable is not None and problem.has_stabilizing_spring:
         found = _rigid_instability(problem, history, systems, unstable)
     else:
         found = _safeguarded(problem, history, systems, vain)
@@ -154,7 +154,7 @@ def _minimize_energy(newton: Newton, x: Floats, load: float) -> Floats:
 
     With rigid bodies it starts with soft barriers.
     """
-    if not newton.problem.beside or newton.problem.rubs:
+    if not newton.problem.beside or newton.problem.has_friction:
         return newton.descend(x, load)
     from softmark.solvers.statics.barrier_stiffness_ramp import ramp_barrier
 
@@ -182,7 +182,7 @@ def _start_state(newton: Newton, cap: int | None = None) -> Floats:
     limits the steps to the twin.
     """
     problem = newton.problem
-    if problem.twin is None or problem.rubs:
+    if problem.twin is None or problem.has_friction:
         return newton.impose(problem.rest, 1.0)
     rough = replace(problem, assembly=problem.twin, tolerance=1e-2)
     start = Newton(rough, newton.history, newton.systems, "corotational start")
@@ -224,7 +224,7 @@ def _follow_supports(newton: Newton, x: Floats, left: Floats) -> Floats:
     wandering = [energy for energy in newton.assembly.internal if isinstance(energy, DynamicPatternEnergy)]
     if not wandering:
         return newton.follow(x, left, 1.0)
-    most = max(LONGEST, min(energy.stride for energy in wandering) / float(np.abs(left).max()))
+    most = max(LONGEST, min(energy.largest_support_step for energy in wandering) / float(np.abs(left).max()))
     done, part = 0.0, min(1.0, most)
     while done < 1.0:
         part = min(part, 1.0 - done)
@@ -249,7 +249,7 @@ def _accept_stable(newton: Newton, x: Floats) -> Equilibrium:
 
 def _is_stable(newton: Newton, x: Floats) -> bool | None:
     """Return whether an equilibrium x is stable; None if unknown."""
-    if not newton.problem.rubs:
+    if not newton.problem.has_friction:
         return newton.definite(x)
     from softmark.solvers.statics.friction_iteration import is_stable_at_pressures
 

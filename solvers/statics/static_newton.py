@@ -97,7 +97,7 @@ class Newton:
         y = self._moved(x, self._clear(x, d, load, load if to is None else to), 1.0)
         if not np.isfinite(self.strain(y)):
             raise NotConverged("the motion of the supports leaves the domain of the law", tuple(self.history))
-        if self.cellular:
+        if self.has_cell_energies:
             self._promised = self.mixing.with_predicted_pressures(self.assembly, x, d)
         return y
 
@@ -130,7 +130,7 @@ class Newton:
     def _driven(self, load: float) -> list[Any]:
         """Return the contacts with rigid bodies at a load factor."""
         known: list[Any] = list(self.assembly.loads)
-        return [energy.at(load) for energy in known if energy.driven]
+        return [energy.at(load) for energy in known if energy.not_proportional]
 
     def _following(self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None) -> Floats:
         """Return the linear response (dofs,) to support increments `moved` (c,) and to rigid bodies that move."""
@@ -187,9 +187,9 @@ class Newton:
         return self.assembly.conservative and not self.assembly.saddle
 
     @property
-    def cellular(self) -> bool:
+    def has_cell_energies(self) -> bool:
         """True if some energies are those of cells, which may have pressures."""
-        return any(e.cellular for e in self.assembly.internal)
+        return any(e.integrates_cells for e in self.assembly.internal)
 
     @property
     def mixing(self) -> Any:
@@ -203,12 +203,12 @@ class Newton:
 
         The pressures that the law itself gives there are far off.
         """
-        if self.cellular:
+        if self.has_cell_energies:
             self._promised = self.mixing.with_predicted_pressures(self.assembly, x, None)
 
     def relax(self) -> None:
         """Use zero pressures in the next step, because those of an interpolated state mean nothing."""
-        if self.cellular:
+        if self.has_cell_energies:
             self._promised = self.mixing.with_zero_pressures(self.assembly)
 
     def _aim(self, residual: float) -> None:
@@ -227,7 +227,7 @@ class Newton:
         while length > 1e-3:
             y = self._part(x, d, length)
             if np.isfinite(self.strain(y)):
-                if self.cellular:
+                if self.has_cell_energies:
                     self._promised = self.mixing.with_predicted_pressures(self.assembly, x, length * d)
                 self.moved = self._farther(d, length)
                 return y, length
@@ -246,7 +246,7 @@ class Newton:
         Each step must fall below the largest of the last MEMORY values. The number of steps is limited to the
         problem's, or to `patience` if larger. Raises NotConverged.
         """
-        if self.problem.rubs:
+        if self.problem.has_friction:
             from softmark.solvers.statics.friction_iteration import solve_friction
 
             return solve_friction(self, x, load)

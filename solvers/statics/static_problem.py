@@ -177,23 +177,24 @@ class Statics:
     def touches(self) -> bool:
         """True if contact is possible, so that full steps may oscillate in and out of it."""
         return any(
-            e.driven or isinstance(e, DynamicPatternEnergy) for e in (*self.assembly.internal, *self.assembly.loads)
+            e.not_proportional or isinstance(e, DynamicPatternEnergy)
+            for e in (*self.assembly.internal, *self.assembly.loads)
         )
 
     @property
     def beside(self) -> bool:
         """True if there are rigid bodies."""
-        return any(energy.driven for energy in self.assembly.loads)
+        return any(energy.not_proportional for energy in self.assembly.loads)
 
     @property
-    def grounded(self) -> bool:
+    def has_stabilizing_spring(self) -> bool:
         """True if a stabilising spring supports a body that only contact can hold."""
         return bool(self.assembly.internal) and isinstance(self.assembly.internal[-1], StabilizationSpring)
 
     @property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """True if there is friction that depends on the pressures of the present state."""
-        return any(energy.rubs for energy in (*self.assembly.internal, *self.assembly.loads))
+        return any(energy.has_friction for energy in (*self.assembly.internal, *self.assembly.loads))
 
     @property
     def longest(self) -> float:

@@ -178,7 +178,11 @@ def assembly_without_stabilization(solid: Any, contacts: Mapping[str, RigidConta
     known: Assembly = solid.assembly
     if any(contact is not solid.contacts[name] for name, contact in contacts.items()):
         known = _replace_contacts(known, contacts)
-    return known if solid.loose is None else known.acting([*known.internal[:-1], solid.loose.spring.gone], known.loads)
+    return (
+        known
+        if solid.loose is None
+        else known.acting([*known.internal[:-1], solid.loose.spring.without_stiffness], known.loads)
+    )
 
 
 def recenter_stabilization(solid: Solid, x: Floats) -> Solid:
@@ -211,7 +215,7 @@ def resume_interactions(made: Solid, before: DeformedMesh) -> Solid:
         return made
     beds, contacts = known.beds, {n: replace(c, earlier=before.beside[n]) for n, c in known.contacts.items()}
     for name, extra in before.joined.items():
-        contacts[name] = contacts[name].joining(extra, before.displacement.ravel())
+        contacts[name] = contacts[name].with_added_points(extra, before.displacement.ravel())
     if before.rubbed:
         from softmark.interpreter.models.shared import friction_history
 
@@ -248,7 +252,7 @@ def friction_histories(contacts: Mapping[str, Energy], u: Floats, before: Past) 
 
     `before` is the history of the previous state.
     """
-    if not any(contact.rubs for contact in contacts.values()):
+    if not any(contact.has_friction for contact in contacts.values()):
         return {}
     from softmark.interpreter.models.shared.friction_history import histories_after
 
