@@ -173,7 +173,7 @@ def _must_be_affordable(assembly: Assembly, solved: DeformedMesh, budget: Budget
 
 
 def _must_be_elastic(case: Case) -> None:
-    if case.remembered:
+    if case.has_friction:
         raise NoErrorEstimate("friction depends on the earlier states, which were not computed on the finer space")
 
 

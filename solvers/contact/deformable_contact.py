@@ -57,8 +57,8 @@ class IpcContact(DynamicPatternEnergy):
     There is no pressure beyond `distance` (m); below it the pressure is `stiffness` (Pa) times f(d) = (1 - s^2) (2 (1 -
     s^2) / s - 4 s ln s^2), s = d / distance, which is 4.3 at half the distance. With `alone` a piece of the body has no
     contact with itself. `thickness` (m) is that of a slice, or the circumference of the middle ring of an axisymmetric
-    model. Contact results are reported for the nodes in the mask `reaction_nodes`, at rest at `X` (n, 3), m; without `X`
-    no moments are reported.
+    model. Contact results are reported for the nodes in the mask `reaction_nodes`, at rest at `X` (n, 3), m; without
+    `X` no moments are reported.
     """
 
     skin: ContactSurface

@@ -94,8 +94,10 @@ class DynamicContacts:
     def follow(self, motion: Motion, momentum: Floats, mass: float) -> None:
         """Record an accepted step: contact, friction, resultants, and the velocity of the centre of mass."""
         here, self._rounds = self.at(motion.time), 0
-        rubbed = tuple(self._settled(i, c, motion.x) for i, c in enumerate(here.posed) if c.has_friction)
-        rubbed += tuple(self._left(i, c, motion.x) for i, c in enumerate(self.meets) if c.has_friction)
+        rubbed = tuple(self._update_rigid_friction(i, c, motion.x) for i, c in enumerate(here.posed) if c.has_friction)
+        rubbed += tuple(
+            self._update_deformable_friction(i, c, motion.x) for i, c in enumerate(self.meets) if c.has_friction
+        )
         touches = any(c.gaps(motion.x).min(initial=np.inf) < c.barrier.distance for c in here.posed)
         shares = tuple(c.share for c in here.posed)
         moved = self.free is not None or shares != self._shares
@@ -114,10 +116,10 @@ class DynamicContacts:
                 contact = own.at(self.amplitudes[i].at(motion.time))
                 left = replace(contact, earlier=contact.body).without_unloaded_points(motion.x)
                 if left.extra is not contact.extra:
-                    self._take(i, left)
+                    self._replace_contact(i, left)
         self.log.append(ContactRecord(motion.time, touches, momentum / mass, driven, rubbed, acts))
 
-    def _settled(self, i: int, here: Any, x: Floats) -> FrictionResult:
+    def _update_rigid_friction(self, i: int, here: Any, x: Floats) -> FrictionResult:
         """Update the friction anchors of rigid contact number i after a step, and return its friction result."""
         p, (_, held, area) = here.A * here.pressures(x), here.sticking(x)
         sticks = float(p[held].sum() / p.sum()) if p.any() else None
@@ -126,7 +128,7 @@ class DynamicContacts:
         slip = float(np.max(np.where(p > 0.0, gone, 0.0), initial=0.0))
         return FrictionResult(slip, sticks, area, lost)
 
-    def _left(self, i: int, here: Any, x: Floats) -> FrictionResult:
+    def _update_deformable_friction(self, i: int, here: Any, x: Floats) -> FrictionResult:
         """Update the friction history of deformable contact number i after a step, and return its friction result."""
         hold = here.tangential_coupling(x)
         since, slid, heat = here.final_history(x)
@@ -167,12 +169,12 @@ class DynamicContacts:
                 continue
             found = True
             known = replace(self.contacts[i], earlier=before.posed[i].body)
-            self._take(i, known.with_added_points(extra, start.x))
+            self._replace_contact(i, known.with_added_points(extra, start.x))
         self._rounds += 1
         if found:
             raise FacetPenetration("facets of the surface end inside a rigid body")
 
-    def _take(self, i: int, contact: Any) -> None:
+    def _replace_contact(self, i: int, contact: Any) -> None:
         """Replace contact number i by the same contact with other points."""
         assert self.couple is not None
         self.contacts[i], self.slots[i] = contact, self.couple(contact.stencils)

@@ -67,7 +67,7 @@ class DynamicForces:
         return DynamicContacts(known, amplitudes, slots, meets, lambda stencils: self.pattern.places(number, stencils))
 
     @property
-    def turns(self) -> bool:
+    def rotates_without_contact(self) -> bool:
         """True if there are rotations among the unknowns and no contact."""
         return self._blocks is not None and self.impact is None
 
@@ -110,7 +110,7 @@ class DynamicForces:
         """Return the energy gradients, with the loads multiplied by `factors` (l,)."""
         return EnergyGradients(self.within(x), self.load_gradient(x, factors))
 
-    def begun(self, x: Floats, factors: Floats) -> EnergyGradients:
+    def gradients_at_step_start(self, x: Floats, factors: Floats) -> EnergyGradients:
         """Return the energy gradients at the start of a step, before viscoelastic relaxation in the step."""
         return EnergyGradients(
             self._gradient(self.internal if self.now is None else self.now, x), self.load_gradient(x, factors)

@@ -219,8 +219,8 @@ class _TimeIntegration:
             lagged.failures if lagged else 0,
             self.account.balance,
             self._impacts(),
-            self._rubbed(),
-            self._touched(),
+            self._friction_results(),
+            self._contact_history(),
         )
 
     def _impacts(self) -> tuple[ImpactEvent, ...] | None:
@@ -232,7 +232,7 @@ class _TimeIntegration:
 
         return tuple(find_impacts(impact.log))
 
-    def _touched(self) -> ContactHistory | None:
+    def _contact_history(self) -> ContactHistory | None:
         """Return the contact history of the motion; None without contacts."""
         impact = self.system.forces.impact
         if impact is None or not impact.log:
@@ -244,7 +244,7 @@ class _TimeIntegration:
         impulses = np.vstack([given, self.impulses])
         return ContactHistory(acts, tuple(impact.surfaces.states), tuple(impact.surfaces.nodes), impulses, change)
 
-    def _rubbed(self) -> tuple[tuple[FrictionResult, ...], ...]:
+    def _friction_results(self) -> tuple[tuple[FrictionResult, ...], ...]:
         """Return the friction results of all contacts at every time."""
         impact = self.system.forces.impact
         return () if impact is None or not impact.has_friction else tuple(seen.rubbed for seen in impact.log)

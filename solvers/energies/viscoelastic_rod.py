@@ -49,12 +49,12 @@ class RodHistory(EnergyHistory):
 
     def over(self, h: float) -> Energy:
         """Return the energy whose minimum is the state at the end of a step of h seconds from now."""
-        held, stiffness = self._held(h)
+        held, stiffness = self._remaining_forces(h)
         other = _rod(self.energy).stiffened(VaryingStiffness(stiffness), held / stiffness)
         energy: Any = self.energy
         return other if isinstance(energy, RodElastic) else replace(energy, elastic=other)
 
-    def _held(self, h: float) -> tuple[Floats, Floats]:
+    def _remaining_forces(self, h: float) -> tuple[Floats, Floats]:
         """Return the forces that remain from the past, and the stiffnesses, after h seconds, each (n, 6)."""
         C = self._C
         decay, mean, _ = decay_factors(h, self.tau)

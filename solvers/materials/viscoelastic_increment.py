@@ -65,17 +65,17 @@ class ViscoelasticStepLaw:
     def psi(self, F: Array) -> Array:
         """Return the energy of the step per volume, J/m^3 (n,); +inf outside the domain of the law."""
         found = self.whole.psi(F) - self.lost * self.part.psi(F)
-        found += np.einsum("nij,nij->n", self._held, self.measure.strain(F))
+        found += np.einsum("nij,nij->n", self._remaining_stress, self.measure.strain(F))
         return np.where(np.isnan(found), np.inf, found)
 
     def P(self, F: Array) -> Array:
         """Return the first Piola-Kirchhoff stress, Pa (n, 3, 3)."""
-        return self.whole.P(F) - self.lost * self.part.P(F) + self.measure.pulled(F, self._held)
+        return self.whole.P(F) - self.lost * self.part.P(F) + self.measure.pulled(F, self._remaining_stress)
 
     def dPdF(self, F: Array) -> Array:
         """Return dP_iJ/dF_kL, Pa (n, 3, 3, 3, 3); the kept stress rotates with F."""
         A = self.whole.dPdF(F) - self.lost * self.part.dPdF(F)
-        self.measure.add_tangent(F, self._held, A)
+        self.measure.add_tangent(F, self._remaining_stress, A)
         return A
 
     def dPdF_projected(self, F: Array) -> Array:
@@ -83,7 +83,7 @@ class ViscoelasticStepLaw:
         return self.dPdF(F) if isinstance(self.measure, SmallStrainMeasure) else project(self.dPdF(F))
 
     @property
-    def _held(self) -> Array:
+    def _remaining_stress(self) -> Array:
         return self.held.reshape(-1, 3, 3)
 
 
@@ -103,7 +103,7 @@ class PronySeries:
     measure: StrainMeasure
     springs: FirstInvariantBranch | IsotropicBranch | None = None
 
-    def compliant(self, S: Array) -> Array:
+    def twice_complementary_energy(self, S: Array) -> Array:
         """Return S : C^-1 : S (...), J/m^3, of stresses S (..., 3, 3), Pa, with C the elasticity tensor at rest.
 
         It is twice the small-strain energy of S.

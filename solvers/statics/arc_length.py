@@ -195,8 +195,8 @@ class PathFollower:
     def _moved(self, x: Floats, d: Floats) -> Floats:
         """Return the state after a motion d (dofs,), and set the predicted pressures for the next tangent."""
         if self.newton.has_cell_energies:
-            self.newton._promised = self.newton.mixing.with_predicted_pressures(self.assembly, x, d)
-        self.newton.moved = self.newton._farther(d, 1.0)
+            self.newton._promised = self.newton.pressure_predictor.with_predicted_pressures(self.assembly, x, d)
+        self.newton.moved = self.newton._extended_motion_length(d, 1.0)
         return self.problem.space.move(x, d)
 
     def _point(self, here: PathPoint, x: Floats, load: float, iterations: int) -> PathPoint:
@@ -260,11 +260,11 @@ class PathFollower:
         rate = np.zeros_like(change)
         if np.any(problem.target):
             rate[problem.fixed] = problem.target
-            change += self._towed(x, load, rate)
+            change += self._support_force_rate(x, load, rate)
         rate[free] = -factor.solve(change[free])
         return rate
 
-    def _towed(self, x: Floats, load: float, d: Floats) -> Floats:
+    def _support_force_rate(self, x: Floats, load: float, d: Floats) -> Floats:
         """Return the derivative of the forces (dofs,) by a motion d (dofs,) of the supports, by central differences."""
         eps = 1e-6 * self.problem.extent / max(float(np.abs(d).max()), np.finfo(float).tiny)
         ahead, behind = (self.assembly.gradient(self.problem.space.move(x, s * d), load) for s in (eps, -eps))

@@ -102,9 +102,9 @@ class _PositionSearch:
         """Return the equilibrium where the given force is balanced. Raises NotConverged."""
         here = self._at(self.press.begun)
         while self.places < PLACES:
-            left = self._left(here)
+            left = self._unbalanced_force(here)
             if here.push == 0.0 and left == 0.0:
-                return self._kept(here, 0.0, 0.0)
+                return self._finished_equilibrium(here, 0.0, 0.0)
             if here.push == 0.0:
                 there = self._first_contact_position(here, float(np.sign(left)))
             else:
@@ -112,15 +112,16 @@ class _PositionSearch:
                 if self._resists(here):
                     self.seen.append(TravelStiffness(here, stiffness))
                 if abs(left) <= self.problem.tolerance * abs(self.press.force) + self._rounding(here):
-                    return self._kept(here, left, stiffness)
+                    return self._finished_equilibrium(here, left, stiffness)
                 there = self._next(here, left, stiffness)
             if abs(there - here.d) <= self.least:
                 break
-            here = self._towards(here, there)
-        reason = f"the force on the rigid body is not balanced to the tolerance: {abs(self._left(here)):.1e} N are left"
+            here = self._approach_position(here, there)
+        left = abs(self._unbalanced_force(here))
+        reason = f"the force on the rigid body is not balanced to the tolerance: {left:.1e} N are left"
         raise NotConverged(reason, self.history)
 
-    def _left(self, here: TravelPoint) -> float:
+    def _unbalanced_force(self, here: TravelPoint) -> float:
         """Return the unbalanced force at a position, N, and narrow the bracket of positions."""
         left = self.press.force - here.push
         if left > 0.0:
@@ -148,17 +149,17 @@ class _PositionSearch:
             most = self.stride = float(np.clip(GROWS * self.stride, first, LONGEST * self.problem.extent))
             step = float(np.copysign(most, left))
         there = here.d + float(np.clip(step, -most, most))
-        return there if self.low < there < self.high else self._between(there)
+        return there if self.low < there < self.high else self._bracket_middle(there)
 
     def _resists(self, here: TravelPoint) -> bool:
         """Return whether the contact force at a position is not negligible."""
         return abs(here.push) > NOTHING * abs(self.press.force)
 
-    def _between(self, there: float) -> float:
+    def _bracket_middle(self, there: float) -> float:
         """Return the middle of the bracket, or `there` if the bracket is still open on one side."""
         return 0.5 * (self.low + self.high) if np.isfinite(self.low) and np.isfinite(self.high) else there
 
-    def _towards(self, here: TravelPoint, there: float) -> TravelPoint:
+    def _approach_position(self, here: TravelPoint, there: float) -> TravelPoint:
         """Return the equilibrium at the travel `there`, m, or nearer to `here` if that fails. Raises NotConverged."""
         while True:
             try:
@@ -192,7 +193,7 @@ class _PositionSearch:
             problem = replace(problem, start=near.found.x)
         found = self.find(_with_loads(problem, loads))
         self.history = (*self.history, *found.history)
-        return TravelPoint(d, found, self._push(found, found.x, d))
+        return TravelPoint(d, found, self._contact_force(found, found.x, d))
 
     def _contacts(self, found: Equilibrium) -> list[Any]:
         """Return the contacts of the rigid body in an equilibrium."""
@@ -201,7 +202,7 @@ class _PositionSearch:
         own = {number % count for number in self.press.contacts}
         return [c for i, c in zip(driven, found.beside, strict=True) if i in own]
 
-    def _push(self, found: Equilibrium, x: Floats, d: float) -> float:
+    def _contact_force(self, found: Equilibrium, x: Floats, d: float) -> float:
         """Return the force on the deformable body along the travel, N, in a state x with the rigid body at d, m."""
         each = (self.press.placed(contact, d) for contact in self._contacts(found))
         return float(sum(contact.point_forces(x).sum(axis=0)[self.press.along] for contact in each))
@@ -227,7 +228,7 @@ class _PositionSearch:
         except Singular:
             return 0.0
         way[assembly.free] = -K.solve(change[assembly.free])
-        ahead, behind = (self._push(found, x + sign * way, here.d + sign * e) for sign in (1.0, -1.0))
+        ahead, behind = (self._contact_force(found, x + sign * way, here.d + sign * e) for sign in (1.0, -1.0))
         return float((ahead - behind) / (2.0 * e))
 
     def _first_contact_position(self, here: TravelPoint, sign: float) -> float:
@@ -247,11 +248,11 @@ class _PositionSearch:
             if way > far or not self.low <= here.d + sign * way <= self.high:
                 break
         if np.isfinite(self.low) and np.isfinite(self.high):
-            return self._between(here.d)
+            return self._bracket_middle(here.d)
         along = f"{'+' if sign > 0.0 else '-'}{'xyz'[self.press.along]}"
         raise NotConverged(f"nothing stops the rigid body: it moves on along {along}", self.history)
 
-    def _gave_way(self, here: TravelPoint) -> bool:
+    def _snaps_through(self, here: TravelPoint) -> bool:
         """Return whether the contact force falls somewhere on the way to a position, so that the body snaps through.
 
         Steps may jump over such a fall. So between two neighbouring positions the middle one is solved as well, unless
@@ -280,7 +281,7 @@ class _PositionSearch:
             pairs += [(a, own), (own, b)]
         return False
 
-    def _kept(self, here: TravelPoint, left: float, stiffness: float) -> Equilibrium:
+    def _finished_equilibrium(self, here: TravelPoint, left: float, stiffness: float) -> Equilibrium:
         """Return the equilibrium with the facts of the search added. Raises NotConverged if it is unstable."""
         if here.push != 0.0 and not stiffness > 0.0:
             reason = (
@@ -288,7 +289,7 @@ class _PositionSearch:
                 f"{abs(here.push):.3g} N"
             )
             raise NotConverged(reason, self.history)
-        gave_way = {"gave_way": True} if self._gave_way(here) else {}
+        gave_way = {"gave_way": True} if self._snaps_through(here) else {}
         known = {"travel_m": here.d, "left_N": left, "stiffness_N_m": stiffness, "places": self.places} | gave_way
         return replace(here.found, history=self.history, facts=here.found.facts | {"pressed": known})
 

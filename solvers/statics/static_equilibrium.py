@@ -107,11 +107,11 @@ def _load_control(problem: Statics, history: list[Iteration], systems: Systems) 
     ways = [_warm_start] if problem.start is not None and problem.longest == 1.0 else []
     unstable = None
     turns = problem.longest < 1.0  # full steps would find an equilibrium that differs by whole turns
-    crept = problem.touches and problem.assembly.saddle  # no energy decreases when contact begins and ends
+    crept = problem.may_contact and problem.assembly.saddle  # no energy decreases when contact begins and ends
     if problem.bold:
         ways += [] if turns or crept else [_full_load]
         ways += [] if problem.has_friction else [_load_steps]  # with friction full steps come last
-        ways += [_soft_barrier] if problem.beside and not (problem.has_friction or turns) else []
+        ways += [_soft_barrier] if problem.has_rigid_bodies and not (problem.has_friction or turns) else []
     vain = None  # iterations from rest to full load that the careful strategy would repeat
     for way in ways:
         before = len(history)
@@ -137,7 +137,8 @@ def _load_control(problem: Statics, history: list[Iteration], systems: Systems) 
 def _full_load(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Return the equilibrium at full load from rest, by full Newton steps or, with contact, by decreasing energy."""
     newton = Newton(problem, history, systems)
-    x = newton.descend(_start_state(newton), 1.0) if problem.touches else newton.whole_steps(_start_state(newton), BOLD)
+    start = _start_state(newton)
+    x = newton.descend(start, 1.0) if problem.may_contact else newton.whole_steps(start, BOLD)
     return _accept_stable(newton, x)
 
 
@@ -145,7 +146,7 @@ def _warm_start(problem: Statics, history: list[Iteration], systems: Systems) ->
     """Return the equilibrium at full load from the given start state. Raises NotConverged."""
     newton = Newton(problem, history, systems)
     x = _given_start(newton)
-    x = newton.descend(predict_rigid_motion(problem, x), 1.0) if problem.touches else newton.whole_steps(x, ROUGH)
+    x = newton.descend(predict_rigid_motion(problem, x), 1.0) if problem.may_contact else newton.whole_steps(x, ROUGH)
     return replace(_accept_stable(newton, x), started=True)
 
 
@@ -154,7 +155,7 @@ def _minimize_energy(newton: Newton, x: Floats, load: float) -> Floats:
 
     With rigid bodies it starts with soft barriers.
     """
-    if not newton.problem.beside or newton.problem.has_friction:
+    if not newton.problem.has_rigid_bodies or newton.problem.has_friction:
         return newton.descend(x, load)
     from softmark.solvers.statics.barrier_stiffness_ramp import ramp_barrier
 
@@ -188,13 +189,13 @@ def _start_state(newton: Newton, cap: int | None = None) -> Floats:
     start = Newton(rough, newton.history, newton.systems, "corotational start")
     x = start.impose(problem.rest, 1.0)
     if cap is None:
-        x = start.descend(x, 1.0) if problem.touches else start.whole_steps(x, ROUGH)
+        x = start.descend(x, 1.0) if problem.may_contact else start.whole_steps(x, ROUGH)
         if not problem.near(x):
             raise NotConverged("the corotational start compresses cells to zero volume", tuple(newton.history))
     else:
         x, _, _ = start.steps(x, max(0, min(ROUGH, cap - newton.systems.solves)))
     newton.moved, newton.towed = start.moved, start.towed
-    newton.trust(x)
+    newton.predict_pressures(x)
     return x
 
 
@@ -204,7 +205,7 @@ def _given_start(newton: Newton) -> Floats:
     x = np.array(problem.start, dtype=problem.rest.dtype)
     if not np.all(np.isfinite(x)):
         raise NotConverged("the initial state is not finite", tuple(newton.history))
-    newton.relax()
+    newton.reset_predicted_pressures()
     left = problem.target - (x - problem.rest)[problem.fixed]
     if np.abs(left).max(initial=0.0) > AWAY * problem.extent:
         x = _follow_supports(newton, x, left)  # with supports alone, cells next to them would be squeezed
@@ -329,7 +330,7 @@ def _safeguarded(problem: Statics, history: list[Iteration], systems: Systems, v
             there = _minimize_energy(newton, begun, target)
             if problem.way is not None and problem.bold and left_solution_branch(x, begun, there):
                 raise NotConverged("the rotation is lost: the body springs back to another state", tuple(history))
-            if lost := problem.lost(there, target):
+            if lost := problem.missing_rotation(there, target):
                 raise NotConverged(lost, tuple(history))
             if not problem.sound(there):
                 raise NotConverged("the equilibrium has inverted cells", tuple(history))
@@ -339,7 +340,7 @@ def _safeguarded(problem: Statics, history: list[Iteration], systems: Systems, v
             step = min(2.0 * step, problem.longest)
         except NotConverged as failure:
             step, wasted = 0.5 * (target - load), wasted + len(history) - before
-            if step < 1e-3 * problem.longest or (problem.touches and wasted > WASTED):
+            if step < 1e-3 * problem.longest or (problem.may_contact and wasted > WASTED):
                 reached = f"the load could be raised to only {100 * load:.4g} %: {failure.reason}"
                 raise NotConverged(
                     f"{reached}{_likely_cause(problem, history, x, load)}", tuple(history), systems.facts

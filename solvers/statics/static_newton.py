@@ -71,17 +71,17 @@ class Newton:
 
         The body moves by its linear response.
         """
-        if not self.problem.moves:
+        if not self.problem.has_imposed_motion:
             return x
-        d = self._following(x, self.problem.imposed(load - fraction, load), load, True)
-        return self._moved(x, self._clear(x, d, load - fraction, load), 1.0)
+        d = self._response_to_supports(x, self.problem.imposed(load - fraction, load), load, True)
+        return self._moved(x, self._collision_free_part(x, d, load - fraction, load), 1.0)
 
-    def carry(self, x: Floats, fraction: float, load: float) -> Floats:
+    def predict_equilibrium(self, x: Floats, fraction: float, load: float) -> Floats:
         """Return an equilibrium x predicted for a load larger by `fraction`, with its tangent and predicted pressures.
 
         Raises NotConverged if the prediction leaves the domain of the law.
         """
-        if not (self.problem.moves or self.problem.touches):
+        if not (self.problem.has_imposed_motion or self.problem.may_contact):
             self._promised = None
             return x
         return self.follow(x, self.problem.imposed(load, load + fraction), load, load + fraction)
@@ -93,20 +93,20 @@ class Newton:
         too.
         """
         self._promised = None
-        d = self._following(x, moved, load, False, to)
-        y = self._moved(x, self._clear(x, d, load, load if to is None else to), 1.0)
+        d = self._response_to_supports(x, moved, load, False, to)
+        y = self._moved(x, self._collision_free_part(x, d, load, load if to is None else to), 1.0)
         if not np.isfinite(self.strain(y)):
             raise NotConverged("the motion of the supports leaves the domain of the law", tuple(self.history))
         if self.has_cell_energies:
-            self._promised = self.mixing.with_predicted_pressures(self.assembly, x, d)
+            self._promised = self.pressure_predictor.with_predicted_pressures(self.assembly, x, d)
         return y
 
-    def _clear(self, x: Floats, d: Floats, load: float, to: float) -> Floats:
+    def _collision_free_part(self, x: Floats, d: Floats, load: float, to: float) -> Floats:
         """Return the part of a motion d (dofs,) without intersections, as rigid bodies move from one load to another.
 
         Raises NotConverged if supports move too far, or if points would pass through a rigid body for any step.
         """
-        part = self._ahead(x, d, load, to)
+        part = self._collision_free_fraction(x, d, load, to)
         if part == 0.0 or (part < 1.0 and np.any(d[self.problem.fixed])):
             raise NotConverged("the motion of the supports would make surfaces intersect", tuple(self.history))
         return d if part == 1.0 else part * d
@@ -116,23 +116,27 @@ class Newton:
 
         If not even a small fraction is possible, rigid bodies are ignored: points near a sharp edge are on both sides.
         """
-        return self._ahead(x, d, load, load) or self.assembly.limit(x, d)
+        return self._collision_free_fraction(x, d, load, load) or self.assembly.limit(x, d)
 
-    def _ahead(self, x: Floats, d: Floats, load: float, to: float) -> float:
+    def _collision_free_fraction(self, x: Floats, d: Floats, load: float, to: float) -> float:
         """Return the collision-free fraction of d as rigid bodies move from one load to another; 0 if none."""
         part = self.assembly.limit(x, d)
-        if not self.problem.beside:
+        if not self.problem.has_rigid_bodies:
             return part
         from softmark.solvers.contact.continuous_collision import collision_free_fraction
 
-        return part * collision_free_fraction(self._driven(load), x, part * d, None if to == load else self._driven(to))
+        return part * collision_free_fraction(
+            self._rigid_contacts(load), x, part * d, None if to == load else self._rigid_contacts(to)
+        )
 
-    def _driven(self, load: float) -> list[Any]:
+    def _rigid_contacts(self, load: float) -> list[Any]:
         """Return the contacts with rigid bodies at a load factor."""
         known: list[Any] = list(self.assembly.loads)
         return [energy.at(load) for energy in known if energy.not_proportional]
 
-    def _following(self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None) -> Floats:
+    def _response_to_supports(
+        self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None
+    ) -> Floats:
         """Return the linear response (dofs,) to support increments `moved` (c,) and to rigid bodies that move."""
         problem, d = self.problem, np.zeros(self.space.dofs)
         d[problem.fixed] = moved
@@ -142,7 +146,7 @@ class Newton:
         coupling = (exact.gradient(self.space.move(here, eps * d), load) - g) / eps
         self.towed = max(self.towed, float(np.linalg.norm(coupling)))
         self._goal = TIGHTEST
-        if to is not None and self.problem.touches:
+        if to is not None and self.problem.may_contact:
             coupling += force_change_of_rigid_motion(self.assembly, here, load, to)
         b = coupling[self.assembly.free].astype(x.dtype, copy=False)
         d[self.assembly.free] = -self._factor(x, load, projected).solve(b)
@@ -172,17 +176,17 @@ class Newton:
             done = self._done(x, g, residual)
             if done or number == most or not np.isfinite(residual):
                 break
-            self._aim(residual)
+            self._set_linear_tolerance(residual)
             d = self._direction(x, g, self._factor(x, load, projected=False))
             self._judge(x, g, d)
-            x, length = self._inside(x, d, load)
+            x, length = self._step_in_domain(x, d, load)
             self._record(load, number, residual, length)
             if length < least:
                 break
         return x, done, residual
 
     @property
-    def minimal(self) -> bool:
+    def minimizes_energy(self) -> bool:
         """True if stable states minimise the energy: not with follower loads or pressure unknowns."""
         return self.assembly.conservative and not self.assembly.saddle
 
@@ -192,44 +196,44 @@ class Newton:
         return any(e.integrates_cells for e in self.assembly.internal)
 
     @property
-    def mixing(self) -> Any:
+    def pressure_predictor(self) -> Any:
         """Module of the pressure predictor, imported on request."""
         from softmark.solvers.assembly import pressure_predictor
 
         return pressure_predictor
 
-    def trust(self, x: Floats) -> None:
+    def predict_pressures(self, x: Floats) -> None:
         """Predict the pressures of the next step from x, an equilibrium of the corotational twin.
 
         The pressures that the law itself gives there are far off.
         """
         if self.has_cell_energies:
-            self._promised = self.mixing.with_predicted_pressures(self.assembly, x, None)
+            self._promised = self.pressure_predictor.with_predicted_pressures(self.assembly, x, None)
 
-    def relax(self) -> None:
+    def reset_predicted_pressures(self) -> None:
         """Use zero pressures in the next step, because those of an interpolated state mean nothing."""
         if self.has_cell_energies:
-            self._promised = self.mixing.with_zero_pressures(self.assembly)
+            self._promised = self.pressure_predictor.with_zero_pressures(self.assembly)
 
-    def _aim(self, residual: float) -> None:
+    def _set_linear_tolerance(self, residual: float) -> None:
         """Set the relative residual to which the next linear system is solved."""
         if self.systems.choice.iterative:
             goal = self.systems.goal(residual, self._last_residual, self._last_goal, self.problem.tolerance)
             self._goal = self._last_goal = goal
             self._last_residual = residual
 
-    def _inside(self, x: Floats, d: Floats, load: float) -> tuple[Floats, float]:
+    def _step_in_domain(self, x: Floats, d: Floats, load: float) -> tuple[Floats, float]:
         """Return the state after the fraction of a step d that stays in the domain of the law, and this fraction.
 
         Raises NotConverged.
         """
         length = self._front(x, d, load)
         while length > 1e-3:
-            y = self._part(x, d, length)
+            y = self._partial_step(x, d, length)
             if np.isfinite(self.strain(y)):
                 if self.has_cell_energies:
-                    self._promised = self.mixing.with_predicted_pressures(self.assembly, x, length * d)
-                self.moved = self._farther(d, length)
+                    self._promised = self.pressure_predictor.with_predicted_pressures(self.assembly, x, length * d)
+                self.moved = self._extended_motion_length(d, length)
                 return y, length
             length *= 0.5
         raise NotConverged("no Newton step stays in the domain of the law", tuple(self.history))
@@ -250,35 +254,38 @@ class Newton:
             from softmark.solvers.statics.friction_iteration import solve_friction
 
             return solve_friction(self, x, load)
-        merit = self._energy if self.minimal else self._imbalance
+        merit = self._energy if self.minimizes_energy else self._imbalance
         value = merit(x, load)
         if not np.isfinite(value):
             raise NotConverged("the motion of the supports inverts cells", tuple(self.history))
         self._close = self._tiny = False
         self._promised, self._last_residual = None, np.inf
-        recent, most = deque([value], 1 if self.problem.touches else MEMORY), max(self.problem.max_iterations, patience)
+        recent, most = (
+            deque([value], 1 if self.problem.may_contact else MEMORY),
+            max(self.problem.max_iterations, patience),
+        )
         for number in range(most + 1):
             g, residual = self.residual(x, load)
             if self._done(x, g, residual):
                 return x
             if number == most or not np.isfinite(residual):
                 break
-            self._aim(residual)
+            self._set_linear_tolerance(residual)
             self.reached = x
             x, value, length = self._decrease(x, load, g, max(recent), merit)
             recent.append(value)
             self._record(load, number, residual, length)
-            if self.phase == "aside" and (lost := self._lost(x, load)):
+            if self.phase == "aside" and (lost := self._lost_rotations(x, load)):
                 raise NotConverged(lost, tuple(self.history))
         reason = f"Newton's method did not converge within {number} iterations at {100 * load:.4g} % of the load"
         raise NotConverged(f"{reason}, residual {residual:.1e}", tuple(self.history))
 
-    def _lost(self, x: Floats, load: float) -> str | None:
+    def _lost_rotations(self, x: Floats, load: float) -> str | None:
         """Return a message if the last step lost whole rotations of the supports; else None."""
         problem = self.problem
         if problem.way is not None and self.reached is not None and problem.jumped(self.reached, x):
             return "neighbouring nodes rotated past each other"
-        return problem.lost(x, load)
+        return problem.missing_rotation(x, load)
 
     def _done(self, x: Floats, g: Floats, residual: float) -> bool:
         """Return whether x has converged: the tolerance is met, or only rounding is left (see `Statics`)."""
@@ -307,14 +314,14 @@ class Newton:
 
     def _moved(self, x: Floats, d: Floats, length: float) -> Floats:
         """Return the state after a fraction `length` of a step d, and add its length to the total motion."""
-        self.moved = self._farther(d, length)
-        return self._part(x, d, length)
+        self.moved = self._extended_motion_length(d, length)
+        return self._partial_step(x, d, length)
 
-    def _farther(self, d: Floats, length: float) -> float:
+    def _extended_motion_length(self, d: Floats, length: float) -> float:
         """Return the length of the total motion plus a fraction `length` of a step d."""
         return float(np.hypot(self.moved, length * np.linalg.norm(d / self.problem.weights)))
 
-    def _part(self, x: Floats, d: Floats, length: float) -> Floats:
+    def _partial_step(self, x: Floats, d: Floats, length: float) -> Floats:
         """Return the state after a fraction `length` of a step d; cached for the last step."""
         tried = self._tried
         if tried is None or tried[0] is not x or tried[1] is not d or tried[2] != length:
@@ -351,7 +358,7 @@ class Newton:
             if self._close or self._tiny:  # energy differences are rounding errors now
                 y = self._moved(x, d, 1.0)
                 return y, merit(y, load), 1.0
-            slope = float(g @ d) if self.minimal else -2.0 * merit(x, load)
+            slope = float(g @ d) if self.minimizes_energy else -2.0 * merit(x, load)
             length = self._armijo(x, load, d, value, slope, merit)
             if projected and length == 1.0:
                 length = self._lengthen(x, load, d, merit)
@@ -365,7 +372,7 @@ class Newton:
         length = self._front(x, d, load) if np.isfinite(slope) and slope < 0 else 0.0
         while length > 1e-5:
             enough = value + 1e-4 * length * slope + 50.0 * self.eps * abs(value)
-            if merit(self._part(x, d, length), load) <= enough:
+            if merit(self._partial_step(x, d, length), load) <= enough:
                 return length
             length *= 0.5
         return 0.0
@@ -375,7 +382,7 @@ class Newton:
 
         Steps of a definite tangent would leave saddle points slowly.
         """
-        length, value = 1.0, merit(self._part(x, d, 1.0), load)
+        length, value = 1.0, merit(self._partial_step(x, d, 1.0), load)
         while length < 1e3 and (there := merit(self.space.move(x, 2.0 * length * d), load)) < value:
             if self._front(x, 2.0 * length * d, load) < 1.0:
                 break
@@ -425,15 +432,15 @@ class Newton:
                 self.left = x
             self.phase = "aside"
             try:
-                x = self.descend(self._aside(x), 1.0, VALLEY)
+                x = self.descend(self._leave_unstable_state(x), 1.0, VALLEY)
             except NotConverged as failure:
                 failure.unstable = self.left
                 raise
         raise NotConverged("every equilibrium found is unstable", tuple(self.history), unstable=self.left)
 
-    def _aside(self, x: Floats) -> Floats:
+    def _leave_unstable_state(self, x: Floats) -> Floats:
         """Return a state with less energy along the least stiff direction. Raises NotConverged if there is none."""
-        d = self.downhill(x)
+        d = self.softest_direction(x)
         d *= 0.1 * self.problem.extent / np.abs(d / self.problem.weights).max()
         value = self._energy(x, 1.0)
         for length in 0.5 ** np.arange(20):
@@ -444,7 +451,7 @@ class Newton:
             "the equilibrium is unstable, and no state with less energy was found near it", tuple(self.history)
         )
 
-    def downhill(self, x: Floats) -> Floats:
+    def softest_direction(self, x: Floats) -> Floats:
         """Return the direction (dofs,) with the least stiffness in an unstable equilibrium. Raises NotConverged.
 
         It is found by power iteration on I - K+^-1 K, with K+ the definite tangent: only directions with negative

@@ -106,7 +106,7 @@ class SupportPath(Protocol):
     def at(self, share: float) -> Floats:
         """Return the imposed increments from rest (c,), m or rad, at a load fraction `share`."""
 
-    def lost(self, x: Floats, share: float) -> str | None:
+    def missing_rotation(self, x: Floats, share: float) -> str | None:
         """Return a message if a state does not show the whole turns of its supports; else None."""
 
 
@@ -169,12 +169,12 @@ class Statics:
     resultant: Callable[[Floats], float] | None = None
 
     @property
-    def moves(self) -> bool:
+    def has_imposed_motion(self) -> bool:
         """True if a nonzero value is imposed, at full load or before."""
         return self.way is not None or bool(np.any(self.target))
 
     @property
-    def touches(self) -> bool:
+    def may_contact(self) -> bool:
         """True if contact is possible, so that full steps may oscillate in and out of it."""
         return any(
             e.not_proportional or isinstance(e, DynamicPatternEnergy)
@@ -182,7 +182,7 @@ class Statics:
         )
 
     @property
-    def beside(self) -> bool:
+    def has_rigid_bodies(self) -> bool:
         """True if there are rigid bodies."""
         return any(energy.not_proportional for energy in self.assembly.loads)
 
@@ -201,12 +201,12 @@ class Statics:
         """Largest load step, as a fraction of the full load."""
         return 1.0 if self.way is None else min(1.0, self.way.longest)
 
-    def lost(self, x: Floats, load: float) -> str | None:
+    def missing_rotation(self, x: Floats, load: float) -> str | None:
         """Return a message if a state at a load factor has lost rotations of its supports; else None.
 
         It is always None for small strain.
         """
-        return None if self.way is None or self.convex else self.way.lost(x, load)
+        return None if self.way is None or self.convex else self.way.missing_rotation(x, load)
 
     def imposed(self, begin: float, end: float) -> Floats:
         """Return the support increments (c,), m or rad, between two load fractions."""

@@ -143,7 +143,7 @@ class Stresses:
 
     def unresolved(self, X: Floats) -> Floats:
         """Return the difference (n,), Pa, of cell stresses around points X (n, 3), m, from their recovered stress."""
-        return tensor_norm(self._recovered.left(X)[:, :6])
+        return tensor_norm(self._recovered.fit_residuals(X)[:, :6])
 
     def disagreement(self, X: Floats, of: Part) -> Floats:
         """Return the relative difference (n,) between the cells around points X (n, 3), m.
@@ -151,7 +151,7 @@ class Stresses:
         It is relative to the local or the typical tensor, whichever is larger. `of` selects the tensor: the stress, its
         deviator, whose error a large pressure would hide, or the strain.
         """
-        values, left = self._recovered.at(X), self._recovered.left(X)
+        values, left = self._recovered.at(X), self._recovered.fit_residuals(X)
         if of == "strain":
             return _relative_size(left[:, 16:], np.maximum(tensor_norm(values[:, 16:]), self.usual[1]))
         if of == "stress":

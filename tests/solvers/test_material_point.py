@@ -153,7 +153,7 @@ def test_a_law_past_its_largest_force_says_where_that_is() -> None:
     """St Venant-Kirchhoff in compression: P = E l (l^2 - 1)/2 has its extreme at 1/sqrt(3)."""
     law, past = point("st_venant_kirchhoff", 0.3), ImposedDeformation(np.array([0.5, FREE, FREE]))
     assert law.state(past).freed < 0.0 < law.state(ImposedDeformation(np.array([0.6, FREE, FREE]))).freed
-    first = law.first_lost(past)
+    first = law.first_unstable_state(past)
     assert first.F[0, 0] == pytest.approx(1 / math.sqrt(3), rel=1e-6)
     assert first.P[0, 0] == pytest.approx(-E / math.sqrt(27), rel=1e-9)
     with pytest.raises(NoState) as none:

@@ -370,7 +370,7 @@ def guides(case: Case, action: TendonLoad) -> list[float]:
 def section_station(case: Case, point: tuple[float, float, float]) -> float | None:
     """Return the station, m from the root, of the section that contains a point; None beyond the ends."""
     shape = case.prism
-    s, slack = shape.own(point)[0], 1e-9 * shape.length
+    s, slack = shape.section_coordinates(point)[0], 1e-9 * shape.length
     return min(max(s, 0.0), shape.length) if -slack <= s <= shape.length + slack else None
 
 
@@ -381,7 +381,7 @@ def axis_station(case: Case, point: tuple[float, float, float]) -> float | None:
 
 def on_axis(shape: Swept, point: tuple[float, float, float]) -> float | None:
     """Return the station of a point on the axis of a swept shape, within 1e-9 of its length; else None."""
-    s, u, v = shape.own(point)
+    s, u, v = shape.section_coordinates(point)
     slack = 1e-9 * shape.length
     held = math.hypot(u, v) <= slack and -slack <= s <= shape.length + slack
     return min(max(s, 0.0), shape.length) if held else None

@@ -34,7 +34,7 @@ class ExternalModel(Model):
     iterations: int | None
 
     @property
-    def told(self) -> Program:
+    def program_entry(self) -> Program:
         """Entry of the program in the table of supported features."""
         return program(self.program)
 
@@ -68,11 +68,11 @@ class ExternalModel(Model):
     def words_of(self, reasons: list[Reason]) -> str:
         """Return a description of why the program does not support the scene."""
         each = dict.fromkeys(f"{what} ({why})" for what, why in reasons)
-        return f"{self.told.title} cannot represent {', '.join(each)}"
+        return f"{self.program_entry.title} cannot represent {', '.join(each)}"
 
     def of_steps(self, case: Case) -> Iterator[Reason]:
         """Yield invalid time step options, with reasons: a static program, or steps that do not end with the motion."""
-        if not self.told.moves:
+        if not self.program_entry.moves:
             for name in ("step", "iterations"):
                 if getattr(self, name) is not None:
                     yield name, "only for programs that step through time"

@@ -235,7 +235,8 @@ class Fem(HasMaterial, Model):
 
     def diagnostics(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors and warnings about this model in a case, for every material if there are several."""
-        if (case.porous and case.parts) or (case.remembers and not case.uniform):  # what is typical would not say
+        # typical values would say nothing of these
+        if (case.porous and case.parts) or (case.has_material_history and not case.uniform):
             return list(self.refusals(declared, case))
         if case.parts:
             return self._of_parts(declared, case)

@@ -48,7 +48,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
             "not with a contact",
             f"remove `{word}`",
         )
-    elif case.remembers:
+    elif case.has_material_history:
         yield diagnostic("E651", touch.at(), f"`{case.body.name}` is viscoelastic or poroelastic, and "
                                              "contact of such bodies is not supported", "not with a contact",
                          "use an elastic material")  # fmt: skip

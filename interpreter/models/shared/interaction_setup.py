@@ -98,7 +98,7 @@ def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:
             return found
 
     case: Case = solid.pieces[0].case
-    if not case.pressed:
+    if not case.has_force_driven_body:
         return find(problem)
     from softmark.interpreter.models.shared.force_driven_rigid_bodies import force_driven_problem
     from softmark.solvers.statics.force_controlled_rigid_body import solve_force_balance
@@ -144,7 +144,7 @@ def with_moved_rigid_bodies(case: Case, mesh: DeformedMesh | None) -> Case:
 
     A case without such bodies is returned unchanged.
     """
-    if mesh is None or not case.pressed:
+    if mesh is None or not case.has_force_driven_body:
         return case
     from softmark.interpreter.models.shared import force_driven_rigid_bodies
 
@@ -169,7 +169,7 @@ def describe_free_motions(
     from softmark.solvers.energies.energy import DynamicPatternEnergy
 
     pairs = {name: bed for name, bed in solid.beds.items() if isinstance(bed, DynamicPatternEnergy)}
-    notes, adrift = solid.loose.kept(solid.declared, {**contacts, **pairs}, x)
+    notes, adrift = solid.loose.remaining_motion_warnings(solid.declared, {**contacts, **pairs}, x)
     return notes, adrift
 
 

@@ -208,7 +208,7 @@ class Model:
                 if case.porous
                 else fluid_capabilities.refuse_unused_drains(case)
             )
-        elif case.remembers:
+        elif case.has_material_history:
             from softmark.interpreter.models.shared import relaxation_capabilities
 
             yield from relaxation_capabilities.refusals(self, declared, case)

@@ -50,16 +50,20 @@ class UnsupportedBody:
     pieces: Bools
     whole: bool
 
-    def kept(self, declared: Declared, contacts: Mapping[str, Any], u: Floats) -> tuple[tuple[Diagnostic, ...], str]:
+    def remaining_motion_warnings(
+        self, declared: Declared, contacts: Mapping[str, Any], u: Floats
+    ) -> tuple[tuple[Diagnostic, ...], str]:
         """Return warnings about free pieces in a state u (3 n,), m, and a description of motions that remain free.
 
         A warning names the contacts that hold the piece. It has no numbers of the state, so that equal warnings of
         several states can be merged. The description is empty if contacts hold all pieces.
         """
-        each = [self._kept(declared, contacts, u, piece) for piece in self.pieces]
+        each = [self._remaining_motion_of_piece(declared, contacts, u, piece) for piece in self.pieces]
         return tuple(note for note, _ in each), ", and to ".join(adrift for _, adrift in each if adrift)
 
-    def _kept(self, declared: Declared, contacts: Mapping[str, Any], u: Floats, piece: Bools) -> tuple[Diagnostic, str]:
+    def _remaining_motion_of_piece(
+        self, declared: Declared, contacts: Mapping[str, Any], u: Floats, piece: Bools
+    ) -> tuple[Diagnostic, str]:
         """Return the warning and the remaining free motions of one piece, whose nodes `piece` (n,) marks."""
         pressing = {name: rows for name, contact in contacts.items() if len(rows := self._rows(contact, u, piece))}
         left = left_free(self.held, piece, [*pressing.values()])

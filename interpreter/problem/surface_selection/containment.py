@@ -72,7 +72,7 @@ def _round(shape: RoundBody, at: Point, below: str) -> Condition:
     found = [_is_below_zero(_scaled(_less(square, 1.0), half), below)]
     if shape.hollow:
         found.append(_is_below_zero(_scaled(_less(square, shape.hollow**2), half / shape.hollow).negated(), below))
-    return _all([*found, *(_is_below_zero(c.negated(), below) for c in off[: shape.kept])])
+    return _all([*found, *(_is_below_zero(c.negated(), below) for c in off[: shape.halved_axis_count])])
 
 
 def _extruded(shape: Extruded, at: Point, below: str) -> Condition:
