@@ -84,7 +84,7 @@ def test_a_point_says_from_which_stretch_on_it_is_lost() -> None:
     drive = ImposedDeformation(np.array([2.3, math.nan, math.nan]))
     assert not found.steady(found.state(drive))
     first = brentq(lambda t: formula(t)[0], 1.5, 2.3, xtol=1e-14)
-    assert found.first_unsteady(drive).F[0, 0] == pytest.approx(first, rel=1e-7)
+    assert found.first_drucker_unstable_state(drive).F[0, 0] == pytest.approx(first, rel=1e-7)
 
 
 def test_kirchhoff_loses_it_where_its_stress_peaks_along_an_axis() -> None:
