@@ -424,7 +424,7 @@ class FrameTheory(Reference):
 
     body: Annotated[Any, "body", "the network"]
 
-    wired: ClassVar[bool] = True
+    models_networks_only: ClassVar[bool] = True
     about: ClassVar[About] = "frame"
     means: ClassVar[str] = "linear"
     source: ClassVar[str] = "Livesley 1964, Matrix Methods of Structural Analysis"

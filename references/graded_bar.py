@@ -139,7 +139,7 @@ class GradedBar(Reference):
 
     body: Annotated[Any, "body", "the bar"]
 
-    graded: ClassVar[bool] = True
+    supports_varying_constants: ClassVar[bool] = True
     about: ClassVar[About] = "bar"
     means: ClassVar[str] = "closed form"
     source: ClassVar[str] = "Timoshenko 1955, Strength of Materials I, article 3"

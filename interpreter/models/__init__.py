@@ -2,7 +2,7 @@
 
 No code asks for the class of a model. A declaration is a class derived from `shared/model_declaration.py:
 Model`, with the fields that a scene can set. It states which loads, supports and analyses the model supports,
-so that validation refuses all others. It also has the errors and warnings about the model (`doubts`), its
+so that validation refuses all others. It also has the errors and warnings about the model (`diagnostics`), its
 description (`outline`, `kind`), its resolution and convergence order, and the model that it reduces, if any. It
 does not import numpy. A builder is a module with `load(model)`, which imports its libraries, and
 `prepare(model, declared, case, workshop)`, which creates arrays and returns an object with the interface

@@ -75,7 +75,7 @@ def build(declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
     """
     workshop.build = build
     builder = _builder(declared.thing)
-    if case.remembers:
+    if case.has_material_history:
         known = (SOAKED if case.porous else REMEMBERING).get(type(declared.thing))
         builder = builder if known is None else import_module(known)
     try:

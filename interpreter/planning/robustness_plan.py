@@ -122,7 +122,12 @@ def _studied_models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> t
             own = body in (None, body_of(scene, model))
         except Fault:
             continue
-        if own and not model.thing.unwalked and name != metric.thing.against and (not asked or name in asked):
+        if (
+            own
+            and not model.thing.reason_without_robustness
+            and name != metric.thing.against
+            and (not asked or name in asked)
+        ):
             found.append(name)
     return tuple(found)
 
@@ -143,7 +148,7 @@ def find_study_errors(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
     for name in study.thing.models or ():
         if scene.declared[name].kind != "model" or "." in name:
             yield diagnostic("E512", study.at("models"), f"`{name}` is not a model of this scene", "not its own", "")
-        elif why := scene.declared[name].thing.unwalked:
+        elif why := scene.declared[name].thing.reason_without_robustness:
             yield diagnostic("E512", study.at("models"), f"`{name}` cannot be tested in a robustness study: {why}",
                              "cannot be tested", "name models that are solved here, or leave `models` out")  # fmt: skip
 

@@ -112,7 +112,7 @@ def _check_muscle(declared: Declared) -> Iterator[Diagnostic]:
 def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors of models that would ignore fibre directions, and of muscle in analyses that do not support it."""
     thing, body = declared.thing, case.body.name
-    if not getattr(thing, "directed", False):
+    if not getattr(thing, "supports_anisotropy", False):
         yield diagnostic(
             "E363",
             declared.at(),

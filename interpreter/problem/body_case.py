@@ -43,7 +43,7 @@ class Touch:
     moved: tuple[Declared, ...]
     loads: tuple[Declared, ...] = ()  # of one that is free
     along: int | None = None  # x, y or z, by number: the way that loads may press it at rest
-    gone: float = 0.0  # m, how far they have pressed it
+    force_travel: float = 0.0  # m, how far they have pressed it
 
     @property
     def name(self) -> str:
@@ -124,7 +124,7 @@ class Case:
         return tuple(replace(self.body, thing=m) for m in self.materials if getattr(m, "pulls", False))
 
     @property
-    def remembered(self) -> bool:
+    def has_friction(self) -> bool:
         """True if friction makes a state depend on earlier states."""
         each = (*(touch.declared for touch in self.contacts), *self.pairs)
         return any(getattr(own.thing, "friction", 0.0) for own in each)
@@ -132,7 +132,7 @@ class Case:
     @property
     def has_history(self) -> bool:
         """True if a state depends on earlier ones, through friction, stress relaxation or pore fluid."""
-        return self.remembered or self.remembers
+        return self.has_friction or self.has_material_history
 
     @property
     def named_supports(self) -> tuple[Declared, ...]:
@@ -171,12 +171,12 @@ class Case:
         return all(getattr(material, "uniform", True) for material in self.materials)
 
     @property
-    def remembers(self) -> bool:
+    def has_material_history(self) -> bool:
         """True if one of the materials is viscoelastic or porous, so that the history of loading matters."""
         return self.porous or any(material.branches for material in self.materials)
 
     @property
-    def pressed(self) -> bool:
+    def has_force_driven_body(self) -> bool:
         """True if loads press a rigid body in statics, so that its position is part of the solution."""
         return any(touch.along is not None for touch in self.contacts)
 

@@ -88,7 +88,7 @@ class _FrameBuilder:
         return [0.0, *kept, member.length]
 
     def _station_of_point(self, member: Member, point: Any) -> float | None:
-        s, u, v = member.own(point)
+        s, u, v = member.section_coordinates(point)
         return s if math.hypot(u, v) <= self.near and -self.near <= s <= member.length + self.near else None
 
     def _node(self, point: Any) -> int:

@@ -23,7 +23,7 @@ def describe_varying(case: Case) -> str:
 
 def must_be_uniform(reference: Declared, case: Case) -> None:
     """Refuse a theory of uniform bodies for a body with varying constants. Raises Fault."""
-    if case.uniform or reference.thing.graded:
+    if case.uniform or reference.thing.supports_varying_constants:
         return
     raise fault(
         "E329", reference.at(),
@@ -91,7 +91,7 @@ def check_ranges(scene: Scene) -> Iterator[Diagnostic]:
 def check_models(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors of models that support only uniform materials; references have their own check."""
     for model in scene.asked("model").values():
-        if model.thing.graded:
+        if model.thing.supports_varying_constants:
             continue
         try:
             case = case_for(scene, model)

@@ -60,7 +60,7 @@ def problem_of(reference: Declared, case: Case) -> Any:
             raise NotApplicable(*(FULL if case.porous else DRY))
         if case.contacts and reference.thing.about not in CONTACT:
             raise NotApplicable(*CLEAR)
-        if reference.thing.about not in ("relaxing", *POROUS) and case.remembers:
+        if reference.thing.about not in ("relaxing", *POROUS) and case.has_material_history:
             raise NotApplicable("its body is viscoelastic", "compare with the elastic law, or with `prony(...)`")
         return _problem(reference, case)
     except NotApplicable as refused:

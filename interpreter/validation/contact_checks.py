@@ -142,7 +142,7 @@ def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: De
     `first` and `second` are the bodies of the contact.
     """
     shape = first.thing.shape
-    if not isinstance(shape, DISTANT) or (isinstance(shape, RoundBody) and shape.kept):
+    if not isinstance(shape, DISTANT) or (isinstance(shape, RoundBody) and shape.halved_axis_count):
         yield diagnostic(
             "E653",
             first.at("shape"),

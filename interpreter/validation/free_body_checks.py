@@ -259,7 +259,7 @@ def _check_contacts(scene: Scene, body: Declared) -> Iterator[Reason]:
             "touches a plane body",
             "use a `solid`",
         )
-    elif case.remembers:
+    elif case.has_material_history:
         yield (
             body.at(),
             f"the free rigid body `{body.name}` cannot touch `{first}`, which is viscoelastic or poroelastic",

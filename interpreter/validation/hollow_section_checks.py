@@ -32,7 +32,7 @@ def axis_point_refusal(scene: Scene, declared: Declared) -> str | None:
     ):
         return OF_WALLS
     models = [m for m in scene.of_kind("model").values() if _is_of_body(scene, m, declared.thing.body)]
-    if models and all(model.thing.sectional for model in models):
+    if models and all(model.thing.moves_by_sections for model in models):
         return None
     return OF_BEAMS.format(instead=INSTEAD[declared.kind])
 

@@ -169,7 +169,7 @@ def _history_dependent_body(scene: Scene, model: Declared) -> str:
         return ""
     if case.porous:
         return f"`{case.body.name}`, a porous body"
-    return f"`{case.body.name}`, a viscoelastic body" if case.remembers else ""
+    return f"`{case.body.name}`, a viscoelastic body" if case.has_material_history else ""
 
 
 def _reference_model_refusal(scene: Scene, metric: Declared) -> _Refusal | None:

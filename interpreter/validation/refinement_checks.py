@@ -222,7 +222,7 @@ def _refinement_warnings(scene: Scene, reference: Declared) -> Iterator[Diagnost
 
 def _propose_sizes(shape: Shape, cuts: Cuts) -> str:
     """Return text that proposes cell sizes with similar meshes, if some are known."""
-    largest = shape.even or 0.0
+    largest = shape.similar_mesh_size or 0.0
     for part in range(1, PARTS + 1) if largest else ():
         sizes = tuple(float(f"{largest / part / k:.5g}") for k in (1, 2, 3))
         if extrapolation_obstacle(shape, sizes, cuts) is None:

@@ -77,7 +77,7 @@ def check_models(scene: Scene) -> Iterator[Diagnostic]:
         if not case.parts:
             continue
         names = ", ".join(f"`{part.name}`" for part in case.parts)
-        if not model.thing.composite:
+        if not model.thing.supports_regions:
             yield diagnostic("E593", model.at(),
                              f"`{model.name}` supports one material, but `{case.body.name}` has regions of other "
                              f"materials: {names}",

@@ -246,13 +246,13 @@ def _check_models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for model, case in _cases(scene, "model"):
         if not case.shape.meshed or (_has_error(case.body, found) and case.shape.flat != bool(case.planar)):
             continue  # no further errors for an invalid body
-        whole = () if model.thing.read else (plane_body_checks.model, _check_network, _check_anisotropy)
+        whole = () if model.thing.reads_file else (plane_body_checks.model, _check_network, _check_anisotropy)
         unfit = [doubt for of in whole for doubt in of(model, case)]
         yield from unfit
         if unfit:
             continue
         blamed = [d for d in (*case.supports, *case.loads) if _has_error(d, found)]
-        own = (*model.thing.doubts(model, case), *disturbed(scene, model, case))
+        own = (*model.thing.diagnostics(model, case), *disturbed(scene, model, case))
         for doubt in (*own, *_check_in_scene(scene, model, case)):
             if any(d.contains(doubt) for d in blamed):
                 continue
@@ -266,7 +266,7 @@ def _check_models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _check_network(worker: Declared, case: Case) -> Iterator[Diagnostic]:
     """Check that models and references of spring and beam networks support networks."""
-    if case.shape.wired and not getattr(worker.thing, "wired", False):
+    if case.shape.wired and not getattr(worker.thing, "models_networks_only", False):
         from softmark.interpreter.validation import frame_checks
 
         yield from (frame_checks.model if worker.kind == "model" else frame_checks.reference)(worker, case)
@@ -282,7 +282,7 @@ def _check_anisotropy(model: Declared, case: Case) -> Iterator[Diagnostic]:
 
 def _check_in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
     """Return the errors of a model that need the whole scene, for example the data to which it is fitted."""
-    doubts: list[Diagnostic] = model.thing.scene_doubts(scene, model, case)
+    doubts: list[Diagnostic] = model.thing.scene_diagnostics(scene, model, case)
     return doubts
 
 
@@ -290,7 +290,7 @@ def _check_references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for reference, case in _cases(scene, "reference"):
         if reference.thing.how != "solved" or is_rigid(case.body):  # measured: independent of supports; E655
             continue
-        if case.shape.wired and not reference.thing.wired:
+        if case.shape.wired and not reference.thing.models_networks_only:
             yield from _check_network(reference, case)
             continue
         loose = not case.supports and _has_error(case.body, found)

@@ -125,7 +125,7 @@ class ErrorEstimate(SolutionUnderTest):
             own, verifier = missing, verifier_of(self.declared.thing)
             found["loads"] = lambda seen: verifier.loads_left(self, seen, own) * seen.size
         found |= facet_errors(self)
-        if isinstance(self.case.analysis, Quasistatic) and self.case.remembers:
+        if isinstance(self.case.analysis, Quasistatic) and self.case.has_material_history:
             found["time"] = lambda seen: self._time_step_error_by_refinement(seen, 2.0)
         return found | ({"time": self._time_step_error} if isinstance(self.case.analysis, Dynamic) else {})
 

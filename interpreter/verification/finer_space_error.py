@@ -173,7 +173,7 @@ def _require_affordable_tangent(assembly: Assembly, solved: DeformedMesh, budget
 
 
 def _require_elastic_material(case: Case) -> None:
-    if case.remembered:
+    if case.has_friction:
         raise NoErrorEstimate("friction depends on the earlier states, which were not computed on the finer space")
 
 

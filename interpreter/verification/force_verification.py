@@ -170,7 +170,12 @@ def _check_forces(
             return found, (
                 f"`{support}` does not hold the body where it should: the deviation is {off:.1e} of the body size"
             )
-    if not case.uniform and solution.mesh is not None and solution.mesh.kind in CELLS and declared.thing.graded:
+    if (
+        not case.uniform
+        and solution.mesh is not None
+        and solution.mesh.kind in CELLS
+        and declared.thing.supports_varying_constants
+    ):
         from softmark.interpreter.verification.heterogeneous_constants_check import check_integrals
 
         formulation = getattr(declared.thing, "formulation", "displacement")

@@ -296,7 +296,7 @@ def _sample_mesh(mesh: Any, points: Floats) -> SamplePoints:
     Regular points would be nodes of the finer meshes, whose errors are not typical of the field.
     """
     each = -(-STREWN // len(mesh.cells))
-    xi = mesh.element.strewn(np.random.default_rng(0), each)
+    xi = mesh.element.random_points(np.random.default_rng(0), each)
     X = np.einsum("qa,mai->mqi", mesh.element.shape(xi), mesh.points[mesh.cells]).reshape(-1, 3)
     return SamplePoints(np.concatenate([X, points]), np.repeat(mesh.volumes / each, each))
 

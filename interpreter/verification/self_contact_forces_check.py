@@ -42,7 +42,7 @@ def pair_forces(case: Case, mesh: DeformedMesh, u: Floats) -> dict[str, Floats]:
             pair.add_gradient(u.ravel(), g)
             again, little = _tie_forces(case, declared, pair, mesh, u), 0.0
         else:
-            pressing = pair.pressing if pair.rubs else pair
+            pressing = pair.pressing if pair.has_friction else pair
             pressing.add_gradient(u.ravel(), g)
             again, little = (
                 _barrier_forces(pressing, u.ravel()),
@@ -54,7 +54,7 @@ def pair_forces(case: Case, mesh: DeformedMesh, u: Floats) -> dict[str, Floats]:
             raise NoIndependentFormula(
                 f"the forces of `{name}` differ by {off:.1e} (relative) from those of independent formulas"
             )
-        if pair.rubs:
+        if pair.has_friction:
             g -= _friction_forces(name, pair, mesh, u.ravel())
         found[name] = -g.reshape(-1, 3)
     return found

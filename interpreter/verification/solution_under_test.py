@@ -56,7 +56,7 @@ class SolutionUnderTest:
     @property
     def in_time(self) -> bool:
         """True if the solution is a sequence of time steps, which have an error of their own."""
-        return isinstance(self.case.analysis, Dynamic) or self.case.remembers
+        return isinstance(self.case.analysis, Dynamic) or self.case.has_material_history
 
     @property
     def others(self) -> float:
@@ -141,7 +141,8 @@ class SolutionUnderTest:
         known = self.earlier._kept.get(key)
         if isinstance(known, NoErrorEstimate):
             raise known
-        if known is None and not case.remembers:  # time starts from zero again, the sequence of states does not
+        # time starts from zero again, the sequence of states does not
+        if known is None and not case.has_material_history:
             raise NoErrorEstimate("the states before it were not solved again")
         return None if known is None else known[0].mesh
 

@@ -192,7 +192,7 @@ def _metric_warnings(metric: Declared, view: View, prepared: Prepared, thing: An
     from softmark.interpreter.verification.stress_singularities import singular_stress
 
     if prepared.mesh is None and view.stress is not None:
-        if not (thing.even or isinstance(thing.stress_law, str)):
+        if not (thing.homogeneous_strain or isinstance(thing.stress_law, str)):
             yield from _beam_end_warnings(metric, view, thing)
         return
     place = singular_stress(

@@ -81,7 +81,7 @@ def rigid_motion(touch: Touch) -> tuple[Floats, Floats, Floats]:
     """Return the motion of a rigid body: displacement, m, rotation vector, rad, and centre of rotation, m."""
     shift, rotation, through = np.zeros(3), np.zeros(3), np.zeros(3)
     if touch.along is not None:
-        shift[touch.along] += touch.gone
+        shift[touch.along] += touch.force_travel
     for support in (moved.thing for moved in touch.moved):
         for c in support.components:
             shift[c] += support.displacement[c]

@@ -84,13 +84,13 @@ class Assembly:
     def loaded(self, load: float) -> list[tuple[Energy, float]]:
         """Return the loads with their factors at a load fraction.
 
-        A `driven` load is evaluated at the load fraction itself and has the factor 1; the factor of other loads is the
-        load fraction. The loads of the last load fraction are cached.
+        A load that is `not_proportional` is evaluated at the load fraction itself and has the factor 1; the factor of
+        other loads is the load fraction. The loads of the last load fraction are cached.
         """
         loads, share, known = self._posed
         if loads is not self.loads or share != load:
             each: list[Any] = list(self.loads)
-            known = [(e.at(load), 1.0) if e.driven else (e, load) for e in each]
+            known = [(e.at(load), 1.0) if e.not_proportional else (e, load) for e in each]
             self._posed = self.loads, load, known
         return known
 

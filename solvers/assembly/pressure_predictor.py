@@ -131,7 +131,7 @@ class EnergyWithoutPressure(Energy):
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the tangent stiffness, N/m."""
-        none = np.zeros(self.tets.kept)
+        none = np.zeros(self.tets.lagged_size)
         self.tets.add_both_lagged(x, np.zeros_like(x), data, slots, none)
 
 

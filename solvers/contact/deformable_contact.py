@@ -57,8 +57,8 @@ class IpcContact(DynamicPatternEnergy):
     There is no pressure beyond `distance` (m); below it the pressure is `stiffness` (Pa) times f(d) = (1 - s^2) (2 (1 -
     s^2) / s - 4 s ln s^2), s = d / distance, which is 4.3 at half the distance. With `alone` a piece of the body has no
     contact with itself. `thickness` (m) is that of a slice, or the circumference of the middle ring of an axisymmetric
-    model. Contact results are reported for the nodes in the mask `told`, at rest at `X` (n, 3), m; without `X` no
-    moments are reported.
+    model. Contact results are reported for the nodes in the mask `reaction_nodes`, at rest at `X` (n, 3), m; without
+    `X` no moments are reported.
     """
 
     skin: ContactSurface
@@ -66,7 +66,7 @@ class IpcContact(DynamicPatternEnergy):
     stiffness: float
     alone: bool = False
     thickness: float = 1.0
-    told: Any = None  # nodes (n,) of all pieces but the first
+    reaction_nodes: Any = None  # nodes (n,) of all pieces but the first
     X: Any = None
     conservative: bool = True
 
@@ -262,7 +262,7 @@ class IpcContact(DynamicPatternEnergy):
         """Return the recoverable energy of a state x, J: all of the barrier energy."""
         return self.value(x)
 
-    def pressed(self, x: Floats) -> NDArray[np.bool_]:
+    def samples_in_contact(self, x: Floats) -> NDArray[np.bool_]:
         """Return a mask (points,) of the samples in contact."""
         return np.asarray(self.forces(x)[self.skin.corners :].any(axis=1), dtype=np.bool_)
 

@@ -100,7 +100,7 @@ class DeformableFriction(DynamicPatternEnergy):
         return {}
 
     @property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """True if friction depends on the present pressure, so that it has no energy (there is no lag)."""
         return self.lag is None
 
@@ -115,9 +115,9 @@ class DeformableFriction(DynamicPatternEnergy):
         return self.pressing.distance
 
     @property
-    def told(self) -> NDArray[np.bool_] | None:
+    def reaction_nodes(self) -> NDArray[np.bool_] | None:
         """Mask (n,) of the nodes of all mesh pieces except the first."""
-        found: NDArray[np.bool_] | None = self.pressing.told
+        found: NDArray[np.bool_] | None = self.pressing.reaction_nodes
         return found
 
     @property
@@ -126,7 +126,7 @@ class DeformableFriction(DynamicPatternEnergy):
         return GRIP * self.pressing.stiffness / self.pressing.distance
 
     @property
-    def stride(self) -> float:
+    def largest_support_step(self) -> float:
         """Longest slip allowed in one step, m: a quarter of the median edge length.
 
         With slips of a whole edge, half of all corners interlock.
@@ -136,7 +136,7 @@ class DeformableFriction(DynamicPatternEnergy):
 
     # ------------------------------------------------------------------ contact and slip
 
-    def hold(self, x: Floats) -> TangentialCoupling:
+    def tangential_coupling(self, x: Floats) -> TangentialCoupling:
         """Return the samples in contact in a state x, with their tangential coupling.
 
         The result for the last state is cached.
@@ -180,29 +180,29 @@ class DeformableFriction(DynamicPatternEnergy):
 
     def lagged(self, x: Floats, before: DeformableFriction | None = None, grips: bool = False) -> DeformableFriction:
         """Return the same friction with an energy: normal forces are constant, those of `before` (or itself) in x."""
-        return replace(self, lag=(before or self).hold(x), dual=DualTractions(), conservative=True)
+        return replace(self, lag=(before or self).tangential_coupling(x), dual=DualTractions(), conservative=True)
 
-    def known(self, x: Floats, before: DeformableFriction) -> DeformableFriction:
+    def with_lagged_pressures(self, x: Floats, before: DeformableFriction) -> DeformableFriction:
         """Return the same friction with an energy and a primal-dual tangent, for one minimisation from x."""
         return self.lagged(x, before)
 
-    def softened(self, soft: float) -> DeformableFriction:
+    def with_scaled_stiffness(self, soft: float) -> DeformableFriction:
         """Return this friction unchanged: a barrier between deformable bodies needs no softening."""
         return self
 
     def holds(self, x: Floats) -> bool:
         """Return whether at least one sample in contact sticks."""
-        hold = self.lag or self.hold(x)
+        hold = self.lag or self.tangential_coupling(x)
         return bool(np.any(~hold.slip(x, self.friction).slides))
 
     # ------------------------------------------------------------------ end of a state
 
-    def settled(self, x: Floats) -> tuple[FrictionHistory, Floats, float]:
+    def final_history(self, x: Floats) -> tuple[FrictionHistory, Floats, float]:
         """Return the history at the end of a state x, the sliding distance of samples (points,), m, and the heat, J.
 
         Sliding distance and heat are those of this state, counted from the last one.
         """
-        hold, skin = self.hold(x), self.skin
+        hold, skin = self.tangential_coupling(x), self.skin
         slip = hold.slip(x, self.friction)
         s, n = np.zeros((2, skin.points, skin.X.shape[1]))
         s[hold.which] = slip.along(slip.stretched)
@@ -212,24 +212,24 @@ class DeformableFriction(DynamicPatternEnergy):
         u = np.array(x, dtype=np.float64)[: skin.M.shape[1]]
         return FrictionHistory(u, s, n), slid, float(slip.t @ slip.slid)
 
-    def holding(self, since: FrictionHistory) -> DeformableFriction:
+    def with_history(self, since: FrictionHistory) -> DeformableFriction:
         """Return the same friction, continued from the history `since` of another state."""
         return replace(self, since=since)
 
     def lost(self, x: Floats) -> float:
         """Return the heat dissipated by friction since the last state, J; it is never negative."""
-        slip = self.hold(x).slip(x, self.friction)
+        slip = self.tangential_coupling(x).slip(x, self.friction)
         return float(slip.t @ slip.slid)
 
-    def pressed(self, x: Floats) -> NDArray[np.bool_]:
+    def samples_in_contact(self, x: Floats) -> NDArray[np.bool_]:
         """Return a mask (points,) of the samples in contact."""
-        return self.pressing.pressed(x)
+        return self.pressing.samples_in_contact(x)
 
     # ------------------------------------------------------------------ energy
 
     def stored(self, x: Floats) -> float:
         """Return the recoverable energy of the barrier and of the stick springs, J."""
-        slip = self.hold(x).slip(x, self.friction)
+        slip = self.tangential_coupling(x).slip(x, self.friction)
         return self.pressing.value(x) + 0.5 * float(slip.t @ slip.stretched)
 
     def value(self, x: Floats) -> float:
@@ -242,7 +242,7 @@ class DeformableFriction(DynamicPatternEnergy):
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Add `scale` times the negative forces of contact and friction on nodes, N, to g (dofs,)."""
         self.pressing.add_gradient(x, g, scale)
-        hold = self.lag or self.hold(x)
+        hold = self.lag or self.tangential_coupling(x)
         slip = hold.slip(x, self.friction)
         f = hold.W.T @ slip.along(slip.t).ravel()
         g[: len(f)] += scale * f
@@ -252,7 +252,7 @@ class DeformableFriction(DynamicPatternEnergy):
 
         It is symmetric with a lag, or if `projected`.
         """
-        hold = self.lag or self.hold(x)
+        hold = self.lag or self.tangential_coupling(x)
         slip = hold.slip(x, self.friction)
         u = slip.s / np.maximum(slip.size, TINY)[:, None]
         d, most = hold.n.shape[1], self.friction * hold.N
@@ -286,7 +286,7 @@ class DeformableFriction(DynamicPatternEnergy):
 
     def rounding(self, x: Floats) -> float:
         """Return the error of contact and friction forces due to rounding of positions, N."""
-        hold = self.lag or self.hold(x)
+        hold = self.lag or self.tangential_coupling(x)
         size = float(np.abs(self.skin.X).max())
         return self.pressing.rounding(x) + float(np.finfo(np.float64).eps * size * np.linalg.norm(hold.spring))
 

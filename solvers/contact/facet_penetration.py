@@ -205,7 +205,9 @@ def search_penetration(contact: RigidContact, x: Floats) -> tuple[AddedContactPo
         return None, True
     facets: SearchedFacets = contact.facing
     where = facets.X + x[3 * facets.of[:, :, None] + np.arange(3)]
-    where = contact.seen((where * ((1.0, 1.0, 0.0) if contact.flat else 1.0)).reshape(-1, 3), x).reshape(where.shape)
+    where = contact.body_coordinates((where * ((1.0, 1.0, 0.0) if contact.flat else 1.0)).reshape(-1, 3), x).reshape(
+        where.shape
+    )
     middle = where.mean(axis=1)
     radius = np.linalg.norm(where - middle[:, None], axis=2).max(axis=1)
     near = contact.body.gap(middle) < radius + contact.barrier.distance

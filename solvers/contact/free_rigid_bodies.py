@@ -153,29 +153,29 @@ class FreeBodyContact(RigidContact):
     def stencils(self) -> Ints:
         """Degrees of freedom (p, 3 a + 6) of the nodes of each point and of the rigid body."""
         body = np.broadcast_to(self.free.first + np.arange(6), (len(self.of), 6))
-        return np.hstack([self.carried, body])
+        return np.hstack([self.point_dofs, body])
 
-    def spots(self, x: Floats) -> Floats:
+    def point_positions(self, x: Floats) -> Floats:
         """Return the positions (p, 3), m, of the contact points in space."""
         return super().places(x)
 
     def places(self, x: Floats) -> Floats:
         """Return the positions (p, 3), m, of the contact points in the body frame."""
-        return self.seen(self.spots(x), x)
+        return self.body_coordinates(self.point_positions(x), x)
 
-    def seen(self, where: Floats, x: Floats) -> Floats:
+    def body_coordinates(self, where: Floats, x: Floats) -> Floats:
         """Return the coordinates (n, 3), m, in the body frame of points `where` (n, 3), m, in space."""
         found: Floats = (where - self.chart.middle(self.which, x)) @ self.chart.axes(self.which, x)
         return found
 
-    def pushes(self, x: Floats) -> Floats:
+    def point_forces(self, x: Floats) -> Floats:
         """Return the forces (p, 3), N, of the rigid body on the contact points, in space axes."""
-        found: Floats = super().pushes(x) @ self.chart.axes(self.which, x).T
+        found: Floats = super().point_forces(x) @ self.chart.axes(self.which, x).T
         return found
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Add to g the negative forces on nodes and body, N, and the negative moments about the body axes, N m."""
-        push, first = scale * self.pushes(x), self.free.first
+        push, first = scale * self.point_forces(x), self.free.first
         self.spread(-push, g)
         own = push @ self.chart.axes(self.which, x)
         g[first : first + 3] += push.sum(axis=0)
@@ -241,9 +241,9 @@ class FreeBodyFriction(RigidFriction, FreeBodyContact):
     Friction acts on the body with the opposite sign at the same point.
     """
 
-    def pushes(self, x: Floats) -> Floats:
+    def point_forces(self, x: Floats) -> Floats:
         """Return the forces (p, 3), N, of the rigid body on the contact points, in space axes."""
-        found: Floats = super().pushes(x) @ self.chart.axes(self.which, x).T
+        found: Floats = super().point_forces(x) @ self.chart.axes(self.which, x).T
         return found
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:

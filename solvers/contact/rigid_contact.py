@@ -30,7 +30,7 @@ class RigidContact(Energy):
     has no friction. With `flat`, for a slice, gaps are those in the xy plane, and no force acts along z.
     """
 
-    driven: ClassVar[bool] = True  # depends on the load fraction, but is not proportional to it
+    not_proportional: ClassVar[bool] = True  # depends on the load fraction, but is not proportional to it
     each: ClassVar[tuple[str, ...]] = ("sunk",)  # names of fields with one value per point
 
     nodes: Ints
@@ -69,7 +69,7 @@ class RigidContact(Energy):
         """Number of contact points without those that were added during the solution."""
         return len(self.A) - (0 if self.extra is None else len(self.extra))
 
-    def joining(self, extra: AddedContactPoints | None, x: Floats) -> Self:
+    def with_added_points(self, extra: AddedContactPoints | None, x: Floats) -> Self:
         """Return the same contact with the added points replaced by `extra`.
 
         x is the state that the solution starts from.
@@ -79,7 +79,7 @@ class RigidContact(Energy):
         points = points if extra is None else points.and_(extra.points)
         return replace(self, of=points.of, shares=points.shares, at_rest=points.X, A=points.A, extra=extra, **own)
 
-    def pressed(self, x: Floats) -> Ints:
+    def loaded_regions(self, x: Floats) -> Ints:
         """Return the numbers (k,) of the facet regions whose added points have a contact force in a state x."""
         if self.extra is None:
             return np.zeros(0, dtype=np.int64)
@@ -89,11 +89,13 @@ class RigidContact(Energy):
         """Return the same contact without the added points that have no contact force in a state x."""
         if self.extra is None:
             return self
-        on = np.isin(self.extra.which, self.pressed(x))
-        return self if on.all() else self.joining(self.extra.some(np.flatnonzero(on)) if on.any() else None, x)
+        on = np.isin(self.extra.which, self.loaded_regions(x))
+        return (
+            self if on.all() else self.with_added_points(self.extra.some(np.flatnonzero(on)) if on.any() else None, x)
+        )
 
     @cached_property
-    def carried(self) -> Ints:
+    def point_dofs(self) -> Ints:
         """Degrees of freedom (p, 3 a) of the nodes of each contact point."""
         found: Ints = (3 * self.of[:, :, None] + np.arange(3)).reshape(len(self.of), -1)
         return found
@@ -101,7 +103,7 @@ class RigidContact(Energy):
     @property
     def stencils(self) -> Ints:
         """Degrees of freedom (p, 3 a) that the energy of each contact point depends on."""
-        return self.carried
+        return self.point_dofs
 
     @cached_property
     def body(self) -> Gap:
@@ -137,13 +139,13 @@ class RigidContact(Energy):
 
     def spread(self, push: Floats, g: Floats) -> None:
         """Distribute forces `push` (p, 3), N, on contact points to nodes, and add them to g (dofs,)."""
-        np.add.at(g, self.carried, (self.shares[:, :, None] * push[:, None, :]).reshape(len(push), -1))
+        np.add.at(g, self.point_dofs, (self.shares[:, :, None] * push[:, None, :]).reshape(len(push), -1))
 
     def stiffer(self, factor: float) -> RigidContact:
         """Return the same contact with the barrier stiffness multiplied by a factor."""
         return self if factor == 1.0 else replace(self, barrier=self.barrier.stiffer(factor))
 
-    def begun(self) -> RigidContact:
+    def without_initial_energy(self) -> RigidContact:
         """Return the same contact without energy at rest: gaps of points that start within the barrier are enlarged.
 
         Otherwise bodies that touch at the start would be thrown apart by this energy in a dynamic analysis with short
@@ -152,7 +154,7 @@ class RigidContact(Energy):
         g, d = self.gaps(np.zeros(int(self.stencils.max(initial=-1)) + 1)), self.barrier.distance
         return replace(self, sunk=np.where(np.abs(g) < d, d - g, 0.0))
 
-    def softened(self, soft: float) -> RigidContact:
+    def with_scaled_stiffness(self, soft: float) -> RigidContact:
         """Return the same contact with `soft` times the stiffness; the barrier begins at the same gap.
 
         With a soft barrier loaded nodes lie behind the surface of the body, and full Newton steps lead there from any
@@ -167,11 +169,11 @@ class RigidContact(Energy):
         """Return the positions (p, 3), m, of the contact points in the frame of the signed distance; z is 0 for a
         slice.
         """
-        u = np.asarray(x, dtype=np.float64)[self.carried].reshape(*self.of.shape, 3)
+        u = np.asarray(x, dtype=np.float64)[self.point_dofs].reshape(*self.of.shape, 3)
         found: Floats = self.at_rest + np.einsum("pa,pai->pi", self.shares, u)
         return found * (1.0, 1.0, 0.0) if self.flat else found
 
-    def spots(self, x: Floats) -> Floats:
+    def point_positions(self, x: Floats) -> Floats:
         """Return the positions (p, 3), m, of the contact points in space."""
         return self.places(x)
 
@@ -189,12 +191,12 @@ class RigidContact(Energy):
         For a node that is a contact point it is the gap of this point, including an enlargement at the start.
         """
         where = self.X + np.asarray(x, dtype=np.float64)[3 * self.nodes[:, None] + np.arange(3)]
-        found = self.body.gap(self.seen(where * (1.0, 1.0, 0.0) if self.flat else where, x))
+        found = self.body.gap(self.body_coordinates(where * (1.0, 1.0, 0.0) if self.flat else where, x))
         points, which = self._alone
         found[which] = self.gaps(x)[points]
         return found
 
-    def seen(self, where: Floats, x: Floats) -> Floats:
+    def body_coordinates(self, where: Floats, x: Floats) -> Floats:
         """Return the coordinates (n, 3), m, of points `where` (n, 3), m, in the frame of the signed distance."""
         return where
 
@@ -210,7 +212,7 @@ class RigidContact(Energy):
         """Return whether the rigid body presses on at least one mesh node in a state x (dofs,), m."""
         return bool((self.pressures(x)[self._alone[0]] > 0.0).any())
 
-    def pushes(self, x: Floats) -> Floats:
+    def point_forces(self, x: Floats) -> Floats:
         """Return the forces (p, 3), N, of the rigid body on the contact points."""
         g, n, _ = self.look(x)
         found: Floats = (self.A * self.barrier.pressure(g))[:, None] * n
@@ -219,7 +221,7 @@ class RigidContact(Energy):
     def forces(self, x: Floats) -> Floats:
         """Return the forces (m, 3), N, of the rigid body on the surface nodes, distributed by shape functions."""
         g = np.zeros(max(len(x), 3 * (int(self.of.max(initial=0)) + 1)))
-        self.spread(self.pushes(x), g)
+        self.spread(self.point_forces(x), g)
         found: Floats = g[3 * self.nodes[:, None] + np.arange(3)]
         return found
 
@@ -246,7 +248,7 @@ class RigidContact(Energy):
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Add `scale` times the negative forces of the rigid body on nodes, N, to g (dofs,)."""
-        self.spread(-scale * self.pushes(x), g)
+        self.spread(-scale * self.point_forces(x), g)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add the tangent A (phi'' n n + phi' H), with normals n and gap Hessians H.

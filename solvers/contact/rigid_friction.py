@@ -114,7 +114,7 @@ class RigidFriction(RigidContact):
 
     A point with the slip s from its anchor along the surface has the traction -k s, or -mu p s/|s| once it slides. This
     is elastic-perfectly plastic friction with return mapping (Simo and Laursen 1992; Wriggers 2006, ch. 5). `anchors`
-    (p, 3), m, are points of the rigid body. They move with it and are constant while a state is solved; `settled`
+    (p, 3), m, are points of the rigid body. They move with it and are constant while a state is solved; `final_anchors`
     returns the anchors at the end of the state. A sticking point moves by at most mu p / k, which is less than the
     barrier distance; `spring` is k, Pa/m. With the present pressures p friction has no energy, and the tangent is not
     symmetric. With a `lag`, pressures of an earlier iterate, it has an energy and a symmetric tangent.
@@ -131,13 +131,13 @@ class RigidFriction(RigidContact):
 
     each: ClassVar[tuple[str, ...]] = ("sunk", "anchors", "gone")
 
-    def joining(self, extra: AddedContactPoints | None, x: Floats) -> Self:
+    def with_added_points(self, extra: AddedContactPoints | None, x: Floats) -> Self:
         """Return the same contact with the added points replaced by `extra`.
 
         New points are anchored where they are in the state x that the solution starts from. Points that were added
         before keep their slip.
         """
-        found = super().joining(extra, x)
+        found = super().with_added_points(extra, x)
         if self.anchors is None or found.anchors is None or extra is None:
             return found
         pose, new = getattr(self.earlier, "pose", RigidMotion()), found.lasting
@@ -151,7 +151,7 @@ class RigidFriction(RigidContact):
         return replace(found, anchors=anchors, gone=gone)
 
     @property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """True if friction depends on the present pressure, so that it has no energy (there is no lag)."""
         return self.lag is None
 
@@ -161,16 +161,16 @@ class RigidFriction(RigidContact):
         return self.carries(self.share)
 
     @cached_property
-    def held(self) -> Floats:
+    def anchor_positions(self) -> Floats:
         """Present positions (p, 3), m, of the anchors."""
         return self.pose.moved(self.at_rest if self.anchors is None else self.anchors)
 
-    def softened(self, soft: float) -> RigidFriction:
+    def with_scaled_stiffness(self, soft: float) -> RigidFriction:
         """Return the same contact with `soft` times the stiffness of barrier and stick spring.
 
         It has a new dual variable.
         """
-        softer: Any = super().softened(soft)
+        softer: Any = super().with_scaled_stiffness(soft)
         found: RigidFriction = replace(softer, spring=soft * self.spring, dual=DualTractions())
         return found
 
@@ -184,7 +184,7 @@ class RigidFriction(RigidContact):
         p = np.where(g < self.barrier.distance, np.inf, 0.0) if grips else (before or self).barrier.pressure(g)
         return replace(self, lag=LaggedFriction(self.friction * p, n), conservative=True)
 
-    def known(self, x: Floats, before: RigidFriction) -> RigidFriction:
+    def with_lagged_pressures(self, x: Floats, before: RigidFriction) -> RigidFriction:
         """Return the same contact with an energy and a primal-dual tangent, for one minimisation from x."""
         return replace(self.lagged(x, before), dual=DualTractions())
 
@@ -212,7 +212,7 @@ class RigidFriction(RigidContact):
 
     def way(self, x: Floats, n: Floats) -> tuple[Floats, Floats]:
         """Return vectors (p, 3), m, from anchors to points, and their components perpendicular to normals n (p, 3)."""
-        d = self.places(x) - self.held
+        d = self.places(x) - self.anchor_positions
         if self.flat:
             d[:, 2] = 0.0
         s: Floats = d - np.einsum("ij,ij->i", n, d)[:, None] * n
@@ -235,7 +235,7 @@ class RigidFriction(RigidContact):
         whole = float(own[on].sum())
         return on, sticks, float(own[sticks].sum()) / whole if whole else 0.0
 
-    def settled(self, x: Floats) -> Floats:
+    def final_anchors(self, x: Floats) -> Floats:
         """Return the anchors (p, 3), m, at the end of a state x.
 
         Sliding points drag their anchors along, and separated points get new ones.
@@ -243,7 +243,7 @@ class RigidFriction(RigidContact):
         slip = self.slip(x)
         return self.pose.back(self.places(x) - slip.along(slip.stretched))
 
-    def holding(self, anchors: Floats, gone: Floats | float = 0.0) -> RigidFriction:
+    def with_anchors(self, anchors: Floats, gone: Floats | float = 0.0) -> RigidFriction:
         """Return the same contact with new anchors (p, 3), m, and the sliding distances `gone` (p,), m, up to now."""
         return replace(self, anchors=anchors, gone=gone)
 
@@ -259,7 +259,9 @@ class RigidFriction(RigidContact):
         was: Any = since
         _, n, _ = self.look(x)
         t = self._traction(x, n, self.friction * self.pressures(x))
-        return super().work(x, since) - float(self.A @ np.einsum("ij,ij->i", t, self.held - was.held))
+        return super().work(x, since) - float(
+            self.A @ np.einsum("ij,ij->i", t, self.anchor_positions - was.anchor_positions)
+        )
 
     def slid(self, x: Floats) -> Floats:
         """Return the sliding distance (p,), m, of each point since the anchors were set."""
@@ -270,7 +272,7 @@ class RigidFriction(RigidContact):
         slip = self.slip(x)
         return float(self.A @ (slip.t * slip.slid))
 
-    def pushes(self, x: Floats) -> Floats:
+    def point_forces(self, x: Floats) -> Floats:
         """Return the forces (p, 3), N, of the rigid body on the contact points, with friction."""
         g, n, _ = self.look(x)
         p = self.barrier.pressure(g)

@@ -28,7 +28,7 @@ class TieConstraint(Energy):
     K: Floats  # (p, 3 (a + b), 3 (a + b)), N/m
     area: float  # m^2
     stiffness: float
-    told: Any = None  # nodes (n,) of all pieces but the first
+    reaction_nodes: Any = None  # nodes (n,) of all pieces but the first
     conservative: bool = True
 
     @cached_property

@@ -56,7 +56,7 @@ def rigid_contact_resultant(contact: Any, x: Floats) -> ContactResultant:
     gaps = contact.gaps(x)
     press = contact.A * contact.pressures(x)
     left = float(press @ gaps / whole) if (whole := float(press.sum())) > 0.0 else 0.0
-    wrench = _resultant_with_magnitudes(contact.pushes(x), (contact.spots(x), contact.at_rest))
+    wrench = _resultant_with_magnitudes(contact.point_forces(x), (contact.point_positions(x), contact.at_rest))
     return ContactResultant(*wrench, float(gaps.min(initial=np.inf)), left)
 
 
@@ -69,7 +69,7 @@ def pair_contact_resultant(contact: Any, x: Floats) -> ContactResultant:
     g = np.zeros(len(x))
     contact.add_gradient(x, g)
     push, u = (own[: pressing.skin.M.shape[1]].reshape(-1, 3) for own in (-g, x))
-    push = push if pressing.told is None else np.where(pressing.told[:, None], push, 0.0)
+    push = push if pressing.reaction_nodes is None else np.where(pressing.reaction_nodes[:, None], push, 0.0)
     X = np.zeros_like(u) if pressing.X is None else pressing.X
     return ContactResultant(*_resultant_with_magnitudes(push, (X + u, X)), pressing.least(x), 0.0)
 

@@ -101,7 +101,9 @@ class CriticalStepTracker:
         """
         before, spent = self.omega, self._age
         K = self.forces.tangent(x, self.forces.factors(time))
-        self.omega = self.definite = self._largest_frequency("tangent", 0.5 * (K + K.T) if self.forces.turns else K)
+        self.omega = self.definite = self._largest_frequency(
+            "tangent", 0.5 * (K + K.T) if self.forces.rotates_without_contact else K
+        )
         if self.damping.beta:
             data = self.forces.drag(x)
             self.definite = self._largest_frequency("definite", self.forces.pattern.matrix(data))

@@ -68,7 +68,7 @@ class DynamicContacts:
         self.amplitudes, self.slots = tuple(amplitudes), list(slots)
         # first unknown of free rigid bodies
         self.free = min((c.free.first for c in self.contacts if hasattr(c, "free")), default=None)
-        self.rubs = any(c.rubs for c in (*contacts, *meets))
+        self.has_friction = any(c.has_friction for c in (*contacts, *meets))
         self._met: list[Floats | float] = [0.0 for _ in meets]  # accumulated slip of samples of deformable contacts
         self._first = [c.barrier.stiffness for c in contacts]
         self.stiffened = 0  # number of stiffenings
@@ -89,13 +89,15 @@ class DynamicContacts:
         return any(
             bool(np.any((b.gaps(start.x) < b.barrier.distance) != (a.gaps(end.x) < a.barrier.distance)))
             for b, a in zip(before.posed, after.posed, strict=True)
-        ) or any(bool(np.any(c.pressed(start.x) != c.pressed(end.x))) for c in self.meets)
+        ) or any(bool(np.any(c.samples_in_contact(start.x) != c.samples_in_contact(end.x))) for c in self.meets)
 
     def follow(self, motion: Motion, momentum: Floats, mass: float) -> None:
         """Record an accepted step: contact, friction, resultants, and the velocity of the centre of mass."""
         here, self._rounds = self.at(motion.time), 0
-        rubbed = tuple(self._update_rigid_friction(i, c, motion.x) for i, c in enumerate(here.posed) if c.rubs)
-        rubbed += tuple(self._update_deformable_friction(i, c, motion.x) for i, c in enumerate(self.meets) if c.rubs)
+        rubbed = tuple(self._update_rigid_friction(i, c, motion.x) for i, c in enumerate(here.posed) if c.has_friction)
+        rubbed += tuple(
+            self._update_deformable_friction(i, c, motion.x) for i, c in enumerate(self.meets) if c.has_friction
+        )
         touches = any(c.gaps(motion.x).min(initial=np.inf) < c.barrier.distance for c in here.posed)
         shares = tuple(c.share for c in here.posed)
         moved = self.free is not None or shares != self._shares
@@ -122,18 +124,18 @@ class DynamicContacts:
         p, (_, held, area) = here.A * here.pressures(x), here.sticking(x)
         sticks = float(p[held].sum() / p.sum()) if p.any() else None
         gone, lost = here.gone + here.slid(x), here.lost(x)
-        self.contacts[i] = self.contacts[i].holding(here.settled(x), gone)
+        self.contacts[i] = self.contacts[i].with_anchors(here.final_anchors(x), gone)
         slip = float(np.max(np.where(p > 0.0, gone, 0.0), initial=0.0))
         return FrictionResult(slip, sticks, area, lost)
 
     def _update_deformable_friction(self, i: int, here: Any, x: Floats) -> FrictionResult:
         """Update the friction history of deformable contact number i after a step, and return its friction result."""
-        hold = here.hold(x)
-        since, slid, heat = here.settled(x)
+        hold = here.tangential_coupling(x)
+        since, slid, heat = here.final_history(x)
         N, A, held = hold.N, here.skin.A[hold.which], ~hold.slip(x, here.friction).slides
         sticks = float(N[held].sum() / N.sum()) if N.any() else None
         self._met[i] = whole = self._met[i] + slid
-        self.meets[i] = here.holding(since)
+        self.meets[i] = here.with_history(since)
         area = float(A[held].sum() / A.sum()) if len(A) else 0.0
         return FrictionResult(float(np.max(whole[hold.which], initial=0.0)), sticks, area, heat)
 
@@ -167,7 +169,7 @@ class DynamicContacts:
                 continue
             found = True
             known = replace(self.contacts[i], earlier=before.posed[i].body)
-            self._replace_contact(i, known.joining(extra, start.x))
+            self._replace_contact(i, known.with_added_points(extra, start.x))
         self._rounds += 1
         if found:
             raise FacetPenetration("facets of the surface end inside a rigid body")
@@ -288,9 +290,9 @@ class ContactsAtTime:
         return (*self.posed, *self.meets)
 
     @property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """True if some contact has friction that depends on the present pressures."""
-        return any(c.rubs for c in self.every)
+        return any(c.has_friction for c in self.every)
 
     def value(self, x: Floats) -> float:
         """Return the energy of the barriers, J; infinite if deformable surfaces intersect."""
@@ -302,7 +304,7 @@ class ContactsAtTime:
 
     def lost(self, x: Floats) -> float:
         """Return the energy dissipated by friction over a step that ends in x, J."""
-        return sum(float(c.lost(x)) for c in self.every if c.rubs)
+        return sum(float(c.lost(x)) for c in self.every if c.has_friction)
 
     def lagged(self, x: Floats, before: ContactsAtTime | None = None) -> ContactsAtTime:
         """Return the contacts with friction lagged at the pressures of a state x, so that friction has an energy.
@@ -311,7 +313,7 @@ class ContactsAtTime:
         """
         was = self if before is None else before
         both: Any = zip(self.every, was.every, strict=True)
-        each: list[Any] = [c.known(x, b) if c.rubs else c for c, b in both]
+        each: list[Any] = [c.with_lagged_pressures(x, b) if c.has_friction else c for c, b in both]
         count = len(self.posed)
         return ContactsAtTime(each[:count], self.slots, each[count:])
 

@@ -37,7 +37,7 @@ class DynamicForces:
 
     def __init__(self, problem: Dynamics) -> None:
         assembly = problem.assembly
-        plain = sum(not load.driven for load in assembly.loads)  # contacts come last
+        plain = sum(not load.not_proportional for load in assembly.loads)  # contacts come last
         self.dofs, self.internal, self.loads = assembly.dofs, assembly.internal, assembly.loads[:plain]
         self.contacts = assembly.loads[plain:]
         self.now: tuple[Energy, ...] | None = None  # viscoelastic energies at the start of a step
@@ -67,7 +67,7 @@ class DynamicForces:
         return DynamicContacts(known, amplitudes, slots, meets, lambda stencils: self.pattern.places(number, stencils))
 
     @property
-    def turns(self) -> bool:
+    def rotates_without_contact(self) -> bool:
         """True if there are rotations among the unknowns and no contact."""
         return self._blocks is not None and self.impact is None
 
@@ -110,7 +110,7 @@ class DynamicForces:
         """Return the energy gradients, with the loads multiplied by `factors` (l,)."""
         return EnergyGradients(self.within(x), self.load_gradient(x, factors))
 
-    def begun(self, x: Floats, factors: Floats) -> EnergyGradients:
+    def gradients_at_step_start(self, x: Floats, factors: Floats) -> EnergyGradients:
         """Return the energy gradients at the start of a step, before viscoelastic relaxation in the step."""
         return EnergyGradients(
             self._sum_gradients(self.internal if self.now is None else self.now, x), self.load_gradient(x, factors)

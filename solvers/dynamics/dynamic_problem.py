@@ -122,7 +122,7 @@ class Dynamics:
     meets: tuple[DynamicPatternEnergy, ...] = ()
 
     @property
-    def moves(self) -> bool:
+    def has_moving_supports(self) -> bool:
         """True if the supports move."""
         return self.way is not None or bool(np.any(self.target))
 

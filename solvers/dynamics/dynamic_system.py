@@ -83,7 +83,7 @@ class DynamicSystem:
     @cached_property
     def _has_moving_supports(self) -> bool:
         """True if supports move."""
-        return self.problem.moves
+        return self.problem.has_moving_supports
 
     def supported(self, x: Floats, time: float) -> Floats:
         """Return the state x with the supports at their positions at a time, s."""
@@ -190,7 +190,7 @@ class DynamicSystem:
             g = g + self.damping.force(half) - alpha * (self.forces.M @ half)
         a = self.acceleration(g, time)
         if (turning := self.problem.turning) is not None and self.forces.lumped is not None:
-            a = turning.settled(half, a, self.forces.lumped, h, alpha)
+            a = turning.final_acceleration(half, a, self.forces.lumped, h, alpha)
         v = (half + 0.5 * h * a) / (1.0 + 0.5 * alpha * h)
         a = a - alpha * v
         a[fixed], v[fixed] = self.support_acceleration(time), self.support_velocity(time)

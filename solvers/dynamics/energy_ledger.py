@@ -61,7 +61,7 @@ def open_entry(system: DynamicSystem, motion: Motion) -> EnergyEntry:
     here = EnergyEntry(motion, system.forces.within(motion.x), kinetic, strain, muscle_work=muscle)
     if (impact := system.forces.impact) is None:
         return here
-    rubbed = 0.0 if impact.rubs else None
+    rubbed = 0.0 if impact.has_friction else None
     return replace(here, contact=_barrier_energy(system, motion), friction=rubbed, impulses=np.zeros((3, 3)))
 
 
@@ -94,7 +94,7 @@ def next_entry(system: DynamicSystem, last: EnergyEntry, motion: Motion) -> Ener
         contact_work += touches.work(motion.x, since)
         reaction += touches.gradient(motion.x)
         impulses = None if impulses is None else impulses + h * _force_resultants(system, -pushed, reaction, -drag)
-        heat = touches.lost(motion.x) if impact.rubs else 0.0
+        heat = touches.lost(motion.x) if impact.has_friction else 0.0
         friction = None if friction is None else friction + heat
         pressed = (here.contact or 0.0) - (last.contact or 0.0) - (contact_work - last.contact_work) + heat
     fixed = system.forces.fixed

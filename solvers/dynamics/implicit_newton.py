@@ -72,7 +72,7 @@ class StageNewton:
     def solve(self, stage: Stage) -> tuple[Motion, StepOutcome]:
         """Return the motion at the end of the step. Raises StepFailed."""
         balance = StageEquations(self.system, stage)
-        trial, outcome = self._solve_friction(balance) if balance.rubs else self._solve_by_newton(balance)
+        trial, outcome = self._solve_friction(balance) if balance.has_friction else self._solve_by_newton(balance)
         self.scale = trial.scale
         return balance.motion(trial), outcome
 
@@ -86,7 +86,7 @@ class StageNewton:
         known, x, residual, count = touches.lagged(start.x, impact.at(start.time)), None, 1.0, 0
         for _ in range(LAGS):
             goal = max(balance.tolerance, min(ROUGH, FINER * residual))
-            trial, outcome = self._solve_by_newton(balance.rubbing(known, goal), x)
+            trial, outcome = self._solve_by_newton(balance.with_friction_of(known, goal), x)
             own, x = balance.trial(trial.x), trial.x
             scale, count = max(own.scale, self.scale), count + outcome.iterations
             residual = own.size / scale if scale else own.size
@@ -111,7 +111,7 @@ class StageNewton:
             if number < most or cap is not None:
                 before = trial.size
                 try:
-                    trial, length = balance.better(trial, scale)
+                    trial, length = balance.next_trial(trial, scale)
                 except StepFailed:
                     if not balance.is_rounding_error(trial):
                         raise
@@ -162,7 +162,7 @@ class StageTrial:
         """True if the state is in the domain of the law; always true for rods."""
         if not math.isfinite(self.stored):
             return False
-        return math.isfinite(self.size if self.balance.forces.turns else self.potential)
+        return math.isfinite(self.size if self.balance.forces.rotates_without_contact else self.potential)
 
     @cached_property
     def r(self) -> Floats:
@@ -206,14 +206,14 @@ class StageEquations:
         self.tolerance = system.problem.tolerance
         self.past: Floats | float = 0.0
         if stage.alpha_f and not stage.between:
-            self.past = stage.alpha_f * self.forces.begun(start.x, stage.load.start).total
+            self.past = stage.alpha_f * self.forces.gradients_at_step_start(start.x, stage.load.start).total
 
     @property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """True if some contact has friction whose pressures are unknown."""
-        return self.touches is not None and self.touches.rubs
+        return self.touches is not None and self.touches.has_friction
 
-    def rubbing(self, touches: ContactsAtTime, tolerance: float) -> StageEquations:
+    def with_friction_of(self, touches: ContactsAtTime, tolerance: float) -> StageEquations:
         """Return the equations with the friction of the contacts `touches`, solved to a relative `tolerance`."""
         other = copy(self)
         other.touches, other.tolerance = touches, tolerance
@@ -291,7 +291,7 @@ class StageEquations:
         now, h, fixed = self.stage.start, self.stage.step, self.forces.fixed
         stay = self.system.supported(now.x, self.end)
         if np.any(stay[fixed] != now.x[fixed]):
-            return self._towed(stay)
+            return self._response_to_supports(stay)
         if self.system.problem.cap is not None:
             return self.trial(stay)
         coasting = now.x + h * now.v
@@ -302,7 +302,7 @@ class StageEquations:
         if self.touches is None:  # trials take most of the time of a small body: the best way of before may do
             way, left = self.system.newton.way
             trials[way] = known = self.trial(ways[way])
-            if known.size <= max(MUCH, WORSE * left if self.forces.turns else 0.0) * known.scale:
+            if known.size <= max(MUCH, WORSE * left if self.forces.rotates_without_contact else 0.0) * known.scale:
                 self.system.newton.way = way, LESS * left
                 return known
         every = [self.trial(x) if known is None else known for x, known in zip(ways, trials, strict=True)]
@@ -325,7 +325,7 @@ class StageEquations:
         length = self.reach(stay, x - stay)
         return x if length == 1.0 else stay + length * (x - stay)
 
-    def _towed(self, moved: Floats) -> StageTrial:
+    def _response_to_supports(self, moved: Floats) -> StageTrial:
         """Return the linear response to the increments `moved` of the supports in the step, as a trial."""
         now = self.stage.start
         here, d = self.trial(now.x), moved - now.x
@@ -343,7 +343,7 @@ class StageEquations:
 
     # ------------------------------------------------------------------ iteration
 
-    def better(self, trial: StageTrial, scale: float) -> tuple[StageTrial, float]:
+    def next_trial(self, trial: StageTrial, scale: float) -> tuple[StageTrial, float]:
         """Return the next trial and the accepted fraction of the Newton step. Raises StepFailed."""
         goal = 0.1 * self.tolerance * scale / trial.size  # of the linear system: no more than needed
         reason = "no Newton step decreases the energy"
@@ -354,7 +354,7 @@ class StageEquations:
                 reason = failure.reason
                 continue
             if projected or not self.forces.conservative or trial.r @ d < 0.0:
-                found = self._along(trial, d)
+                found = self._line_search(trial, d)
                 if found is not None:
                     return found
         raise StepFailed(reason)
@@ -385,7 +385,7 @@ class StageEquations:
             self.forces.add_blocks(J.data, turning.tangent(stage, x, v))
         return J if self.touches is None else self.touches.coupled(x, J, self.forces.free, stage.touch, projected)
 
-    def _along(self, trial: StageTrial, d: Floats) -> tuple[StageTrial, float] | None:
+    def _line_search(self, trial: StageTrial, d: Floats) -> tuple[StageTrial, float] | None:
         """Return the trial after a step d, and the fraction of d that lowers the potential enough; None if there is
         none.
 

@@ -104,7 +104,7 @@ class LaggedTangentSolver:
         if known and self._pending is not None:
             self._traces = [self._pending[1], *self._traces[:1]]
         else:
-            traces = np.empty(sum(e.kept for e in self.energies))
+            traces = np.empty(sum(e.lagged_size for e in self.energies))
             self.add_forces_and_traces(start.x, np.zeros(self.forces.dofs), traces)
             self._traces = [traces]
         self._pending = None
@@ -113,8 +113,8 @@ class LaggedTangentSolver:
         """Add the internal forces to g and write the lagged values to `traces`."""
         begin = 0
         for energy in self.energies:
-            energy.add_gradient_kept(x, g, traces[begin : begin + energy.kept])
-            begin += energy.kept
+            energy.add_gradient_and_lagged(x, g, traces[begin : begin + energy.lagged_size])
+            begin += energy.lagged_size
 
     def _extrapolate_traces(self) -> Floats:
         """Return the lagged values extrapolated to the end of the step."""
@@ -188,8 +188,8 @@ class LaggedStageEquations(StageEquations):
         self._fresh, data, begin = False, self.lagged.data, 0
         data[:] = 0.0
         for energy, slots in zip(self.lagged.energies, self.forces.pattern.slots, strict=False):
-            energy.add_both_lagged(y, internal, data, slots, self.traces[begin : begin + energy.kept])
-            begin += energy.kept
+            energy.add_both_lagged(y, internal, data, slots, self.traces[begin : begin + energy.lagged_size])
+            begin += energy.lagged_size
 
     def jacobian(self) -> Floats:
         """Return dr/dx at the first force evaluation, in the shared pattern (nnz,)."""

@@ -85,7 +85,7 @@ class RotationalInertia:
             moving_rod_kernels.gyroscopic_derivatives(self.where, v, self.J, (1.0 - stage.alpha_f) * stage.B, found)
         return found
 
-    def settled(self, half: Floats, a: Floats, lumped: Floats, h: float, alpha: float) -> Floats:
+    def final_acceleration(self, half: Floats, a: Floats, lumped: Floats, h: float, alpha: float) -> Floats:
         """Return the acceleration (dofs,) at the end of an explicit step, with the gyroscopic moments w x J w there.
 
         The velocity v = (half + h/2 a) / (1 + h/2 alpha) depends on it, so it is found by iteration; each round reduces

@@ -247,7 +247,7 @@ class _TimeIntegration:
     def _friction_results(self) -> tuple[tuple[FrictionResult, ...], ...]:
         """Return the friction results of all contacts at every time."""
         impact = self.system.forces.impact
-        return () if impact is None or not impact.rubs else tuple(seen.rubbed for seen in impact.log)
+        return () if impact is None or not impact.has_friction else tuple(seen.rubbed for seen in impact.log)
 
 
 def _format_ratio(share: float) -> str:

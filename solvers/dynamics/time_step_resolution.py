@@ -184,7 +184,11 @@ def free_rigid_motions(forces: DynamicForces, points: Floats, M: sparse.csr_matr
 
     Returns None for a body with supports or on a foundation, and in reduced coordinates.
     """
-    loose = not len(forces.fixed) and points.size == forces.dofs and not any(e.grounded for e in forces.internal)
+    loose = (
+        not len(forces.fixed)
+        and points.size == forces.dofs
+        and not any(e.resists_rigid_motion for e in forces.internal)
+    )
     return rigid_motions(points, forces.free, M) if loose else None
 
 

@@ -44,7 +44,7 @@ class Triangle:
         return Triangle.powers(steps) / steps
 
     @staticmethod
-    def folded(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
+    def rule_from_square(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
         """Map a quadrature rule from the square [-1, 1]^2 to the triangle: return points (q, 2) and weights (q,).
 
         `a` and `b` (q,) are the coordinates of the rule's points on the square, `w` (q,) the weights.
@@ -74,7 +74,7 @@ class Quadrilateral:
         return found
 
     @staticmethod
-    def folded(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
+    def rule_from_square(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
         """Return a quadrature rule of the square unchanged, as points (q, 2) and weights (q,)."""
         return np.stack([a, b], axis=1), w
 
@@ -85,7 +85,7 @@ class Tri3(Triangle):
     nodes: ClassVar[int] = 3
     between: ClassVar[Rows] = ()
     triangles: ClassVar[Three] = Triangle.halves
-    pressed: ClassVar[int] = 1
+    area_vector_degree: ClassVar[int] = 1
     bend: ClassVar[int] = 2
     monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1))
 
@@ -114,7 +114,7 @@ class Tri6(Triangle):
     nodes: ClassVar[int] = 6
     between: ClassVar[Rows] = ((0, 1), (1, 2), (2, 0))
     triangles: ClassVar[Three] = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
-    pressed: ClassVar[int] = 4
+    area_vector_degree: ClassVar[int] = 4
     bend: ClassVar[int] = 2
     monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 
@@ -149,7 +149,7 @@ class Quad4(Quadrilateral):
     nodes: ClassVar[int] = 4
     between: ClassVar[Rows] = ()
     triangles: ClassVar[Three] = Quadrilateral.halves
-    pressed: ClassVar[int] = 2
+    area_vector_degree: ClassVar[int] = 2
     bend: ClassVar[int] = 2
     monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1), (1, 1))
 
@@ -179,7 +179,7 @@ class Quad8(Quadrilateral):
     nodes: ClassVar[int] = 8
     between: ClassVar[Rows] = ((0, 1), (1, 2), (2, 3), (3, 0))
     triangles: ClassVar[Three] = ((0, 4, 7), (4, 1, 5), (5, 2, 6), (6, 3, 7), (4, 5, 7), (5, 6, 7))
-    pressed: ClassVar[int] = 5
+    area_vector_degree: ClassVar[int] = 5
     bend: ClassVar[int] = 3
     monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2), (2, 1), (1, 2))
 
@@ -212,7 +212,7 @@ class Quad9(Quadrilateral):
     triangles: ClassVar[Three] = (
         (0, 4, 8), (4, 1, 8), (1, 5, 8), (5, 2, 8), (2, 6, 8), (6, 3, 8), (3, 7, 8), (7, 0, 8),
     )  # fmt: skip
-    pressed: ClassVar[int] = 5
+    area_vector_degree: ClassVar[int] = 5
     bend: ClassVar[int] = 4
     monomials: ClassVar[Rows] = tuple(product(range(3), repeat=2))
 

@@ -24,7 +24,7 @@ class Facet(Protocol):
     nodes: ClassVar[int]
     between: ClassVar[Rows]  # for each node after the corners: the corners whose mean is its position
     triangles: ClassVar[tuple[tuple[int, int, int], ...]]  # split into triangles over its nodes, oriented alike
-    pressed: ClassVar[int]  # degree of shape function times area vector: total on triangles, per coordinate on squares
+    area_vector_degree: ClassVar[int]  # of shape function times area vector: total on triangles, else per coordinate
     bend: ClassVar[int]  # degree of x over any triangle in local coordinates, at least two
     monomials: ClassVar[Rows]  # exponents of xi, eta of the monomials in its shape functions
 
@@ -59,7 +59,7 @@ class Facet(Protocol):
         """Return the points (k, 2) of a lattice on the facet with `steps` equal intervals along each side."""
 
     @staticmethod
-    def folded(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
+    def rule_from_square(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
         """Map a quadrature rule from the square [-1, 1]^2 to the facet: return points (q, 2) and weights (q,).
 
         `a` and `b` (q,) are the coordinates of the rule's points on the square, `w` (q,) the weights.
@@ -75,7 +75,7 @@ class Element(Protocol):
     meshio: ClassVar[str]  # meshio's cell name, for reading and writing files
     nodes: ClassVar[int]
     between: ClassVar[Rows]  # for each node after the corners: the corners whose mean is its position
-    turned: ClassVar[tuple[int, ...]]  # node order that turns an inverted cell into a valid one
+    mirrored_nodes: ClassVar[tuple[int, ...]]  # node order that turns an inverted cell into a valid one
     facets: ClassVar[Rows]  # nodes of each facet, counter-clockwise from outside
     facet: ClassVar[type[Facet]]
     monomials: ClassVar[Rows]  # exponents of xi, eta, zeta of the monomials in its shape functions
@@ -132,7 +132,7 @@ class Element(Protocol):
         """Return local points (m, 3) with points outside the reference cell moved to its boundary."""
 
     @staticmethod
-    def strewn(rng: np.random.Generator, count: int) -> Floats:
+    def random_points(rng: np.random.Generator, count: int) -> Floats:
         """Return uniformly distributed random local points (count, 3)."""
 
     @staticmethod

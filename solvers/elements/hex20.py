@@ -41,7 +41,7 @@ class Hex20(QuadraticHexahedron):
     finer: ClassVar[str] = "hex20"
     most: ClassVar[float] = 1e6
     between: ClassVar[Rows] = EDGES
-    turned: ClassVar[tuple[int, ...]] = mirrored_order(Hexahedron.mirror, EDGES)
+    mirrored_nodes: ClassVar[tuple[int, ...]] = mirrored_order(Hexahedron.mirror, EDGES)
     facets: ClassVar[Rows] = facet_nodes(Hexahedron.sides, 8, EDGES, Quad8)
     facet: ClassVar[type[Facet]] = Quad8
     monomials: ClassVar[Rows] = (

@@ -48,7 +48,7 @@ class Hex27(QuadraticHexahedron):
     finer: ClassVar[str] = "hex27"
     most: ClassVar[float] = 5e5
     between: ClassVar[Rows] = BETWEEN
-    turned: ClassVar[tuple[int, ...]] = mirrored_order(Hexahedron.mirror, BETWEEN)
+    mirrored_nodes: ClassVar[tuple[int, ...]] = mirrored_order(Hexahedron.mirror, BETWEEN)
     facets: ClassVar[Rows] = facet_nodes(Hexahedron.sides, 8, BETWEEN, Quad9)
     facet: ClassVar[type[Facet]] = Quad9
     monomials: ClassVar[Rows] = tuple(product(range(3), repeat=3))

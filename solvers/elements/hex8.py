@@ -46,7 +46,7 @@ class Hex8(Hexahedron):
     integrations: ClassVar[tuple[str, ...]] = ("full", "selective")
     springs: ClassVar[bool] = True
     between: ClassVar[Rows] = ()
-    turned: ClassVar[tuple[int, ...]] = Hexahedron.mirror
+    mirrored_nodes: ClassVar[tuple[int, ...]] = Hexahedron.mirror
     facets: ClassVar[Rows] = Hexahedron.sides
     facet: ClassVar[type[Facet]] = Quad4
     monomials: ClassVar[Rows] = (

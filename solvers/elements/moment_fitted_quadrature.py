@@ -26,13 +26,13 @@ def _monomial_exponents(nodes: int) -> Floats:
 
     The degree is the total degree on triangles and the degree in each coordinate on squares.
     """
-    return FACETS[nodes].powers(FACETS[nodes].pressed)
+    return FACETS[nodes].powers(FACETS[nodes].area_vector_degree)
 
 
 @cache
 def point_positions(nodes: int) -> Floats:
     """Return the local coordinates (q, 2) of the quadrature points on a facet with `nodes` nodes."""
-    return FACETS[nodes].lattice(FACETS[nodes].pressed)
+    return FACETS[nodes].lattice(FACETS[nodes].area_vector_degree)
 
 
 @cache
@@ -72,4 +72,4 @@ def gauss_rule(nodes: int, n: int = 10) -> tuple[Floats, Floats]:
     """
     x, w = np.polynomial.legendre.leggauss(n)
     a, b = (t.ravel() for t in np.meshgrid(x, x))
-    return FACETS[nodes].folded(a, b, np.outer(w, w).ravel())
+    return FACETS[nodes].rule_from_square(a, b, np.outer(w, w).ravel())

@@ -80,7 +80,7 @@ class Tetrahedron:
         return inside
 
     @staticmethod
-    def strewn(rng: np.random.Generator, count: int) -> Floats:
+    def random_points(rng: np.random.Generator, count: int) -> Floats:
         """Return uniformly distributed random local points (count, 3)."""
         return rng.dirichlet(np.ones(4), size=count)[:, 1:]
 
@@ -205,7 +205,7 @@ class Hexahedron:
         return np.clip(xi, -1.0, 1.0)
 
     @staticmethod
-    def strewn(rng: np.random.Generator, count: int) -> Floats:
+    def random_points(rng: np.random.Generator, count: int) -> Floats:
         """Return uniformly distributed random local points (count, 3)."""
         return rng.uniform(-1.0, 1.0, size=(count, 3))
 

@@ -62,7 +62,7 @@ class Wedge:
         return np.column_stack([inside, np.clip(xi[:, 2], -1.0, 1.0)])
 
     @staticmethod
-    def strewn(rng: np.random.Generator, count: int) -> Floats:
+    def random_points(rng: np.random.Generator, count: int) -> Floats:
         """Return uniformly distributed random local points (count, 3)."""
         return np.column_stack([rng.dirichlet(np.ones(3), size=count)[:, 1:], rng.uniform(-1.0, 1.0, count)])
 

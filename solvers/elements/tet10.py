@@ -48,7 +48,7 @@ class Tet10(Tetrahedron):
     integrations: ClassVar[tuple[str, ...]] = ("full",)
     springs: ClassVar[bool] = False
     between: ClassVar[Rows] = EDGES
-    turned: ClassVar[tuple[int, ...]] = mirrored_order(Tetrahedron.mirror, EDGES)
+    mirrored_nodes: ClassVar[tuple[int, ...]] = mirrored_order(Tetrahedron.mirror, EDGES)
     facets: ClassVar[Rows] = facet_nodes(Tetrahedron.sides, 4, EDGES, Tri6)
     facet: ClassVar[type[Facet]] = Tri6
     monomials: ClassVar[Rows] = (

@@ -43,7 +43,7 @@ class Tet4(Tetrahedron):
     integrations: ClassVar[tuple[str, ...]] = ("full",)
     springs: ClassVar[bool] = True
     between: ClassVar[Rows] = ()
-    turned: ClassVar[tuple[int, ...]] = Tetrahedron.mirror
+    mirrored_nodes: ClassVar[tuple[int, ...]] = Tetrahedron.mirror
     facets: ClassVar[Rows] = Tetrahedron.sides
     facet: ClassVar[type[Facet]] = Tri3
     monomials: ClassVar[Rows] = ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))

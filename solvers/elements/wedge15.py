@@ -45,7 +45,7 @@ class Wedge15(Wedge):
     integrations: ClassVar[tuple[str, ...]] = ("full",)
     springs: ClassVar[bool] = False
     between: ClassVar[Rows] = Wedge.edges
-    turned: ClassVar[tuple[int, ...]] = mirrored_order(Wedge.mirror, Wedge.edges)
+    mirrored_nodes: ClassVar[tuple[int, ...]] = mirrored_order(Wedge.mirror, Wedge.edges)
     facets: ClassVar[Rows] = facet_nodes(Wedge.sides, 6, Wedge.edges, Quad8)
     facet: ClassVar[type[Facet]] = Quad8
     monomials: ClassVar[Rows] = (

@@ -42,7 +42,7 @@ class Wedge6(Wedge):
     integrations: ClassVar[tuple[str, ...]] = ("full",)
     springs: ClassVar[bool] = False
     between: ClassVar[Rows] = ()
-    turned: ClassVar[tuple[int, ...]] = Wedge.mirror
+    mirrored_nodes: ClassVar[tuple[int, ...]] = Wedge.mirror
     facets: ClassVar[Rows] = Wedge.sides
     facet: ClassVar[type[Facet]] = Quad4
     monomials: ClassVar[Rows] = ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0, 1, 1))

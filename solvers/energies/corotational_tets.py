@@ -54,7 +54,7 @@ class CorotationalTets(LaggedTangentEnergy):
     `dNdX` (m, 1, 4, 3) in 1/m and `w` (m, 1) in m^3 are those of `Elastic`; x is the displacement (3 nodes,).
     """
 
-    cellular = True
+    integrates_cells = True
 
     cells: Ints
     dNdX: Floats
@@ -69,7 +69,7 @@ class CorotationalTets(LaggedTangentEnergy):
         return (3 * self.cells[:, :, None] + np.arange(3)).reshape(len(self.cells), -1)
 
     @property
-    def kept(self) -> int:
+    def lagged_size(self) -> int:
         """Number of values that a lagged tangent stores per state: tr(S - I) of each cell."""
         return len(self.cells)
 
@@ -97,7 +97,7 @@ class CorotationalTets(LaggedTangentEnergy):
         np.add.at(forces, self.cells, stiffest * self.w * np.linalg.norm(self.dNdX[:, 0], axis=2))
         return float(np.finfo(np.float64).eps * np.linalg.norm(forces))
 
-    def sound(self, x: Floats) -> bool:
+    def has_no_inverted_cells(self, x: Floats) -> bool:
         """Return whether no cell is inverted: det F > 0 in every cell."""
         return bool(has_no_inverted_cell(np.ascontiguousarray(x).reshape(-1, 3), self.cells, self._G, np.empty((3, 3))))
 
@@ -115,7 +115,7 @@ class CorotationalTets(LaggedTangentEnergy):
         """Add the tangent stiffness, N/m."""
         self._assemble_cells(TANGENT + PROJECTED * projected, x, _NONE, data, self._rows(slots), scale)
 
-    def add_gradient_kept(self, x: Floats, g: Floats, traces: Floats) -> None:
+    def add_gradient_and_lagged(self, x: Floats, g: Floats, traces: Floats) -> None:
         """Add the nodal forces as `add_gradient` does, and write tr(S - I) of each cell into `traces` (m,)."""
         self._assemble_cells(FORCE + KEEP, x, g, _NONE, _NO_SLOTS, 1.0, traces)
 

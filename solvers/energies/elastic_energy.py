@@ -81,7 +81,7 @@ class Elastic(Energy):
     stiffness-proportional damping; if it is None, the positive semi-definite tangent of `law` is used.
     """
 
-    cellular = True
+    integrates_cells = True
 
     cells: Ints
     dNdX: Floats
@@ -275,7 +275,7 @@ class Elastic(Energy):
 class EnergySum(Energy):
     """Sum of energies over the same stencils, such as shear at all points plus volume change once per cell."""
 
-    cellular = True
+    integrates_cells = True
 
     parts: tuple[Energy, ...]
 

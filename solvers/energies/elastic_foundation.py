@@ -21,7 +21,7 @@ class ElasticFoundation(DampedEnergy):
     Source: Hetenyi (1946), "Beams on Elastic Foundation", chapter 1.
     """
 
-    grounded = True
+    resists_rigid_motion = True
 
     facets: Ints
     K: Floats

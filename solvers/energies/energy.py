@@ -28,13 +28,13 @@ class Energy(Protocol):
     """Interface of an energy: value, gradient and Hessian over local stencils of degrees of freedom."""
 
     saddle: ClassVar[bool] = False  # unknowns include pressures, in which the energy is a maximum
-    grounded: ClassVar[bool] = False  # it resists rigid-body motion
-    cellular: ClassVar[bool] = False  # it integrates a law over cells, with or without pressures
-    told: Any = None  # nodes (n,) whose forces are its reaction, if the sum over all nodes vanishes; None: all
-    driven: ClassVar[bool] = False  # a load that is not proportional to its factor; its method `at` evaluates it
+    resists_rigid_motion: ClassVar[bool] = False  # it resists rigid-body motion
+    integrates_cells: ClassVar[bool] = False  # it integrates a law over cells, with or without pressures
+    reaction_nodes: Any = None  # nodes (n,) of its reaction, if the sum over all nodes vanishes; None: all
+    not_proportional: ClassVar[bool] = False  # a load not proportional to its factor; its method `at` evaluates it
 
     @property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """True if the energy contains friction, which has a potential only in its `lagged` form."""
         return False
 
@@ -103,7 +103,7 @@ class DynamicPatternEnergy(Energy):
         raise NotImplementedError(f"{type(self).__name__} does not know how far a way leads")
 
     @property
-    def stride(self) -> float:
+    def largest_support_step(self) -> float:
         """Largest admissible motion of supports, m, between two consecutive equilibrium solutions."""
         return np.inf
 
@@ -112,24 +112,24 @@ class LaggedTangentEnergy(Energy):
     """An energy whose tangent can take part of the stress from an earlier state.
 
     An example is the pressure of nearly incompressible cells. In an extrapolated state this pressure is wrong and makes
-    the tangent indefinite. The lagged part of the stress is described by `kept` numbers per state.
+    the tangent indefinite. The lagged part of the stress is described by `lagged_size` values.
     """
 
     @property
-    def kept(self) -> int:
+    def lagged_size(self) -> int:
         """Number of values that describe the lagged part of the stress in one state."""
         raise NotImplementedError(f"{type(self).__name__} keeps nothing of a state")
 
-    def sound(self, x: Floats) -> bool:
+    def has_no_inverted_cells(self, x: Floats) -> bool:
         """Return whether no cell is inverted in state x."""
         raise NotImplementedError(f"{type(self).__name__} does not know what is inside out")
 
-    def add_gradient_kept(self, x: Floats, g: Floats, traces: Floats) -> None:
-        """Add the gradient, and write the lagged values of the state x into `traces` (kept,)."""
+    def add_gradient_and_lagged(self, x: Floats, g: Floats, traces: Floats) -> None:
+        """Add the gradient, and write the lagged values of the state x into `traces` (lagged_size,)."""
         raise NotImplementedError(f"{type(self).__name__} keeps nothing of a state")
 
     def add_both_lagged(self, x: Floats, g: Floats, data: Floats, slots: Ints, traces: Floats) -> None:
-        """Add the gradient and the Hessian together, taking the lagged part of the Hessian from `traces` (kept,)."""
+        """Add the gradient and the Hessian, with the lagged part of the Hessian from `traces` (lagged_size,)."""
         raise NotImplementedError(f"{type(self).__name__} has no lagged tangent")
 
 

@@ -47,7 +47,7 @@ class MixedSolid(Energy):
     """
 
     saddle = True
-    cellular = True
+    integrates_cells = True
 
     cells: Ints
     dNdX: Floats
@@ -177,7 +177,7 @@ class MeanDilatation(Energy):
     whole rings.
     """
 
-    cellular = True
+    integrates_cells = True
 
     cells: Ints
     dNdX: Floats

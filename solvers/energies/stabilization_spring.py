@@ -21,7 +21,7 @@ class StabilizationSpring(Energy):
     an equilibrium without the spring. The proximal point method (Martinet 1970; Rockafellar 1976) moves a there.
     """
 
-    grounded = True
+    resists_rigid_motion = True
 
     shares: Floats
     spring: float
@@ -34,7 +34,7 @@ class StabilizationSpring(Energy):
         return np.arange(3 * len(self.shares)).reshape(-1, 3)
 
     @property
-    def gone(self) -> StabilizationSpring:
+    def without_stiffness(self) -> StabilizationSpring:
         """Spring of zero stiffness over the same nodes, which carries no force."""
         return replace(self, spring=0.0)
 

@@ -54,7 +54,7 @@ class RelaxationSeries(Protocol):
     @property
     def springs(self) -> BranchSprings | None: ...
 
-    def compliant(self, S: Floats) -> Floats:
+    def twice_complementary_energy(self, S: Floats) -> Floats:
         """Return S : C^-1 : S (...), J/m^3, of stresses S (..., 3, 3), Pa, with C the elasticity tensor at rest."""
 
     def stress(self, F: Floats) -> Floats:
@@ -170,7 +170,7 @@ class ViscoelasticHistory(EnergyHistory):
         It is sum H : C^-1 : H / 2g if the stress is linear in the strain, or small.
         """
         known = self.series
-        small: Floats = 0.5 * np.einsum("kn,k->n", known.compliant(H), 1.0 / known.g)
+        small: Floats = 0.5 * np.einsum("kn,k->n", known.twice_complementary_energy(H), 1.0 / known.g)
         if known.springs is None:
             return small
         C, total = 2.0 * E + np.eye(3), np.zeros(len(S))
@@ -193,7 +193,9 @@ class ViscoelasticHistory(EnergyHistory):
             a, half = -0.5 * tau * np.expm1(-2.0 * z), np.tanh(0.5 * z)
             # int |A e + B|^2 = a |A|^2 + 2 b A.B + h |B|^2, with A = H - B and b = -tau expm1(-z): a square in H and
             # B, kept as one, and what is left of B, h - b^2 / a = tau (z - 2 tanh(z / 2)), which short steps cancel
-            total += (a * known.compliant(H + half * B) + tau * left * known.compliant(B)) / (g * tau)
+            total += (
+                a * known.twice_complementary_energy(H + half * B) + tau * left * known.twice_complementary_energy(B)
+            ) / (g * tau)
         return total
 
     def _step_dissipation(self, springs: BranchSprings, S: Floats, E: Floats, h: float) -> Floats:

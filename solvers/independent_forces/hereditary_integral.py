@@ -81,7 +81,7 @@ class DisplacementHistory:
     measure: Measure
     depth: float = 0.0
 
-    def held(self, points: Floats, cells: Ints, kind: str, mean: bool = False) -> Floats:
+    def remaining_stress(self, points: Floats, cells: Ints, kind: str, mean: bool = False) -> Floats:
         """Return the part of the relaxing stress that remains from the history (m q, 3, 3), Pa, in some cells.
 
         It is a second Piola-Kirchhoff stress, at the quadrature points of the cells, or once per cell if `mean`.
@@ -149,7 +149,9 @@ class ViscoelasticBody(CheckedBody):
 
     def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
         """Return P (n, 3, 3), Pa, at the points of some cells, and the error of its entries, Pa."""
-        return self.course.relaxed(term.stress, F, self.course.held(self.points, cells, self.kind, term.mean))
+        return self.course.relaxed(
+            term.stress, F, self.course.remaining_stress(self.points, cells, self.kind, term.mean)
+        )
 
 
 @dataclass(frozen=True)
@@ -161,7 +163,7 @@ class ViscoelasticMixedBody(MixedBody):
     def _split(self, some: slice) -> SplitLaw:
         """Return the split law of the cells `some`, including the deviatoric stress that remains from the history."""
         course, whole = self.course, self.split.shape
-        held = course.held(self.points, self.cells[some], self.kind)
+        held = course.remaining_stress(self.points, self.cells[some], self.kind)
         return replace(self.split, shape=RelaxedStress(course, whole, held))
 
 

@@ -26,8 +26,8 @@ class CheckedRod:
     `natural` are positions and frames at rest, if the rod is not straight. `l` (n - 1,), m, are the lengths of the
     elements at rest. `C` are the stiffnesses EA, GA2, GA3 (N), GJ, EI2, EI3 (N m^2): (6,), or (n - 1, 6) for each
     element. Modes in `rigid` are constrained; their internal forces are unknown and chosen so that the other forces
-    balance best. The strains `gone` (n - 1, 6), which have relaxed in a viscoelastic rod, are subtracted from the
-    strains.
+    balance best. The strains `relaxed_strains` (n - 1, 6), which have relaxed in a viscoelastic rod, are
+    subtracted from the strains.
     """
 
     x: Floats
@@ -36,7 +36,7 @@ class CheckedRod:
     C: Floats
     rigid: tuple[int, ...] = ()
     natural: tuple[Floats, Floats] | None = None
-    gone: Floats | None = None
+    relaxed_strains: Floats | None = None
 
     @cached_property
     def _rest_strains(self) -> tuple[Floats, Floats]:
@@ -55,7 +55,7 @@ class CheckedRod:
         """
         e, Ra = len(self.l), self.R[:-1]
         _, inverse, middle, d, A = self._element_kinematics
-        left = self.strains if self.gone is None else self.strains - self.gone
+        left = self.strains if self.relaxed_strains is None else self.strains - self.relaxed_strains
         carried = left[:, :3] * self.C[..., :3]
         carried[:, list(self.rigid)] = 0.0
         M = np.einsum("eij,ekj,ek->ei", Ra, inverse, left[:, 3:] * self.C[..., 3:])

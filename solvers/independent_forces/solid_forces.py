@@ -239,10 +239,10 @@ class StressTerm:
 class CheckedBody:
     """A deformed mesh under test: `points` (n, 3), m, `cells` (m, a), displacements `u` (n, 3), m.
 
-    `stiff` is a modulus, Pa, for rounding errors. If `turned`, each cell has one rotation, that of its mean deformation
-    gradient, and the forces of linear elasticity in that frame. If `depth`, m, is given, the mesh is a slice of that
-    thickness through a body of revolution about the y axis, and forces are those of whole rings. `rules` are local
-    points (m, q, 3) and weights (m, q) of each cell; None if all cells have the rule of their kind.
+    `stiff` is a modulus, Pa, for rounding errors. With `rotated_measure`, each cell has one rotation, that of its mean
+    deformation gradient, and the forces of linear elasticity in that frame. If `depth`, m, is given, the mesh is a
+    slice of that thickness through a body of revolution about the y axis, and forces are those of whole rings. `rules`
+    are local points (m, q, 3) and weights (m, q) of each cell; None if all cells have the rule of their kind.
     """
 
     points: Floats
@@ -251,7 +251,7 @@ class CheckedBody:
     u: Floats
     terms: tuple[StressTerm, ...]
     stiff: float
-    turned: bool = False
+    rotated_measure: bool = False
     depth: float = 0.0
     rules: tuple[Floats, Floats] | None = None
 
@@ -285,8 +285,8 @@ class CheckedBody:
         own = self.points, cells, self.kind, self._rule(at, term.mean)
         dNdX, w, hoop = kinematics(*own, self.depth, term.mean)
         U = self.u[cells] - self.u[cells[:, :1]]
-        R = self._rotation(cells, U) if self.turned else np.broadcast_to(np.eye(3), (len(cells), 3, 3))
-        if self.turned:  # displacements in the frame that turns with the cell
+        R = self._rotation(cells, U) if self.rotated_measure else np.broadcast_to(np.eye(3), (len(cells), 3, 3))
+        if self.rotated_measure:  # displacements in the frame that turns with the cell
             X = self.points[cells] - self.points[cells[:, :1]]
             U = (X + U) @ R - X
         F = U.swapaxes(1, 2)[:, None] @ dNdX + np.eye(3)
@@ -301,7 +301,7 @@ class CheckedBody:
         unsure = EPS * self.stiff * np.maximum(1.0, np.abs(F).max(axis=(2, 3)))
         unsure = unsure + np.broadcast_to(error, len(P.reshape(-1, 3, 3))).reshape(unsure.shape)
         size = np.einsum("mq,mqa->ma", np.abs(w) * unsure, np.linalg.norm(dNdX, axis=3))
-        return (f @ R.transpose(0, 2, 1) if self.turned else f), size
+        return (f @ R.transpose(0, 2, 1) if self.rotated_measure else f), size
 
     def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
         """Return P (n, 3, 3), Pa, at the points of the cells at `at` in the body, and the error of its entries, Pa."""

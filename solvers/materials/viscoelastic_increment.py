@@ -103,7 +103,7 @@ class PronySeries:
     measure: StrainMeasure
     springs: FirstInvariantBranch | IsotropicBranch | None = None
 
-    def compliant(self, S: Array) -> Array:
+    def twice_complementary_energy(self, S: Array) -> Array:
         """Return S : C^-1 : S (...), J/m^3, of stresses S (..., 3, 3), Pa, with C the elasticity tensor at rest.
 
         It is twice the small-strain energy of S.

@@ -118,7 +118,7 @@ class Arc(Swept):
             self.origin, (self.radius * math.sin(turn), t), (2.0 * self.radius * math.sin(0.5 * turn) ** 2, n)
         )
 
-    def own(self, point: Vector3) -> Vector3:
+    def section_coordinates(self, point: Vector3) -> Vector3:
         """Return a point's station and its two coordinates in the section there, m.
 
         The station is discontinuous halfway round the circle.
@@ -165,7 +165,7 @@ class Arc(Swept):
         return min(found), max(found)
 
     @property
-    def even(self) -> float:
+    def similar_mesh_size(self) -> float:
         """Cell size, m, such that this size and its whole fractions give meshes with similar sections."""
         section = self.section
         return section.radius / 2.5 if isinstance(section, Disc) else min(section.extents) / 2

@@ -54,10 +54,10 @@ class Combined(SurfaceBody):
                 return shape.fault
             if not shape.meshed:
                 return "one of its parts is a shape for rigid bodies only and cannot be combined"
-        return self.apart
+        return self.disjointness_error
 
     @property
-    def apart(self) -> str:
+    def disjointness_error(self) -> str:
         """Return an error if the bounding boxes do not overlap, so that the result is empty or in two pieces."""
         one, other = (shape.bounds for shape in self.pair)
         return _APART[self.operation] if _are_boxes_disjoint(one, other, self.operation == "union") else ""

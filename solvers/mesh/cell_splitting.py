@@ -109,7 +109,7 @@ def orient_positively(points: Floats, cells: Ints, element: type[Element]) -> In
     """Return cells of corner nodes; the nodes of cells with negative volume are reordered."""
     flipped = np.where(Mesh(points, cells, element.linear).volumes < 0)[0]
     cells = cells.copy()
-    cells[flipped] = cells[flipped][:, np.array(element_of(element.linear).turned)]
+    cells[flipped] = cells[flipped][:, np.array(element_of(element.linear).mirrored_nodes)]
     return cells
 
 

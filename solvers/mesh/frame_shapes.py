@@ -325,7 +325,7 @@ class Network(Shape):
         """
         for one, other in ((i, j), (j, i)):
             end = next(n for n in self.pairs[one] if n not in self.pairs[other])
-            s, u, v = self.members[other].own(self.points[end - 1])
+            s, u, v = self.members[other].section_coordinates(self.points[end - 1])
             if math.hypot(u, v) <= near and 0.0 <= s <= self.members[other].length:
                 return True
         return False

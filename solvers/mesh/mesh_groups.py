@@ -120,7 +120,7 @@ def reorder_faces(faces: Ints, which: Bools, element: type[Element]) -> Ints:
 
     `which` (m,) marks the cells whose nodes now have the order `element.turned`.
     """
-    now = np.argsort(np.array(element.turned))  # new position of each node
+    now = np.argsort(np.array(element.mirrored_nodes))  # new position of each node
     corners = element.facet.corners
     sides = [frozenset(side[:corners]) for side in element.facets]
     table = np.array([sides.index(frozenset(now[list(side[:corners])].tolist())) for side in element.facets])
@@ -133,7 +133,7 @@ def reorder_nodes(nodes: Ints, which: Bools, element: type[Element]) -> Ints:
 
     `which` (m,) marks the cells whose nodes now have the order `element.turned`.
     """
-    now = np.argsort(np.array(element.turned))
+    now = np.argsort(np.array(element.mirrored_nodes))
     cell, local = nodes.T
     return np.stack([cell, np.where(which[cell], now[local], local)], axis=1)
 

@@ -257,7 +257,7 @@ class Cone(Revolution):
         return self.radius + (self.end - self.radius) * station / self.length
 
     @property
-    def even(self) -> float:
+    def similar_mesh_size(self) -> float:
         """Cell size, m, such that this size and its whole fractions give meshes with similar sections."""
         return max(self.radius, self.end) / 2.5
 

@@ -242,7 +242,7 @@ class Shape:
         return ""
 
     @property
-    def even(self) -> float | None:
+    def similar_mesh_size(self) -> float | None:
         """Cell size, m, such that this size and its whole fractions give similar meshes; None if there is none."""
         return None
 
@@ -356,7 +356,7 @@ class Swept(Shape):
         """Return the lowest and highest coordinates of the part between two stations, m."""
         raise NotImplementedError(f"{type(self).__name__} has no axis")
 
-    def own(self, point: Vector3) -> Vector3:
+    def section_coordinates(self, point: Vector3) -> Vector3:
         """Return a point's station and two section coordinates, m; stations continue beyond the ends."""
         raise NotImplementedError(f"{type(self).__name__} has no axis")
 
@@ -366,7 +366,7 @@ class Swept(Shape):
 
     def coordinates(self, X: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the stations and both section coordinates of points X (n, 3), as three arrays (n,), m."""
-        s, u, v = np.array([self.own(tuple(point)) for point in X.tolist()]).reshape(-1, 3).T
+        s, u, v = np.array([self.section_coordinates(tuple(point)) for point in X.tolist()]).reshape(-1, 3).T
         return s, u, v
 
     @property
@@ -382,13 +382,13 @@ class Swept(Shape):
     def contains(self, point: Vector3) -> bool:
         """Return whether the body contains a point, within 1e-9 of its length."""
         slack = 1e-9 * self.length
-        s, u, v = self.own(point)
+        s, u, v = self.section_coordinates(point)
         return -slack <= s <= self.length + slack and self.section_at(s).contains(u, v, slack)
 
     def hollow_at(self, point: Vector3) -> bool:
         """Return whether a point lies inside a hole on the axis, within 1e-9 of the length."""
         slack = 1e-9 * self.length
-        s, u, v = self.own(point)
+        s, u, v = self.section_coordinates(point)
         on = -slack <= s <= self.length + slack and math.hypot(u, v) <= slack
         return on and self.section_at(s).hollow is not None
 
@@ -411,7 +411,7 @@ class Prism(Swept):
         x, y, z = ((min(pair) - r, max(pair) + r) for pair, r in zip(ends, _largest_section_extent(self), strict=True))
         return (x[0], y[0], z[0]), (x[1], y[1], z[1])
 
-    def own(self, point: Vector3) -> Vector3:
+    def section_coordinates(self, point: Vector3) -> Vector3:
         """Return a point's station and its two section coordinates, m."""
         offset = [p - r for p, r in zip(point, self.root, strict=True)]
         s, u, v = (sum(a * o for a, o in zip(t, offset, strict=True)) for t in self.frame(0.0))

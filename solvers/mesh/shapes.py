@@ -65,7 +65,7 @@ class Cylinder(RoundPrism):
         return Disc(self.radius)
 
     @property
-    def even(self) -> float:
+    def similar_mesh_size(self) -> float:
         """Cell size, m, such that this size and its whole fractions give meshes with similar sections."""
         return self.radius / 2.5
 
@@ -137,7 +137,7 @@ class Box(Prism):
         return self.size[0] * self.size[1] * self.size[2]
 
     @property
-    def even(self) -> float:
+    def similar_mesh_size(self) -> float:
         """Cell size, m, such that this size and its whole fractions divide the shortest edge evenly."""
         return min(self.size) / 2
 

@@ -39,7 +39,7 @@ class RoundBody(Shape):
         return 0.0
 
     @property
-    def kept(self) -> int:
+    def halved_axis_count(self) -> int:
         """Number of the axes x, y, z along which only the half with the higher coordinates is kept."""
         return KEPT[self.part]
 
@@ -47,24 +47,26 @@ class RoundBody(Shape):
     def bounds(self) -> Bounds:
         """Lowest and highest coordinates, m."""
         ends = list(enumerate(zip(self.origin, self.outer, strict=True)))
-        low = tuple(o if i < self.kept else o - a for i, (o, a) in ends)
+        low = tuple(o if i < self.halved_axis_count else o - a for i, (o, a) in ends)
         return low, tuple(o + a for _, (o, a) in ends)  # type: ignore[return-value]
 
     @property
     def volume(self) -> float:
         """Exact volume, m^3."""
         x, y, z = self.outer
-        return 4.0 * math.pi / 3.0 * x * y * z * (1.0 - self.hollow**3) * 0.5**self.kept
+        return 4.0 * math.pi / 3.0 * x * y * z * (1.0 - self.hollow**3) * 0.5**self.halved_axis_count
 
     @property
-    def even(self) -> float | None:
+    def similar_mesh_size(self) -> float | None:
         """Cell size, m, such that this size and its whole fractions give similar meshes; None for a hollow body."""
         return None if self.hollow else max(self.outer) / 2.5
 
     def contains(self, point: Vector3) -> bool:
         """Return whether the body contains a point, within 1e-9 of its size."""
         off = [(p - o) / a for p, o, a in zip(point, self.origin, self.outer, strict=True)]
-        return self.hollow - 1e-9 <= math.hypot(*off) <= 1.0 + 1e-9 and all(c >= -1e-9 for c in off[: self.kept])
+        return self.hollow - 1e-9 <= math.hypot(*off) <= 1.0 + 1e-9 and all(
+            c >= -1e-9 for c in off[: self.halved_axis_count]
+        )
 
     @property
     def gradable(self) -> tuple[str, ...]:
@@ -77,8 +79,8 @@ class RoundBody(Shape):
 
         The radius is the distance from the centre along the longest axis. The angles are around the z axis and from it.
         """
-        largest, turn = max(self.outer), {0: (0.0, 2.0), 1: (-0.5, 0.5)}.get(self.kept, (0.0, 0.5))
-        tilt = 0.5 if self.kept == 3 else 1.0
+        largest, turn = max(self.outer), {0: (0.0, 2.0), 1: (-0.5, 0.5)}.get(self.halved_axis_count, (0.0, 0.5))
+        tilt = 0.5 if self.halved_axis_count == 3 else 1.0
         return {
             "radius": (self.hollow * largest, largest),
             "turn": (turn[0] * math.pi, turn[1] * math.pi),
@@ -120,7 +122,9 @@ class RoundBody(Shape):
         else:
             blocks, scale = build_ball(side, shells - len(beyond), [r / core for r in beyond]), core / largest
         stretch = tuple(scale * a for a in self.outer)
-        return curve_sides(mesh_blocks(blocks, kind, stretch, self.origin, self.kept), self.sides, self.within(cuts))
+        return curve_sides(
+            mesh_blocks(blocks, kind, stretch, self.origin, self.halved_axis_count), self.sides, self.within(cuts)
+        )
 
     def within(self, cuts: tuple[Cut, ...]) -> tuple[EllipsoidSide, ...]:
         """Return the ellipsoids inside the body at the radii of cuts."""

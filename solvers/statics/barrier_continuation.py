@@ -102,7 +102,7 @@ def _check_tunnelling(problem: Statics, found: Equilibrium) -> None:
 
 def _rigid_contacts(assembly: Assembly) -> list[Any]:
     """Return the rigid contacts of an assembly, at full load."""
-    known: list[Any] = [energy for energy in assembly.loads if energy.driven]
+    known: list[Any] = [energy for energy in assembly.loads if energy.not_proportional]
     return [energy.at(1.0) for energy in known]
 
 
@@ -120,8 +120,10 @@ def _with_stiffer_barriers(problem: Statics, factor: float, stay: bool = False) 
     def each(assembly: Assembly) -> Assembly:
         """Return an assembly with stiffer barriers."""
         known: list[Any] = list(assembly.loads)
-        loads = [energy.stiffer(factor) if energy.driven else energy for energy in known]
-        return assembly.acting(assembly.internal, [replace(e, earlier=None) if e.driven and stay else e for e in loads])
+        loads = [energy.stiffer(factor) if energy.not_proportional else energy for energy in known]
+        return assembly.acting(
+            assembly.internal, [replace(e, earlier=None) if e.not_proportional and stay else e for e in loads]
+        )
 
     return replace(problem, assembly=each(problem.assembly), twin=problem.twin and each(problem.twin))
 
@@ -130,7 +132,7 @@ def _without_added_points(problem: Statics) -> Statics:
     """Return the problem without added contact points."""
     before = problem.rest if problem.start is None else problem.start
     known: list[Any] = list(problem.assembly.loads)
-    loads = [energy.joining(None, before) if energy.driven else energy for energy in known]
+    loads = [energy.with_added_points(None, before) if energy.not_proportional else energy for energy in known]
     return replace(problem, assembly=problem.assembly.joined(loads))
 
 
@@ -143,11 +145,11 @@ def _with_added_points(problem: Statics, x: Floats) -> tuple[Statics | None, boo
     loads: list[Any] = list(problem.assembly.loads)
     stays = True
     for i, energy in enumerate(loads):
-        if energy.driven and energy.facing is not None:
+        if energy.not_proportional and energy.facing is not None:
             from softmark.solvers.contact.facet_penetration import search_penetration
 
             extra, may = search_penetration(energy.at(1.0), x)
             stays &= may
-            loads[i] = energy if extra is None else energy.joining(extra, before)
+            loads[i] = energy if extra is None else energy.with_added_points(extra, before)
     same = all(a is b for a, b in zip(loads, problem.assembly.loads, strict=True))
     return None if same else replace(problem, assembly=problem.assembly.joined(loads)), stays

@@ -102,9 +102,9 @@ class _PositionSearch:
         """Return the equilibrium where the given force is balanced. Raises NotConverged."""
         here = self._at(self.press.begun)
         while self.places < PLACES:
-            left = self._left(here)
+            left = self._unbalanced_force(here)
             if here.push == 0.0 and left == 0.0:
-                return self._kept(here, 0.0, 0.0)
+                return self._finished_equilibrium(here, 0.0, 0.0)
             if here.push == 0.0:
                 there = self._travel_to_contact(here, float(np.sign(left)))
             else:
@@ -112,15 +112,16 @@ class _PositionSearch:
                 if self._has_contact_force(here):
                     self.seen.append(TravelStiffness(here, stiffness))
                 if abs(left) <= self.problem.tolerance * abs(self.press.force) + self._rounding(here):
-                    return self._kept(here, left, stiffness)
+                    return self._finished_equilibrium(here, left, stiffness)
                 there = self._next(here, left, stiffness)
             if abs(there - here.d) <= self.least:
                 break
             here = self._solve_towards_travel(here, there)
-        reason = f"the force on the rigid body is not balanced to the tolerance: {abs(self._left(here)):.1e} N are left"
+        left = abs(self._unbalanced_force(here))
+        reason = f"the force on the rigid body is not balanced to the tolerance: {left:.1e} N are left"
         raise NotConverged(reason, self.history)
 
-    def _left(self, here: TravelPoint) -> float:
+    def _unbalanced_force(self, here: TravelPoint) -> float:
         """Return the unbalanced force at a position, N, and narrow the bracket of positions."""
         left = self.press.force - here.push
         if left > 0.0:
@@ -148,13 +149,13 @@ class _PositionSearch:
             most = self.stride = float(np.clip(GROWS * self.stride, first, LONGEST * self.problem.extent))
             step = float(np.copysign(most, left))
         there = here.d + float(np.clip(step, -most, most))
-        return there if self.low < there < self.high else self._between(there)
+        return there if self.low < there < self.high else self._bracket_middle(there)
 
     def _has_contact_force(self, here: TravelPoint) -> bool:
         """Return whether the contact force at a position is not negligible."""
         return abs(here.push) > NOTHING * abs(self.press.force)
 
-    def _between(self, there: float) -> float:
+    def _bracket_middle(self, there: float) -> float:
         """Return the middle of the bracket, or `there` if the bracket is still open on one side."""
         return 0.5 * (self.low + self.high) if np.isfinite(self.low) and np.isfinite(self.high) else there
 
@@ -183,28 +184,28 @@ class _PositionSearch:
         loads: list[Any] = list(problem.assembly.loads)
         for number in self.press.contacts:
             loads[number] = self.press.placed(loads[number], d)
-        if near is not None and not problem.rubs:
+        if near is not None and not problem.has_friction:
             last = iter(near.found.beside)
             for number, energy in enumerate(loads):
-                if energy.driven:
+                if energy.not_proportional:
                     own = next(last)
-                    loads[number] = replace(energy, earlier=own.body).joining(own.extra, near.found.x)
+                    loads[number] = replace(energy, earlier=own.body).with_added_points(own.extra, near.found.x)
             problem = replace(problem, start=near.found.x)
         found = self.find(_with_loads(problem, loads))
         self.history = (*self.history, *found.history)
-        return TravelPoint(d, found, self._push(found, found.x, d))
+        return TravelPoint(d, found, self._contact_force(found, found.x, d))
 
     def _body_contacts(self, found: Equilibrium) -> list[Any]:
         """Return the contacts of the rigid body in an equilibrium."""
-        driven = [i for i, energy in enumerate(self.problem.assembly.loads) if energy.driven]
+        driven = [i for i, energy in enumerate(self.problem.assembly.loads) if energy.not_proportional]
         count = len(self.problem.assembly.loads)
         own = {number % count for number in self.press.contacts}
         return [c for i, c in zip(driven, found.beside, strict=True) if i in own]
 
-    def _push(self, found: Equilibrium, x: Floats, d: float) -> float:
+    def _contact_force(self, found: Equilibrium, x: Floats, d: float) -> float:
         """Return the force on the deformable body along the travel, N, in a state x with the rigid body at d, m."""
         each = (self.press.placed(contact, d) for contact in self._body_contacts(found))
-        return float(sum(contact.pushes(x).sum(axis=0)[self.press.along] for contact in each))
+        return float(sum(contact.point_forces(x).sum(axis=0)[self.press.along] for contact in each))
 
     def _stiffness(self, here: TravelPoint) -> float:
         """Return the derivative of the contact force by the travel, N/m, including all deformation.
@@ -213,7 +214,7 @@ class _PositionSearch:
         """
         x, found = here.found.x, here.found
         last = iter(found.beside)
-        loads: list[Any] = [next(last) if energy.driven else energy for energy in self.problem.assembly.loads]
+        loads: list[Any] = [next(last) if energy.not_proportional else energy for energy in self.problem.assembly.loads]
         assembly = self.problem.assembly.joined(loads)
         own = self._body_contacts(found)
         e = SMALL * min(c.barrier.distance for c in own)
@@ -227,7 +228,7 @@ class _PositionSearch:
         except Singular:
             return 0.0
         way[assembly.free] = -K.solve(change[assembly.free])
-        ahead, behind = (self._push(found, x + sign * way, here.d + sign * e) for sign in (1.0, -1.0))
+        ahead, behind = (self._contact_force(found, x + sign * way, here.d + sign * e) for sign in (1.0, -1.0))
         return float((ahead - behind) / (2.0 * e))
 
     def _travel_to_contact(self, here: TravelPoint, sign: float) -> float:
@@ -247,11 +248,11 @@ class _PositionSearch:
             if way > far or not self.low <= here.d + sign * way <= self.high:
                 break
         if np.isfinite(self.low) and np.isfinite(self.high):
-            return self._between(here.d)
+            return self._bracket_middle(here.d)
         along = f"{'+' if sign > 0.0 else '-'}{'xyz'[self.press.along]}"
         raise NotConverged(f"nothing stops the rigid body: it moves on along {along}", self.history)
 
-    def _gave_way(self, here: TravelPoint) -> bool:
+    def _snaps_through(self, here: TravelPoint) -> bool:
         """Return whether the contact force falls somewhere on the way to a position, so that the body snaps through.
 
         Steps may jump over such a fall. So between two neighbouring positions the middle one is solved as well, unless
@@ -280,7 +281,7 @@ class _PositionSearch:
             pairs += [(a, own), (own, b)]
         return False
 
-    def _kept(self, here: TravelPoint, left: float, stiffness: float) -> Equilibrium:
+    def _finished_equilibrium(self, here: TravelPoint, left: float, stiffness: float) -> Equilibrium:
         """Return the equilibrium with the facts of the search added. Raises NotConverged if it is unstable."""
         if here.push != 0.0 and not stiffness > 0.0:
             reason = (
@@ -288,7 +289,7 @@ class _PositionSearch:
                 f"{abs(here.push):.3g} N"
             )
             raise NotConverged(reason, self.history)
-        gave_way = {"gave_way": True} if self._gave_way(here) else {}
+        gave_way = {"gave_way": True} if self._snaps_through(here) else {}
         known = {"travel_m": here.d, "left_N": left, "stiffness_N_m": stiffness, "places": self.places} | gave_way
         return replace(here.found, history=self.history, facts=here.found.facts | {"pressed": known})
 

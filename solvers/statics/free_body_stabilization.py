@@ -49,7 +49,7 @@ def solve_with_vanishing_spring(problem: Statics, find: Callable[[Statics], Equi
         if borne <= GONE:
             facts = {"bears": borne, "places": number + 1}
             return replace(found, history=history, facts=found.facts | {"grounded": facts})
-        if problem.rubs and borne > FALLS:
+        if problem.has_friction and borne > FALLS:
             raise NotConverged(
                 "the body falls onto a contact with friction, where this motion would wrongly count as slip", history
             )
@@ -70,7 +70,7 @@ def _load_resultant(problem: Statics) -> float:
     """
     f = np.zeros(problem.assembly.dofs)
     for energy, scale in problem.assembly.loaded(1.0):
-        if not energy.driven:
+        if not energy.not_proportional:
             energy.add_gradient(problem.rest, f, scale)
     return 0.0 if problem.resultant is None else problem.resultant(f)
 
@@ -103,15 +103,15 @@ def _with_internal_energies(assembly: Assembly, internal: list[Energy]) -> Assem
 def _with_bodies_in_final_positions(assembly: Assembly) -> Assembly:
     """Return the assembly with rigid bodies already in their final positions at the start."""
     known: list[Any] = list(assembly.loads)
-    return assembly.acting(assembly.internal, [replace(e, earlier=None) if e.driven else e for e in known])
+    return assembly.acting(assembly.internal, [replace(e, earlier=None) if e.not_proportional else e for e in known])
 
 
 def _failure_reason(problem: Statics, ground: StabilizationSpring, x: Floats, borne: float) -> str:
     """Return the reason why contact does not come to hold the body, as text."""
-    each: list[Any] = [e for e in problem.assembly.loads if e.rubs]
+    each: list[Any] = [e for e in problem.assembly.loads if e.has_friction]
     if any(e.at(1.0).pressures(x).any() for e in each) and not any(e.at(1.0).holds(x) for e in each):
         held = problem.fixed.size > 0 or any(
-            e.grounded for e in problem.assembly.internal if not isinstance(e, StabilizationSpring)
+            e.resists_rigid_motion for e in problem.assembly.internal if not isinstance(e, StabilizationSpring)
         )
         return f"{SLIDES} at 100 % of the load{HELD if held else ', and nothing else holds it'}"
     way = ground.forces(x).sum(axis=0)

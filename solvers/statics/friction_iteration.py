@@ -103,13 +103,13 @@ def _solve_with_full_tangent(newton: Newton, x: Floats, load: float, residual: f
 
 def _has_rigid_friction(assembly: Assembly) -> bool:
     """Return whether there is friction with rigid bodies; their barriers are softened first."""
-    return any(e.rubs for e in assembly.loads)
+    return any(e.has_friction for e in assembly.loads)
 
 
 def _explain_sliding_failure(newton: Newton, failure: NotConverged, x: Floats | None, load: float) -> NotConverged:
     """Return the error, with a reason added if all points in contact slide where Newton's method stopped."""
     soft = with_softer_barriers(newton.assembly, load, SOFT)
-    each: list[Any] = [e for e in (*soft.internal, *soft.loads) if e.rubs]
+    each: list[Any] = [e for e in (*soft.internal, *soft.loads) if e.has_friction]
     if x is None or any(e.holds(x) for e in each):
         return failure
     reason = f"{SLIDES} at {100 * load:.4g} % of the load"
@@ -130,6 +130,6 @@ def _with_lagged_friction(assembly: Assembly, x: Floats, before: Assembly | None
 
     def each(own: Any, known: Any) -> list[Any]:
         """Return energies with lagged friction."""
-        return [e.lagged(x, e0, grips) if e.rubs else e for e, e0 in zip(own, known, strict=True)]
+        return [e.lagged(x, e0, grips) if e.has_friction else e for e, e0 in zip(own, known, strict=True)]
 
     return assembly.acting(each(assembly.internal, was.internal), each(assembly.loads, was.loads))

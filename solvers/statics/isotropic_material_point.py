@@ -239,7 +239,7 @@ class PrincipalPoint:
 
     # ------------------------------------------------------------------ results
 
-    def told(self, drive: ImposedDeformation, found: Any) -> PointState:
+    def complete_state(self, drive: ImposedDeformation, found: Any) -> PointState:
         """Return the complete state of a solution `found` of `newton`."""
         e, p, iterations, (psi, tau, bent) = found
         if drive.shear is not None:

@@ -47,9 +47,9 @@ def _next_equilibrium(newton: Newton, x: Floats, load: float, target: float) -> 
 
     Returns None if full steps find no valid one.
     """
-    most = MEETING if newton.problem.touches else EACH
+    most = MEETING if newton.problem.may_contact else EACH
     try:
-        start = newton.carry(x, target - load, load)
+        start = newton.predict_equilibrium(x, target - load, load)
         there, done, _ = newton.steps(start, most, target)
     except NotConverged:
         return None
@@ -57,7 +57,7 @@ def _next_equilibrium(newton: Newton, x: Floats, load: float, target: float) -> 
         return None
     if not (done and newton.problem.sound(there)):
         return None
-    lost = newton.problem.lost(there, target)
+    lost = newton.problem.missing_rotation(there, target)
     if lost == COARSE:  # this happens on the path itself: shorter steps do not help
         raise CoarseTurn(f"at {100 * target:.4g} % of the load, {lost}", tuple(newton.history))
     return None if lost else there

@@ -131,11 +131,11 @@ class MaterialPoint:
                 start, total = (then.F.diagonal(), then.pressure), total + then.iterations
             elif (step := 0.5 * step) < SHORTEST:
                 raise NoState(reached, start[0])
-        return replace(found or self.told(drive, (*start, 0)), iterations=total)
+        return replace(found or self.complete_state(drive, (*start, 0)), iterations=total)
 
     def _accept_stable_state(self, way: Any, drive: ImposedDeformation, found: Any) -> PointState | None:
         """Return a solution `found` as a state if it is stable and in the domain of the law, else None."""
-        told: PointState | None = None if found is None else way.told(drive, found)
+        told: PointState | None = None if found is None else way.complete_state(drive, found)
         if told is None or self.linear:
             return told
         sound = math.isfinite(told.psi) and told.held > 0.0 and told.volume > NOTHING
@@ -272,7 +272,7 @@ class MaterialPoint:
 
     # ------------------------------------------------------------------ results
 
-    def told(self, drive: ImposedDeformation, found: tuple[Floats, float, int]) -> PointState:
+    def complete_state(self, drive: ImposedDeformation, found: tuple[Floats, float, int]) -> PointState:
         """Return the complete state of a solution `found` of `newton`."""
         t, p, iterations = found
         F, free = drive.F(t), np.flatnonzero(np.isnan(drive.stretches))

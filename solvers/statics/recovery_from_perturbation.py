@@ -104,7 +104,7 @@ class _Recovery:
     def walk(self) -> Equilibrium:
         """Return the recovered equilibrium: descend, check, repair bad cells, repeat. Raises NotConverged."""
         x = self._initial_state()
-        lawful = self.newton.minimal and self._has_finite_energy(x)
+        lawful = self.newton.minimizes_energy and self._has_finite_energy(x)
         doubt = "no energy minimization finished"
         for self.attempts in range(ATTEMPTS + 1):
             if self.attempts:
@@ -223,7 +223,7 @@ class _Recovery:
         if not self._has_finite_energy(x):
             raise NotConverged("the energy of the law is not finite in this state", tuple(self.history))
         self.newton.moved = self.problem.extent * float(np.sqrt(self.problem.space.dofs))
-        if self.newton.minimal:
+        if self.newton.minimizes_energy:
             x = self._descend(self.problem.assembly, x, 1.0, "recovery")
             x, self.stable = self.newton.stable(self.newton.descend(x, 1.0))
             return x
@@ -266,7 +266,7 @@ class _Recovery:
         """Return a message if the energy differs from that of the equilibrium without perturbation; else None."""
         if self._unperturbed_equilibrium is None:
             return None
-        if not self.newton.minimal:
+        if not self.newton.minimizes_energy:
             return (
                 "it is another equilibrium than without the disturbance" if self._has_other_displacements(x) else None
             )

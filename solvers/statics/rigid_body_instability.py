@@ -25,7 +25,7 @@ def describe_rigid_instability(newton: Newton, x: Floats) -> str | None:
     points, free = newton.assembly.points, newton.assembly.free
     if points is None:
         return None
-    d = newton.downhill(x)[free]
+    d = newton.softest_direction(x)[free]
     R = rigid_motions(points + x.reshape(-1, 3), free)
     by = np.asarray(np.linalg.lstsq(R, d, rcond=None)[0], dtype=np.float64)
     if float(np.sum((R @ by) ** 2)) < WHOLE * float(d @ d):

@@ -24,8 +24,14 @@ def predict_sticking_motion(problem: Statics, x: Floats) -> Floats:
     assembly, way, old = problem.assembly, np.zeros_like(x), []
     for energy in assembly.loads:
         known: Any = energy
-        old.append(known.with_sticking_points(x, way) if energy.rubs else known.before() if energy.driven else energy)
-    C = Assembly(assembly.dofs, problem.fixed, [], [e for e in old if e.driven]).tangent(x, 1.0)
+        old.append(
+            known.with_sticking_points(x, way)
+            if energy.has_friction
+            else known.before()
+            if energy.not_proportional
+            else energy
+        )
+    C = Assembly(assembly.dofs, problem.fixed, [], [e for e in old if e.not_proportional]).tangent(x, 1.0)
     change = np.zeros_like(x)
     change[assembly.free] = -C @ way[assembly.free]
     return linear_response(problem, assembly.acting(assembly.internal, old), x, change)
@@ -38,7 +44,7 @@ def force_change_of_rigid_motion(assembly: Assembly, x: Floats, load: float, to:
     """
     found, known = np.zeros(assembly.dofs), list[Any](assembly.loads)
     for energy in known:
-        if energy.driven:
+        if energy.not_proportional:
             energy.at(load).add_force_change_of_motion(x, energy.at(to).body, found)
     return found
 
@@ -49,13 +55,13 @@ def predict_rigid_motion(problem: Statics, x: Floats) -> Floats:
     Points in contact move with their rigid body. The state is returned unchanged if the earlier positions of rigid
     bodies are unknown, or the tangent is singular.
     """
-    if any(energy.rubs for energy in problem.assembly.loads):
+    if any(energy.has_friction for energy in problem.assembly.loads):
         return predict_sticking_motion(problem, x)
     known: list[Any] = list(problem.assembly.loads)
-    each = [energy.driven and energy.earlier is not None for energy in known]
+    each = [energy.not_proportional and energy.earlier is not None for energy in known]
     if not any(each):
         return x
-    loads = [energy.before() if energy.driven else energy for energy in known]
+    loads = [energy.before() if energy.not_proportional else energy for energy in known]
     change = np.zeros(problem.assembly.dofs)
     for energy, was, moves in zip(known, loads, each, strict=True):
         if moves:
@@ -78,7 +84,7 @@ def linear_response(problem: Statics, before: Assembly, x: Floats, change: Float
     from softmark.solvers.contact.continuous_collision import collision_free_fraction
 
     d = before.limit(x, d) * d
-    was, now = ([e.at(1.0) for e in list[Any](each.loads) if e.driven] for each in (before, problem.assembly))
+    was, now = ([e.at(1.0) for e in list[Any](each.loads) if e.not_proportional] for each in (before, problem.assembly))
     part = collision_free_fraction(was, x, d, now)
     if part == 0.0:
         raise NotConverged("moving from the previous state, rigid bodies would pass through the surface")

@@ -33,7 +33,7 @@ def count_substeps(problem: Statics) -> int:
     It is 1 if no body is thinner than its motion, or the motion cannot be split.
     """
     contacts = _rigid_contacts(problem)
-    if problem.rubs or problem.way is not None or problem.exact is not None or problem.cap is not None:
+    if problem.has_friction or problem.way is not None or problem.exact is not None or problem.cap is not None:
         return 1
     return max((_substeps_needed(contact) for contact in contacts), default=1)
 
@@ -55,7 +55,9 @@ def solve_in_substeps(problem: Statics, find: Find, count: int) -> Equilibrium:
         for contact, place, extra in zip(contacts, places, extras, strict=True):
             end = _interpolate_motion(_body_at_start(contact), contact.posed(1.0), share)
             own = replace(contact, posed=contact.posed if number == count else _FixedPosition(end), earlier=place)
-            moved.append(own if extra is contact.extra else own.joining(extra, problem.rest if x is None else x))
+            moved.append(
+                own if extra is contact.extra else own.with_added_points(extra, problem.rest if x is None else x)
+            )
         target = first + share * (problem.target - first)
         try:
             found = find(replace(_with_contacts(problem, moved), target=target, start=x))
@@ -90,7 +92,7 @@ class _FixedPosition:
 
 def _rigid_contacts(problem: Statics) -> list[Any]:
     """Return the rigid contacts of a problem."""
-    return [energy for energy in problem.assembly.loads if energy.driven]
+    return [energy for energy in problem.assembly.loads if energy.not_proportional]
 
 
 def _with_contacts(problem: Statics, contacts: list[Any]) -> Statics:
@@ -98,7 +100,7 @@ def _with_contacts(problem: Statics, contacts: list[Any]) -> Statics:
 
     def each(assembly: Any) -> Any:
         """Return an assembly with the rigid contacts replaced."""
-        plain = [energy for energy in assembly.loads if not energy.driven]
+        plain = [energy for energy in assembly.loads if not energy.not_proportional]
         return assembly.joined([*plain, *contacts])
 
     return replace(problem, assembly=each(problem.assembly), twin=problem.twin and each(problem.twin))

@@ -108,11 +108,11 @@ def _solve_by_load_control(problem: Statics, history: list[Iteration], systems: 
     ways = [_solve_from_given_start] if problem.start is not None and problem.longest == 1.0 else []
     unstable = None
     turns = problem.longest < 1.0  # full steps would find an equilibrium that differs by whole turns
-    crept = problem.touches and problem.assembly.saddle  # no energy decreases when contact begins and ends
+    crept = problem.may_contact and problem.assembly.saddle  # no energy decreases when contact begins and ends
     if problem.bold:
         ways += [] if turns or crept else [_solve_at_full_load]
-        ways += [] if problem.rubs else [_solve_in_load_steps]  # with friction full steps come last
-        ways += [_solve_with_soft_barriers] if problem.beside and not (problem.rubs or turns) else []
+        ways += [] if problem.has_friction else [_solve_in_load_steps]  # with friction full steps come last
+        ways += [_solve_with_soft_barriers] if problem.has_rigid_bodies and not (problem.has_friction or turns) else []
     vain = None  # iterations from rest to full load that the careful strategy would repeat
     for way in ways:
         before = len(history)
@@ -122,10 +122,10 @@ def _solve_by_load_control(problem: Statics, history: list[Iteration], systems: 
             raise
         except NotConverged as failure:  # the history has its iterations; the careful strategy starts from rest
             unstable = failure.unstable if unstable is None else unstable
-            vain = len(history) - before if problem.rubs and way is _solve_at_full_load else vain
+            vain = len(history) - before if problem.has_friction and way is _solve_at_full_load else vain
     if unstable is not None and turns:
         return _solve_buckling_after_rotation(problem, history, systems, unstable)
-    if unstable is not None and problem.grounded:
+    if unstable is not None and problem.has_stabilizing_spring:
         found = _leave_instability(problem, history, systems, unstable)
     else:
         found = _solve_safely(problem, history, systems, vain)
@@ -138,7 +138,8 @@ def _solve_by_load_control(problem: Statics, history: list[Iteration], systems: 
 def _solve_at_full_load(problem: Statics, history: list[Iteration], systems: Systems) -> Equilibrium:
     """Return the equilibrium at full load from rest, by full Newton steps or, with contact, by decreasing energy."""
     newton = Newton(problem, history, systems)
-    x = newton.descend(_start_state(newton), 1.0) if problem.touches else newton.whole_steps(_start_state(newton), BOLD)
+    start = _start_state(newton)
+    x = newton.descend(start, 1.0) if problem.may_contact else newton.whole_steps(start, BOLD)
     return _accept_stable_state(newton, x)
 
 
@@ -146,7 +147,7 @@ def _solve_from_given_start(problem: Statics, history: list[Iteration], systems:
     """Return the equilibrium at full load from the given start state. Raises NotConverged."""
     newton = Newton(problem, history, systems)
     x = _move_given_start(newton)
-    x = newton.descend(predict_rigid_motion(problem, x), 1.0) if problem.touches else newton.whole_steps(x, ROUGH)
+    x = newton.descend(predict_rigid_motion(problem, x), 1.0) if problem.may_contact else newton.whole_steps(x, ROUGH)
     return replace(_accept_stable_state(newton, x), started=True)
 
 
@@ -155,7 +156,7 @@ def _minimize_energy(newton: Newton, x: Floats, load: float) -> Floats:
 
     With rigid bodies it starts with soft barriers.
     """
-    if not newton.problem.beside or newton.problem.rubs:
+    if not newton.problem.has_rigid_bodies or newton.problem.has_friction:
         return newton.descend(x, load)
     from softmark.solvers.statics.barrier_stiffness_ramp import ramp_barrier
 
@@ -183,19 +184,19 @@ def _start_state(newton: Newton, cap: int | None = None) -> Floats:
     limits the steps to the twin.
     """
     problem = newton.problem
-    if problem.twin is None or problem.rubs:
+    if problem.twin is None or problem.has_friction:
         return newton.impose(problem.rest, 1.0)
     rough = replace(problem, assembly=problem.twin, tolerance=1e-2)
     start = Newton(rough, newton.history, newton.systems, "corotational start")
     x = start.impose(problem.rest, 1.0)
     if cap is None:
-        x = start.descend(x, 1.0) if problem.touches else start.whole_steps(x, ROUGH)
+        x = start.descend(x, 1.0) if problem.may_contact else start.whole_steps(x, ROUGH)
         if not problem.near(x):
             raise NotConverged("the corotational start compresses cells to zero volume", tuple(newton.history))
     else:
         x, _, _ = start.steps(x, max(0, min(ROUGH, cap - newton.systems.solves)))
     newton.moved, newton.towed = start.moved, start.towed
-    newton.trust(x)
+    newton.predict_pressures(x)
     return x
 
 
@@ -205,7 +206,7 @@ def _move_given_start(newton: Newton) -> Floats:
     x = np.array(problem.start, dtype=problem.rest.dtype)
     if not np.all(np.isfinite(x)):
         raise NotConverged("the initial state is not finite", tuple(newton.history))
-    newton.relax()
+    newton.reset_predicted_pressures()
     left = problem.target - (x - problem.rest)[problem.fixed]
     if np.abs(left).max(initial=0.0) > AWAY * problem.extent:
         x = _move_with_supports(newton, x, left)  # with supports alone, cells next to them would be squeezed
@@ -225,7 +226,7 @@ def _move_with_supports(newton: Newton, x: Floats, left: Floats) -> Floats:
     wandering = [energy for energy in newton.assembly.internal if isinstance(energy, DynamicPatternEnergy)]
     if not wandering:
         return newton.follow(x, left, 1.0)
-    most = max(LONGEST, min(energy.stride for energy in wandering) / float(np.abs(left).max()))
+    most = max(LONGEST, min(energy.largest_support_step for energy in wandering) / float(np.abs(left).max()))
     done, part = 0.0, min(1.0, most)
     while done < 1.0:
         part = min(part, 1.0 - done)
@@ -250,7 +251,7 @@ def _accept_stable_state(newton: Newton, x: Floats) -> Equilibrium:
 
 def _is_stable(newton: Newton, x: Floats) -> bool | None:
     """Return whether an equilibrium x is stable; None if unknown."""
-    if not newton.problem.rubs:
+    if not newton.problem.has_friction:
         return newton.definite(x)
     from softmark.solvers.statics.friction_iteration import is_stable_at_pressures
 
@@ -330,7 +331,7 @@ def _solve_safely(problem: Statics, history: list[Iteration], systems: Systems, 
             there = _minimize_energy(newton, begun, target)
             if problem.way is not None and problem.bold and left_solution_branch(x, begun, there):
                 raise NotConverged("the rotation is lost: the body springs back to another state", tuple(history))
-            if lost := problem.lost(there, target):
+            if lost := problem.missing_rotation(there, target):
                 raise NotConverged(lost, tuple(history))
             if not problem.sound(there):
                 raise NotConverged("the equilibrium has inverted cells", tuple(history))
@@ -340,7 +341,7 @@ def _solve_safely(problem: Statics, history: list[Iteration], systems: Systems, 
             step = min(2.0 * step, problem.longest)
         except NotConverged as failure:
             step, wasted = 0.5 * (target - load), wasted + len(history) - before
-            if step < 1e-3 * problem.longest or (problem.touches and wasted > WASTED):
+            if step < 1e-3 * problem.longest or (problem.may_contact and wasted > WASTED):
                 reached = f"the load could be raised to only {100 * load:.4g} %: {failure.reason}"
                 raise NotConverged(
                     f"{reached}{_describe_likely_cause(problem, history, x, load)}", tuple(history), systems.facts

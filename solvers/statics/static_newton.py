@@ -71,17 +71,17 @@ class Newton:
 
         The body moves by its linear response.
         """
-        if not self.problem.moves:
+        if not self.problem.has_imposed_motion:
             return x
-        d = self._response_to_supports(x, self.problem.imposed(load - fraction, load), load, True)
+        d = self._support_response(x, self.problem.imposed(load - fraction, load), load, True)
         return self._take_step(x, self._collision_free_motion(x, d, load - fraction, load), 1.0)
 
-    def carry(self, x: Floats, fraction: float, load: float) -> Floats:
+    def predict_equilibrium(self, x: Floats, fraction: float, load: float) -> Floats:
         """Return an equilibrium x predicted for a load larger by `fraction`, with its tangent and predicted pressures.
 
         Raises NotConverged if the prediction leaves the domain of the law.
         """
-        if not (self.problem.moves or self.problem.touches):
+        if not (self.problem.has_imposed_motion or self.problem.may_contact):
             self._promised = None
             return x
         return self.follow(x, self.problem.imposed(load, load + fraction), load, load + fraction)
@@ -93,12 +93,12 @@ class Newton:
         too.
         """
         self._promised = None
-        d = self._response_to_supports(x, moved, load, False, to)
+        d = self._support_response(x, moved, load, False, to)
         y = self._take_step(x, self._collision_free_motion(x, d, load, load if to is None else to), 1.0)
         if not np.isfinite(self.strain(y)):
             raise NotConverged("the motion of the supports leaves the domain of the law", tuple(self.history))
-        if self.cellular:
-            self._promised = self.mixing.with_predicted_pressures(self.assembly, x, d)
+        if self.has_cell_energies:
+            self._promised = self.pressure_predictor.with_predicted_pressures(self.assembly, x, d)
         return y
 
     def _collision_free_motion(self, x: Floats, d: Floats, load: float, to: float) -> Floats:
@@ -121,7 +121,7 @@ class Newton:
     def _moving_collision_free_fraction(self, x: Floats, d: Floats, load: float, to: float) -> float:
         """Return the collision-free fraction of d as rigid bodies move from one load to another; 0 if none."""
         part = self.assembly.limit(x, d)
-        if not self.problem.beside:
+        if not self.problem.has_rigid_bodies:
             return part
         from softmark.solvers.contact.continuous_collision import collision_free_fraction
 
@@ -132,9 +132,9 @@ class Newton:
     def _rigid_contacts(self, load: float) -> list[Any]:
         """Return the contacts with rigid bodies at a load factor."""
         known: list[Any] = list(self.assembly.loads)
-        return [energy.at(load) for energy in known if energy.driven]
+        return [energy.at(load) for energy in known if energy.not_proportional]
 
-    def _response_to_supports(
+    def _support_response(
         self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None
     ) -> Floats:
         """Return the linear response (dofs,) to support increments `moved` (c,) and to rigid bodies that move."""
@@ -146,7 +146,7 @@ class Newton:
         coupling = (exact.gradient(self.space.move(here, eps * d), load) - g) / eps
         self.towed = max(self.towed, float(np.linalg.norm(coupling)))
         self._goal = TIGHTEST
-        if to is not None and self.problem.touches:
+        if to is not None and self.problem.may_contact:
             coupling += force_change_of_rigid_motion(self.assembly, here, load, to)
         b = coupling[self.assembly.free].astype(x.dtype, copy=False)
         d[self.assembly.free] = -self._factorise_tangent(x, load, projected).solve(b)
@@ -186,34 +186,34 @@ class Newton:
         return x, done, residual
 
     @property
-    def minimal(self) -> bool:
+    def minimizes_energy(self) -> bool:
         """True if stable states minimise the energy: not with follower loads or pressure unknowns."""
         return self.assembly.conservative and not self.assembly.saddle
 
     @property
-    def cellular(self) -> bool:
+    def has_cell_energies(self) -> bool:
         """True if some energies are those of cells, which may have pressures."""
-        return any(e.cellular for e in self.assembly.internal)
+        return any(e.integrates_cells for e in self.assembly.internal)
 
     @property
-    def mixing(self) -> Any:
+    def pressure_predictor(self) -> Any:
         """Module of the pressure predictor, imported on request."""
         from softmark.solvers.assembly import pressure_predictor
 
         return pressure_predictor
 
-    def trust(self, x: Floats) -> None:
+    def predict_pressures(self, x: Floats) -> None:
         """Predict the pressures of the next step from x, an equilibrium of the corotational twin.
 
         The pressures that the law itself gives there are far off.
         """
-        if self.cellular:
-            self._promised = self.mixing.with_predicted_pressures(self.assembly, x, None)
+        if self.has_cell_energies:
+            self._promised = self.pressure_predictor.with_predicted_pressures(self.assembly, x, None)
 
-    def relax(self) -> None:
+    def reset_predicted_pressures(self) -> None:
         """Use zero pressures in the next step, because those of an interpolated state mean nothing."""
-        if self.cellular:
-            self._promised = self.mixing.with_zero_pressures(self.assembly)
+        if self.has_cell_energies:
+            self._promised = self.pressure_predictor.with_zero_pressures(self.assembly)
 
     def _set_linear_tolerance(self, residual: float) -> None:
         """Set the relative residual to which the next linear system is solved."""
@@ -231,8 +231,8 @@ class Newton:
         while length > 1e-3:
             y = self._state_along_step(x, d, length)
             if np.isfinite(self.strain(y)):
-                if self.cellular:
-                    self._promised = self.mixing.with_predicted_pressures(self.assembly, x, length * d)
+                if self.has_cell_energies:
+                    self._promised = self.pressure_predictor.with_predicted_pressures(self.assembly, x, length * d)
                 self.moved = self._total_motion_length(d, length)
                 return y, length
             length *= 0.5
@@ -250,17 +250,20 @@ class Newton:
         Each step must fall below the largest of the last MEMORY values. The number of steps is limited to the
         problem's, or to `patience` if larger. Raises NotConverged.
         """
-        if self.problem.rubs:
+        if self.problem.has_friction:
             from softmark.solvers.statics.friction_iteration import solve_friction
 
             return solve_friction(self, x, load)
-        merit = self._total_energy if self.minimal else self._half_squared_residual
+        merit = self._total_energy if self.minimizes_energy else self._half_squared_residual
         value = merit(x, load)
         if not np.isfinite(value):
             raise NotConverged("the motion of the supports inverts cells", tuple(self.history))
         self._close = self._tiny = False
         self._promised, self._last_residual = None, np.inf
-        recent, most = deque([value], 1 if self.problem.touches else MEMORY), max(self.problem.max_iterations, patience)
+        recent, most = (
+            deque([value], 1 if self.problem.may_contact else MEMORY),
+            max(self.problem.max_iterations, patience),
+        )
         for number in range(most + 1):
             g, residual = self.residual(x, load)
             if self._has_converged(x, g, residual):
@@ -269,7 +272,7 @@ class Newton:
                 break
             self._set_linear_tolerance(residual)
             self.reached = x
-            x, value, length = self._search_line(x, load, g, max(recent), merit)
+            x, value, length = self._decrease(x, load, g, max(recent), merit)
             recent.append(value)
             self._record_iteration(load, number, residual, length)
             if self.phase == "aside" and (lost := self._lost_rotation_message(x, load)):
@@ -282,7 +285,7 @@ class Newton:
         problem = self.problem
         if problem.way is not None and self.reached is not None and problem.jumped(self.reached, x):
             return "neighbouring nodes rotated past each other"
-        return problem.lost(x, load)
+        return problem.missing_rotation(x, load)
 
     def _has_converged(self, x: Floats, g: Floats, residual: float) -> bool:
         """Return whether x has converged: the tolerance is met, or only rounding is left (see `Statics`)."""
@@ -338,9 +341,7 @@ class Newton:
             return np.inf
         return 0.5 * float(np.linalg.norm(self.assembly.gradient(x, load)[self.assembly.free]) ** 2)
 
-    def _search_line(
-        self, x: Floats, load: float, g: Floats, value: float, merit: Merit
-    ) -> tuple[Floats, float, float]:
+    def _decrease(self, x: Floats, load: float, g: Floats, value: float, merit: Merit) -> tuple[Floats, float, float]:
         """Return state, merit and step length after a line search. Raises NotConverged.
 
         It searches along the Newton direction, or along that of the definite tangent if the first fails.
@@ -357,7 +358,7 @@ class Newton:
             if self._close or self._tiny:  # energy differences are rounding errors now
                 y = self._take_step(x, d, 1.0)
                 return y, merit(y, load), 1.0
-            slope = float(g @ d) if self.minimal else -2.0 * merit(x, load)
+            slope = float(g @ d) if self.minimizes_energy else -2.0 * merit(x, load)
             length = self._armijo_fraction(x, load, d, value, slope, merit)
             if projected and length == 1.0:
                 length = self._lengthen_step(x, load, d, merit)
@@ -439,7 +440,7 @@ class Newton:
 
     def _leave_unstable_state(self, x: Floats) -> Floats:
         """Return a state with less energy along the least stiff direction. Raises NotConverged if there is none."""
-        d = self.downhill(x)
+        d = self.softest_direction(x)
         d *= 0.1 * self.problem.extent / np.abs(d / self.problem.weights).max()
         value = self._total_energy(x, 1.0)
         for length in 0.5 ** np.arange(20):
@@ -453,7 +454,7 @@ class Newton:
             "the equilibrium is unstable, and no state with less energy was found near it", tuple(self.history)
         )
 
-    def downhill(self, x: Floats) -> Floats:
+    def softest_direction(self, x: Floats) -> Floats:
         """Return the direction (dofs,) with the least stiffness in an unstable equilibrium. Raises NotConverged.
 
         It is found by power iteration on I - K+^-1 K, with K+ the definite tangent: only directions with negative

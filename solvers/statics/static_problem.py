@@ -106,7 +106,7 @@ class SupportPath(Protocol):
     def at(self, share: float) -> Floats:
         """Return the imposed increments from rest (c,), m or rad, at a load fraction `share`."""
 
-    def lost(self, x: Floats, share: float) -> str | None:
+    def missing_rotation(self, x: Floats, share: float) -> str | None:
         """Return a message if a state does not show the whole turns of its supports; else None."""
 
 
@@ -169,43 +169,44 @@ class Statics:
     resultant: Callable[[Floats], float] | None = None
 
     @property
-    def moves(self) -> bool:
+    def has_imposed_motion(self) -> bool:
         """True if a nonzero value is imposed, at full load or before."""
         return self.way is not None or bool(np.any(self.target))
 
     @property
-    def touches(self) -> bool:
+    def may_contact(self) -> bool:
         """True if contact is possible, so that full steps may oscillate in and out of it."""
         return any(
-            e.driven or isinstance(e, DynamicPatternEnergy) for e in (*self.assembly.internal, *self.assembly.loads)
+            e.not_proportional or isinstance(e, DynamicPatternEnergy)
+            for e in (*self.assembly.internal, *self.assembly.loads)
         )
 
     @property
-    def beside(self) -> bool:
+    def has_rigid_bodies(self) -> bool:
         """True if there are rigid bodies."""
-        return any(energy.driven for energy in self.assembly.loads)
+        return any(energy.not_proportional for energy in self.assembly.loads)
 
     @property
-    def grounded(self) -> bool:
+    def has_stabilizing_spring(self) -> bool:
         """True if a stabilising spring supports a body that only contact can hold."""
         return bool(self.assembly.internal) and isinstance(self.assembly.internal[-1], StabilizationSpring)
 
     @property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """True if there is friction that depends on the pressures of the present state."""
-        return any(energy.rubs for energy in (*self.assembly.internal, *self.assembly.loads))
+        return any(energy.has_friction for energy in (*self.assembly.internal, *self.assembly.loads))
 
     @property
     def longest(self) -> float:
         """Largest load step, as a fraction of the full load."""
         return 1.0 if self.way is None else min(1.0, self.way.longest)
 
-    def lost(self, x: Floats, load: float) -> str | None:
+    def missing_rotation(self, x: Floats, load: float) -> str | None:
         """Return a message if a state at a load factor has lost rotations of its supports; else None.
 
         It is always None for small strain.
         """
-        return None if self.way is None or self.convex else self.way.lost(x, load)
+        return None if self.way is None or self.convex else self.way.missing_rotation(x, load)
 
     def imposed(self, begin: float, end: float) -> Floats:
         """Return the support increments (c,), m or rad, between two load fractions."""

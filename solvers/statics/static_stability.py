@@ -62,7 +62,7 @@ def critical_load(problem: Statics, history: list[Iteration], left: Floats) -> f
     Returns None if no state of the path is unstable, if the linear solver gives no eigenvalue count, and with contact,
     where tangents change abruptly.
     """
-    if problem.touches:
+    if problem.may_contact:
         return None
     newton = direct_newton(problem, history, PHASE)
     try:

@@ -58,7 +58,7 @@ class PatchRecovery:
         where = locate_points(self.mesh, X)
         return self._interpolate_nodal_values(where.nodes, where.N, self.at_nodes)
 
-    def left(self, X: Floats) -> Floats:
+    def fit_residuals(self, X: Floats) -> Floats:
         """Return root mean square differences (n, k) between sampled and fitted values around points X (n, 3), m.
 
         The mean squares of patches are interpolated between corners by the shape functions of the corners.

@@ -143,7 +143,7 @@ class Stresses:
 
     def unresolved(self, X: Floats) -> Floats:
         """Return the difference (n,), Pa, of cell stresses around points X (n, 3), m, from their recovered stress."""
-        return tensor_norm(self._patch_recovery.left(X)[:, :6])
+        return tensor_norm(self._patch_recovery.fit_residuals(X)[:, :6])
 
     def disagreement(self, X: Floats, of: Part) -> Floats:
         """Return the relative difference (n,) between the cells around points X (n, 3), m.
@@ -151,13 +151,13 @@ class Stresses:
         It is relative to the local or the typical tensor, whichever is larger. `of` selects the tensor: the stress, its
         deviator, whose error a large pressure would hide, or the strain.
         """
-        values, left = self._patch_recovery.at(X), self._patch_recovery.left(X)
+        values, fit_residuals = self._patch_recovery.at(X), self._patch_recovery.fit_residuals(X)
         if of == "strain":
-            return _relative_norm(left[:, 16:], np.maximum(tensor_norm(values[:, 16:]), self.usual[1]))
+            return _relative_norm(fit_residuals[:, 16:], np.maximum(tensor_norm(values[:, 16:]), self.usual[1]))
         if of == "stress":
-            return _relative_norm(left[:, :6], np.maximum(tensor_norm(values[:, :6]), self.usual[0]))
+            return _relative_norm(fit_residuals[:, :6], np.maximum(tensor_norm(values[:, :6]), self.usual[0]))
         size = np.maximum(_deviator_norm(values), self.usual[2])
-        found: Floats = _deviator_norm(left) / np.maximum(size, ROUNDED * max(self.usual[0], TINY))
+        found: Floats = _deviator_norm(fit_residuals) / np.maximum(size, ROUNDED * max(self.usual[0], TINY))
         return found
 
     def sampled(self) -> None:

@@ -30,7 +30,7 @@ def check_swept(shape: Swept) -> None:
             s.reshape(found.shape[:2]), np.repeat(stations[:, None], found.shape[1], 1), atol=slack
         )
         assert section.outside(u, v) == pytest.approx(0.0, abs=slack)
-        own = [shape.own(tuple(place)) for place in found[::6, 0].tolist()]
+        own = [shape.section_coordinates(tuple(place)) for place in found[::6, 0].tolist()]
         np.testing.assert_allclose(np.stack(shape.coordinates(found[::6, 0]), axis=1), own, atol=slack)
     for s in (0.0, 0.3, 1.0):  # a frame is one, and along the axis
         t, e, f = (np.array(way) for way in shape.frame(s * shape.length))

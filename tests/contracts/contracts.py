@@ -297,7 +297,7 @@ def check_model(cls: type[Any], words: str, before: str = "") -> set[str]:
 
 def _body(words: str) -> str:
     """The body that a model is tried on."""
-    return NETWORK if MODELS[words.partition("(")[0]].wired else BODY
+    return NETWORK if MODELS[words.partition("(")[0]].models_networks_only else BODY
 
 
 def _made(before: str, words: str) -> tuple[Declared, Case]:
@@ -317,12 +317,12 @@ def _says(declared: Declared, case: Case) -> None:
         assert kind.size.split(" ")[0] in outline
         assert all(part.strip() in outline for part in kind.words.split(", "))
     fields = {f.name for f in dataclasses.fields(declared.constructor.cls)}
-    assert set(thing.finely) <= fields
-    assert set(thing.orders()) <= set(thing.finely)
+    assert set(thing.resolution_fields) <= fields
+    assert set(thing.orders()) <= set(thing.resolution_fields)
     assert all(order >= 1 for order in thing.orders().values())
     assert set(thing.shortcuts) <= fields
     assert thing.plain().shortcuts == ()
-    assert thing.capped_at is None or (thing.unsolved and thing.shortcuts)
+    assert thing.accepted_iterations is None or (thing.may_be_unconverged and thing.shortcuts)
     assert thing.own_mesh is None or isinstance(thing.own_mesh, Shape)
     assert thing.plain() == thing.plain().plain()
     assert type(thing.plain()) is type(thing)

@@ -343,7 +343,7 @@ def test_what_breaks_the_contract_of_a_shape_is_found() -> None:
 class Guess(Model):
     """A model that has words and nothing else."""
 
-    moves = False
+    supports_dynamics = False
     loads = (BodyForce,)
 
     share: Annotated[float, "1 in (0, 1]", "how much of it is believed"] = 0.5

@@ -274,7 +274,7 @@ def test_an_element_without_meshes_is_refused_by_name() -> None:
     scene = scene_of(text("x <= 0 mm"))
     declared, case = scene.declared["m"], case_of(scene, "bar")
     foreign = replace(declared, thing=Fem("hex8b", "small", 0.005))
-    assert ["hex8b" in d.message for d in foreign.thing.doubts(foreign, case)] == [True]
+    assert ["hex8b" in d.message for d in foreign.thing.diagnostics(foreign, case)] == [True]
     with pytest.raises(Fault, match="`hex8b`"):
         mesh_of(foreign.thing, foreign, case, BuildContext())
 

@@ -105,7 +105,7 @@ def sheared(size: float, travel: list[float]) -> list[Sheared]:
         sticks = (contact.pressures(x) > 0.0) & ~slip.slides
         radius = float(np.sqrt(2.0 * contact.A[sticks].sum() / np.pi))
         found.append(Sheared(-2.0 * f[2], 2.0 * f[0], radius, contact.lost(x)))
-        anchors = contact.settled(x)
+        anchors = contact.final_anchors(x)
     return found
 
 

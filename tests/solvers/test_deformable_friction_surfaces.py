@@ -76,25 +76,25 @@ def test_forces_add_up_to_nothing_and_turn_nothing(kind, depth):
 def test_a_motion_of_all_together_is_no_slip():
     """Turned by 1e-4 rad and shifted by half its size, what sticks is not stretched more than by the square of that."""
     energy, mesh, x = made("hex8")
-    held = replace(energy, since=energy.settled(x)[0])
-    before = held.hold(x).slip(x, MU)
+    held = replace(energy, since=energy.final_history(x)[0])
+    before = held.tangential_coupling(x).slip(x, MU)
     turn, shift = np.array([1e-4, -5e-5, 8e-5]), np.array([0.5, -0.2, 0.1])
     place = mesh.points + x.reshape(-1, 3)
     y = x + (np.cross(turn, place) + shift).ravel()
-    after = held.hold(y).slip(y, MU)
+    after = held.tangential_coupling(y).slip(y, MU)
     np.testing.assert_allclose(after.size, before.size, atol=1e-7)
 
 
 def test_what_slides_loses_heat_and_what_is_left_is_its_spring():
     """A state goes on from itself with the same forces, and without heat."""
     energy, _, x = made("hex8")
-    since, slid, heat = energy.settled(x)
+    since, slid, heat = energy.final_history(x)
     assert slid.min() >= 0.0
     assert slid.max() > 0.0
     assert heat > 0.0
     held = replace(energy, since=since)
     np.testing.assert_allclose(gradient(held, x), gradient(energy, x), atol=1e-9 * np.abs(gradient(energy, x)).max())
-    _, slid, heat = held.settled(x)
+    _, slid, heat = held.final_history(x)
     assert slid.max() < 1e-12
     assert 0.0 <= heat < 1e-12
 
@@ -104,7 +104,7 @@ def test_forces_by_other_formulas(kind, depth):
     """Pressures by Gram's matrix and sums over faces, sides and corners; forces at corners by linear systems."""
     energy, _, x = made(kind, depth)
     skin, c = energy.skin, energy.pressing
-    since, _, _ = energy.settled(x)
+    since, _, _ = energy.final_history(x)
     V, which = skin.places(x), np.flatnonzero(since.n.any(axis=1))
     p, X = V[skin.corners + which], V[: skin.corners]
     pairs = again.find_candidate_pairs(p, X, skin.faces, c.distance)

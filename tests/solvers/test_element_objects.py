@@ -67,7 +67,7 @@ def test_nodes_of_quadratic_wedges_are_in_the_order_of_vtk() -> None:
 def test_a_mirrored_cell_is_turned_back(kind: str) -> None:
     element = CELLS[kind]
     mirrored = element.places() * [-1.0, 1.0, 1.0]
-    turned = Mesh(mirrored, np.array([element.turned]), kind)
+    turned = Mesh(mirrored, np.array([element.mirrored_nodes]), kind)
     assert jacobians(turned, element.quadrature()[0]).min() > 0.0
     assert turned.volumes.sum() == pytest.approx(element.volume, rel=1e-14)
 
@@ -79,7 +79,7 @@ def test_bernstein_polynomials_hold_the_determinant(kind: str) -> None:
     if element.constant:
         return
     mesh = Mesh(element.places() + 0.3 * rng.standard_normal((element.nodes, 3)), np.arange(element.nodes)[None], kind)
-    at, xi = element.lattice(element.warp), element.strewn(rng, 20)
+    at, xi = element.lattice(element.warp), element.random_points(rng, 20)
     found = element.bernstein(element.warp, xi) @ np.linalg.solve(
         element.bernstein(element.warp, at), jacobians(mesh, at)[0]
     )

@@ -29,7 +29,7 @@ def points_within(element: type[Element], count: int = 50) -> np.ndarray:
     if element.family == "hexahedra":
         return rng.uniform(-1, 1, (count, 3))
     if element.family == "wedges":
-        return element.strewn(rng, count)
+        return element.random_points(rng, count)
     return rng.dirichlet(np.ones(4), count)[:, 1:]
 
 

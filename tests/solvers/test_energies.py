@@ -33,9 +33,9 @@ def test_every_energy_derives_from_energy(cls: type[Energy]) -> None:
     """So that it inherits what most energies are, and nobody has to ask whether it says so."""
     assert Energy in cls.__mro__
     assert isinstance(cls.saddle, bool)
-    assert isinstance(cls.cellular, bool)
+    assert isinstance(cls.integrates_cells, bool)
     if "dNdX" in getattr(cls, "__dataclass_fields__", {}):
-        assert cls.cellular
+        assert cls.integrates_cells
     assert issubclass(cls, LaggedTangentEnergy) == hasattr(cls, "add_both_lagged")
 
 
@@ -44,4 +44,4 @@ def test_which_energies_are_otherwise() -> None:
     assert EnergySum in KNOWN
     assert len(KNOWN) >= 12
     assert not DeadForces.saddle
-    assert not DeadForces.cellular
+    assert not DeadForces.integrates_cells

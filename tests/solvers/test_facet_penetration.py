@@ -57,7 +57,7 @@ def test_an_edge_that_lies_across_is_met_where_it_leaves() -> None:
     assert found is not None
     assert found.points.X[:, 0] == pytest.approx(0.3, abs=1e-4)  # as finely as is looked: 2e-5 of a side
     assert set(np.round(found.points.X[:, 1], 3)) == {0.0, 0.3, 1.0}
-    held = contact.joining(found, REST)
+    held = contact.with_added_points(found, REST)
     _, n = held.planes(held.body)
     assert n == pytest.approx(np.broadcast_to([0.0, 0.0, 1.0], n.shape), abs=1e-6)
     assert held.gaps(REST)[held.lasting :] == pytest.approx(-0.05, abs=1e-4)
@@ -74,7 +74,7 @@ def test_a_corner_is_met_within_a_facet() -> None:
     inside = found.which < len(TRIANGLES)
     assert inside.sum() == 1
     assert found.points.X[inside][0] == pytest.approx([0.7, 0.2, 0.0], abs=1e-3)
-    held = contact.joining(found, REST)
+    held = contact.with_added_points(found, REST)
     assert held.gaps(REST)[held.lasting :][inside] == pytest.approx(-0.02, abs=1e-3)
 
 
@@ -88,7 +88,7 @@ def test_forces_of_what_joins_are_derivatives(friction: float) -> None:
     turned = RigidMotion((0.3, 0.0, 0.05 - np.sqrt(0.5)), (0.0, np.pi / 4, 0.0))
     contact = touching((1.0, 4.0, 1.0), (-0.5, -2.0, -0.5), turned)
     made: Any = add_friction(contact, friction, lambda share: turned) if friction else contact
-    made = made.joining(find_penetrating_points(contact, REST), REST)
+    made = made.with_added_points(find_penetrating_points(contact, REST), REST)
     x = np.tile([0.0, 0.0, 0.0505], 4) + 1e-4 * np.random.default_rng(2).standard_normal(12)
     assert (made.pressures(x)[made.lasting :] > 0.0).all()
     made = made.lagged(x) if friction else made

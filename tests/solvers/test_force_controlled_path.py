@@ -47,13 +47,13 @@ def snaps(d: float) -> float:
 def test_a_force_that_falls_between_places_is_found(places: list[float], sign: float) -> None:
     """Whatever places the search has leapt over it by, and in either direction."""
     search = Curve(lambda d: sign * snaps(sign * d), [sign * d for d in places])
-    assert search._gave_way(search.end)
+    assert search._snaps_through(search.end)
 
 
 def test_a_place_beyond_the_answer_is_not_on_the_way() -> None:
     """A search that overshoots into the falling part and comes back has not snapped."""
     search = Curve(snaps, [0.2, 2.0, 0.8])
-    assert not search._gave_way(search.end)
+    assert not search._snaps_through(search.end)
 
 
 @pytest.mark.parametrize(
@@ -66,14 +66,14 @@ def test_a_place_beyond_the_answer_is_not_on_the_way() -> None:
 )
 def test_a_force_that_rises_needs_no_further_place(force: Callable[[float], float]) -> None:
     search = Curve(force, [0.05, 0.4, 1.5, 1.2, 1.201, 1.2010001])
-    assert not search._gave_way(search.end)
+    assert not search._snaps_through(search.end)
     assert search.places == 0
 
 
 def test_a_stop_that_is_met_late_is_no_snap() -> None:
     """A soft spring and from d = 0.95 a stiff one beside it: few places more tell that the force rises."""
     search = Curve(lambda d: d + 100.0 * max(0.0, d - 0.95), [0.1, 1.0])
-    assert not search._gave_way(search.end)
+    assert not search._snaps_through(search.end)
     assert 0 < search.places <= 5
 
 
@@ -85,4 +85,4 @@ def test_places_without_an_equilibrium_tell_nothing() -> None:
             return super()._at(d)
 
     search = Gap(snaps, [0.99, 6.0])
-    assert not search._gave_way(search.end)
+    assert not search._snaps_through(search.end)

@@ -112,9 +112,9 @@ def test_forces_with_one_rotation_for_each_cell(mesh: Mesh) -> None:
     g = np.zeros(u.size)
     energy.add_gradient(u.ravel(), g)
     term = solid_forces.StressTerm(solid_forces.small_strain_stress(MU, LAM))
-    found, _ = solid_forces.CheckedBody(mesh.points, mesh.cells, mesh.kind, u, (term,), 1.0, turned=True).forces(
-        mesh.cells
-    )
+    found, _ = solid_forces.CheckedBody(
+        mesh.points, mesh.cells, mesh.kind, u, (term,), 1.0, rotated_measure=True
+    ).forces(mesh.cells)
     assert np.abs(found.ravel() - g).max() < SAME * np.abs(g).max()
 
 

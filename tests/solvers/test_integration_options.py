@@ -48,7 +48,7 @@ def corotated(law: Maker, mesh: Mesh = BEAM) -> Statics:
     """The silicone beam of corotational tetrahedra under its weight."""
     parts = integrate_cells(mesh)
     energy = CorotationalTets(mesh.cells, parts.dNdX, parts.w, law("corotational", 60e3, 0.49))
-    return hung(mesh, energy, energy.sound)
+    return hung(mesh, energy, energy.has_no_inverted_cells)
 
 
 def finite(mixed: bool, poisson: float = 0.49, kind: str = "hex8", size: float = 0.012) -> Statics:
@@ -280,7 +280,7 @@ class Straight:
     def at(self, share: float) -> np.ndarray:
         return share * self.target
 
-    def lost(self, x: np.ndarray, share: float) -> str | None:
+    def missing_rotation(self, x: np.ndarray, share: float) -> str | None:
         return None
 
 

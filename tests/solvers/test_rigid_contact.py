@@ -25,7 +25,7 @@ def touching() -> RigidContact:
 def test_what_a_body_that_goes_on_does(touching: RigidContact) -> None:
     """To first order it is how forces change over 1e-7 of its way: to 1e-4, whatever gaps are larger by."""
     x, h = np.tile((0.0, 0.0, 1e-3), 9), 1e-7
-    for own in (touching, touching.softened(0.05), touching.at(0.05).begun()):
+    for own in (touching, touching.with_scaled_stiffness(0.05), touching.at(0.05).without_initial_energy()):
         change, g, there = np.zeros((3, 27))
         to = own.at(own.share + h)
         own.add_force_change_of_motion(x, to.body, change)
@@ -38,10 +38,10 @@ def test_what_a_body_that_goes_on_does(touching: RigidContact) -> None:
 def test_what_is_soft_begins_at_the_same_gap(touching: RigidContact) -> None:
     """And bears so much less at the surface: what presses lies behind it; what begins to move stores nothing."""
     x = np.zeros(27)
-    soft = touching.softened(0.05)
+    soft = touching.with_scaled_stiffness(0.05)
     assert ((soft.pressures(x) > 0.0) == (touching.pressures(x) > 0.0)).all()
     assert 0.0 < soft.pressures(x).max() < 0.05 * touching.pressures(x).max()
     assert soft.body == touching.body
-    assert touching.softened(1.0) is touching
+    assert touching.with_scaled_stiffness(1.0) is touching
     assert touching.value(x) > 0.0
-    assert touching.begun().value(x) == 0.0
+    assert touching.without_initial_energy().value(x) == 0.0

@@ -61,7 +61,7 @@ def inside(slid: float, seed: int = 3) -> tuple[RigidFriction, Floats]:
     up = X + (0.0, 0.0, 1.03) + 0.02 * rng.standard_normal(X.shape)
     u = (TURNED.moved(up) - X).ravel()
     p = made.places(u)
-    return made.holding(TURNED.back(p + slid * rng.standard_normal(p.shape))), u
+    return made.with_anchors(TURNED.back(p + slid * rng.standard_normal(p.shape))), u
 
 
 def of(energy: RigidFriction) -> Assembly:
@@ -125,7 +125,7 @@ def test_coulomb(seed: int) -> None:
 def test_what_a_state_leaves(slid: float, make: Callable[[float], tuple[RigidFriction, Floats]]) -> None:
     """From the anchors that a state leaves, the same forces stand in it, and nothing more is lost."""
     made, x = make(slid)
-    after = replace(made, anchors=made.settled(x))
+    after = replace(made, anchors=made.final_anchors(x))
     np.testing.assert_allclose(after.forces(x), made.forces(x), atol=1e-9 * np.abs(made.forces(x)).max())
     assert after.lost(x) <= 1e-12 * (made.lost(x) + 1.0)
 

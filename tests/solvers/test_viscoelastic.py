@@ -280,7 +280,7 @@ def test_the_integral_over_the_past_finds_the_same_stress_without_a_recursion(
         memory = memory.accepted(x, h)
         states.append(x.reshape(-1, 3))
         times.append(t)
-    held = DisplacementHistory(times, states, law.P, G, TAU, word).held(mesh.points, mesh.cells, "hex8")
+    held = DisplacementHistory(times, states, law.P, G, TAU, word).remaining_stress(mesh.points, mesh.cells, "hex8")
     own = memory.H.sum(axis=0)
     order = np.argsort(np.linalg.norm(own, axis=(1, 2))), np.argsort(np.linalg.norm(held, axis=(1, 2)))
     np.testing.assert_allclose(own[order[0]], held[order[1]], rtol=1e-10, atol=1e-12)

@@ -26,7 +26,7 @@ class Template:
     scene: Path
 
     @property
-    def beside(self) -> list[Path]:
+    def data_files(self) -> list[Path]:
         """Data files that the template reads."""
         return sorted(f for f in FOLDER.glob(f"{self.scene.stem}.*") if f != self.scene)
 
@@ -79,17 +79,17 @@ def run(parsed: argparse.Namespace) -> int:
         return 0
     chosen = known[parsed.template or "beam"]
     if parsed.out is not None:
-        return _copy_files([chosen.scene, *chosen.beside], parsed.out)
+        return _copy_files([chosen.scene, *chosen.data_files], parsed.out)
     sys.stdout.write(chosen.scene.read_text(encoding="utf-8"))
-    if chosen.beside:
-        names = " and ".join(f.name for f in chosen.beside)
+    if chosen.data_files:
+        names = " and ".join(f.name for f in chosen.data_files)
         print(f"it reads {names}: `dsl new {chosen.scene.stem} --out DIR` writes both", file=sys.stderr)
     return 0
 
 
 def _describe_template(name: str, template: Template) -> str:
     """Return the description of a template, with the files that it writes."""
-    files = ", ".join(f.name for f in (template.scene, *template.beside))
+    files = ", ".join(f.name for f in (template.scene, *template.data_files))
     return "\n".join([f"{name}: {template.title}", *(f"  {line}" for line in template.about), f"  writes {files}"])
 
 

@@ -74,7 +74,7 @@ class ReportWriter:
         )
 
     @property
-    def kept(self) -> str:
+    def saved_results_phrase(self) -> str:
         """Phrase that says which results an interrupted run has saved, and where."""
         places = (
             [str(self.folder / "report.json")] if self.folder else [f for o, f in self.files.items() if o == "--json"]
@@ -100,8 +100,8 @@ class ReportWriter:
             try:
                 self._write(report)
             except Exception:  # the state is unknown after an interruption; the report saved before still exists
-                return self.kept
-        return self.kept
+                return self.saved_results_phrase
+        return self.saved_results_phrase
 
     def finish(self, report: Report) -> str:
         """Write the finished report and return the path of its HTML page, or an empty text."""

@@ -77,8 +77,8 @@ def _run_and_write_studies(parsed: argparse.Namespace, progress: Progress) -> in
         return 2
     print_warnings(without_unrequested_warnings(scene, tuple(parsed.model), diagnostics))
     for name, model in scene.of_kind("model").items():
-        if model.thing.unwalked and (not parsed.model or name in parsed.model):
-            print(make_visible(f"left out: model `{name}`: {model.thing.unwalked}"), file=sys.stderr)
+        if model.thing.reason_without_robustness and (not parsed.model or name in parsed.model):
+            print(make_visible(f"left out: model `{name}`: {model.thing.reason_without_robustness}"), file=sys.stderr)
     subject = subject_of(scene)
     folder = Path(parsed.out if parsed.out is not None else f"{subject.name}-stress")
     work = lambda: _run_study(subject, _request(parsed, folder, progress))  # noqa: E731

@@ -126,7 +126,12 @@ class PreparedBeam(Meshless):
 
         shape, stations = self.case.prism, self.stations
         (ends,) = (e.local_forces(x) for e in solved.assembly.internal if isinstance(e, RodElastic))
-        lines = lines_on(self.case, shape, stations, lambda line: (shape.own(line.begin)[0], shape.own(line.end)[0]))
+        lines = lines_on(
+            self.case,
+            shape,
+            stations,
+            lambda line: (shape.section_coordinates(line.begin)[0], shape.section_coordinates(line.end)[0]),
+        )
         piece = Piece(shape, stations, self.rest.reshape(-1, 7), x.reshape(-1, 7), ends, lines)
         return SectionStresses([piece], self.case, lambda X: np.zeros(len(X), dtype=np.int64))
 

@@ -74,17 +74,17 @@ class Beam6Dof(Model):
         LineForce,
         TendonLoad,
     )  # of which `_unsupported_load` says more
-    recovers = True
-    remembers = True
-    sectional = True
-    finely = ("segments",)
+    supports_perturbed_starts = True
+    supports_viscoelasticity = True
+    moves_by_sections = True
+    resolution_fields = ("segments",)
 
     segments: Annotated[int, "1 in [1, 10000]", "elements along the axis"]
     shear: Annotated[bool, "include shear flexibility"] = True
     axial: Annotated[bool, "include axial flexibility"] = True
     body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
-    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def diagnostics(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors and warnings about a beam model in a case."""
         if case.shape.swept is None:
             return [_no_axis_error(declared, case)]
@@ -372,7 +372,7 @@ def guides(case: Case, action: TendonLoad) -> list[float]:
 def section_station(case: Case, point: tuple[float, float, float]) -> float | None:
     """Return the station, m from the root, of the section that contains a point; None beyond the ends."""
     shape = case.prism
-    s, slack = shape.own(point)[0], 1e-9 * shape.length
+    s, slack = shape.section_coordinates(point)[0], 1e-9 * shape.length
     return min(max(s, 0.0), shape.length) if -slack <= s <= shape.length + slack else None
 
 
@@ -383,7 +383,7 @@ def axis_station(case: Case, point: tuple[float, float, float]) -> float | None:
 
 def on_axis(shape: Swept, point: tuple[float, float, float]) -> float | None:
     """Return the station of a point on the axis of a swept shape, within 1e-9 of its length; else None."""
-    s, u, v = shape.own(point)
+    s, u, v = shape.section_coordinates(point)
     slack = 1e-9 * shape.length
     held = math.hypot(u, v) <= slack and -slack <= s <= shape.length + slack
     return min(max(s, 0.0), shape.length) if held else None

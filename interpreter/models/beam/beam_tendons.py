@@ -43,7 +43,7 @@ def guide_warnings(declared: Declared, applied: Sequence[tuple[Declared, Energy]
 
 def tendon(case: Case, action: TendonLoad, rest: Floats, stations: Floats) -> Energy:
     """Return the energy of a tendon along a rod with nodes at stations (n,), m."""
-    begin, end = sorted(case.prism.own(p) for p in (action.begin, action.end))
+    begin, end = sorted(case.prism.section_coordinates(p) for p in (action.begin, action.end))
     first, last, span = np.array(begin[1:]), np.array(end[1:]), end[0] - begin[0]
     if action.guides is not None:
         t = np.linspace(0.0, 1.0, action.guides)

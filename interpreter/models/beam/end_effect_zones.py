@@ -68,7 +68,7 @@ def _nearest_axis_point(case: Case, at: Vector3) -> Vector3:
     """Return the point of the axis, m, that is nearest to a point."""
     if isinstance(case.shape, Network):
         return at
-    return case.prism.centre(min(max(case.prism.own(at)[0], 0.0), case.prism.length))
+    return case.prism.centre(min(max(case.prism.section_coordinates(at)[0], 0.0), case.prism.length))
 
 
 def _selected_places(case: Case, thing: Any, where: Any) -> Iterator[Vector3]:

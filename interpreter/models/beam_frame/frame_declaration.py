@@ -51,14 +51,14 @@ class Frame6Dof(Model):
 
     loads = (BodyForce, PointLoad, LineForce, MomentLoad)
     supports = (Fixed, Displaced, Pinned)
-    wired = True
-    sectional = True
-    finely = ("segments",)
+    models_networks_only = True
+    moves_by_sections = True
+    resolution_fields = ("segments",)
 
     segments: Annotated[int, "1 in [1, 1000]", "elements along each member"]
     body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
-    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def diagnostics(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors and warnings about a frame model in a case."""
         if not case.shape.wired:
             return [

@@ -118,7 +118,7 @@ class PreparedOutside:
     def asked(self) -> Problem:
         """Return the problem that the program solves. Raises NotTransferable, Fault."""
         problem = problem_of(self.solid, self.case)
-        return replace(problem, named=named_of(self.solid, self.case)) if self.model.told.by_name else problem
+        return replace(problem, named=named_of(self.solid, self.case)) if self.model.program_entry.by_name else problem
 
     def looked_at(self, answer: Answer, problem: Problem) -> Floats:
         """Return the program's displacements (n, 3), m, at full load. Raises NoAnswer if they are invalid."""
@@ -131,17 +131,17 @@ class PreparedOutside:
         The solution has no displacements, only the reason, if the program is not installed or does not support the
         problem.
         """
-        known: dict[str, Any] = {"program": self.model.told.title}
+        known: dict[str, Any] = {"program": self.model.program_entry.title}
         program = adapter(self.model.program)
         if (version := program.version()) is None:
-            return Solution("skipped", f"{self.model.told.title} is not installed: {program.install}", known)
+            return Solution("skipped", f"{self.model.program_entry.title} is not installed: {program.install}", known)
         try:
             problem = self.asked()
         except NotTransferable as untold:
             return Solution("unsupported", self.model.words_of(untold.reasons), known)
         if reasons := program.refuses(problem):
             return Solution("unsupported", self.model.words_of(reasons), known)
-        known["program"] = f"{self.model.told.title} {version}"
+        known["program"] = f"{self.model.program_entry.title} {version}"
         with tempfile.TemporaryDirectory(prefix="softmark-outside-", ignore_cleanup_errors=True) as folder:
             return self._run_program(program, problem, Path(folder), known)
 
@@ -154,9 +154,9 @@ class PreparedOutside:
         try:
             answer, u = self._read_answer(program, problem, folder, end)
         except ExternalNotConverged as why:
-            return Solution(self.lost, self.unsettled.format(title=model.told.title, why=why), known)
+            return Solution(self.lost, self.unsettled.format(title=model.program_entry.title, why=why), known)
         except NoAnswer as none:
-            return Solution("failed", f"{model.told.title}: {none}", known)
+            return Solution("failed", f"{model.program_entry.title}: {none}", known)
         spent = elapsed_time(answer, end, model.threads)
         known = known | {"clock": dict(answer.clocks), "says": answer.said or None}
         known |= {} if answer.iterations is None else {"iterations": answer.iterations}
@@ -185,7 +185,7 @@ class PreparedOutside:
 
     def _judged(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
         """Return the solution with displacements u (n, 3), m, after checking their residual in our equations."""
-        title, x = self.model.told.title, u.ravel()
+        title, x = self.model.program_entry.title, u.ravel()
         held, values = 3 * problem.held[:, 0] + problem.held[:, 1], problem.values
         moved = max(float(np.abs(u).max(initial=0.0)), float(np.abs(values).max(initial=0.0)))
         slipped = float(np.abs(x[held] - values).max(initial=0.0))
@@ -216,7 +216,7 @@ class PreparedOutside:
 
     def _unbalanced_message(self, residual: float, allowed: float) -> str:
         """Return the message for a residual, relative to loads, that exceeds the allowed one."""
-        title = self.model.told.title
+        title = self.model.program_entry.title
         if not np.isfinite(residual):
             return f"the displacements of {title} are not valid: cells are inverted"
         return (
@@ -274,7 +274,10 @@ class PreparedExternalDynamics(PreparedOutside):
         moved = problem.held[:, 1] < 3  # the others are turns of sections
         node, component = problem.held[moved].T
         slipped = float(np.abs(u[:, node, component] - problem.values[moved]).max(initial=0.0))
-        title, known = self.model.told.title, known | {"means": self.model.told.moves, "steps": self.motion.count}
+        title, known = (
+            self.model.program_entry.title,
+            known | {"means": self.model.program_entry.moves, "steps": self.motion.count},
+        )
         if slipped > HELD * float(np.abs(u).max(initial=0.0)):
             return Solution("failed", f"{title}: a supported node is {slipped:.2g} m from its imposed position", known)
         return dynamic_solution(self.motion, answer, self.seen(answer, u), known)

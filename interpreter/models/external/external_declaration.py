@@ -69,15 +69,15 @@ class ExternalSolver(ExternalModel):
     as an upper bound. Set-up, solution and file times are separate in the facts of the report.
     """
 
-    recovers = False
-    graded = True  # reported as unsupported with all else that cannot be transferred
-    directed = True
-    composite = True
-    bedded = True
-    touches = True
-    remembers = True
-    soaks = True
-    finely = ("size",)
+    supports_perturbed_starts = False
+    supports_varying_constants = True  # reported as unsupported with all else that cannot be transferred
+    supports_anisotropy = True
+    supports_regions = True
+    supports_elastic_foundations = True
+    supports_rigid_contact = True
+    supports_viscoelasticity = True
+    supports_poroelasticity = True
+    resolution_fields = ("size",)
     loads = (*Model.loads, LineForce)
 
     program: Annotated[Word, "external program"]
@@ -102,7 +102,7 @@ class ExternalSolver(ExternalModel):
     @property
     def solid(self) -> Fem:
         """Our finite element model on the same mesh, which determines mesh, supports and loads."""
-        mass: Any = "lumped" if self.told.moves else "consistent"
+        mass: Any = "lumped" if self.program_entry.moves else "consistent"
         return Fem(self.element, self.strain, self.size, self.body, self.mesh, mass=mass)
 
     @property
@@ -138,7 +138,7 @@ class ExternalSolver(ExternalModel):
 
     def reasons(self, case: Case) -> list[Reason]:
         """Return the features of the scene that the program cannot compute exactly, with reasons."""
-        moves = bool(self.told.moves)
+        moves = bool(self.program_entry.moves)
         return [
             *problem_transfer.reasons(self.solid, case, moves),
             *self._features_excluded_by_program(case),
@@ -147,7 +147,7 @@ class ExternalSolver(ExternalModel):
 
     def _features_excluded_by_program(self, case: Case) -> Iterator[Reason]:
         """Yield the features of a case that the table entry of the program excludes, with reasons."""
-        program = self.told
+        program = self.program_entry
         if self.element not in program.elements:
             yield f"element = {self.element}", f"its adapter supports {', '.join(program.elements)}"
         if (why := program.save.get((self.element, self.strain))) is not None:
@@ -165,13 +165,13 @@ class ExternalSolver(ExternalModel):
 
     def outline(self, case: Case) -> str:
         """Return a one-line description for the plan and the report."""
-        means = f"; {self.told.moves}" if self.told.moves else ""
-        means += "" if self.told.tried else "; this adapter has never been run with the program"
-        return f"{self.told.title}: {self.solid.outline(case)}{means}"
+        means = f"; {self.program_entry.moves}" if self.program_entry.moves else ""
+        means += "" if self.program_entry.tried else "; this adapter has never been run with the program"
+        return f"{self.program_entry.title}: {self.solid.outline(case)}{means}"
 
     def kind(self, case: Case) -> ModelKind | None:
         """Return the family of the model: all its properties except its size; None without a family."""
         solid = self.solid.kind(case)
         if solid is None:
             return None
-        return replace(solid, words=f"{solid.words}, {self.told.title}")
+        return replace(solid, words=f"{solid.words}, {self.program_entry.title}")

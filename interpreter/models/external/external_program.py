@@ -23,7 +23,7 @@ GB = 1e9  # bytes
 class ExternalModel(Model):
     """Model that an external program solves, with fields for the program, its process limits and its time steps."""
 
-    unwalked = "an external program solves it and reports no error estimate to compare with"
+    reason_without_robustness = "an external program solves it and reports no error estimate to compare with"
     instead = "use `fem(...)`, which supports all of this"
 
     program: str
@@ -34,7 +34,7 @@ class ExternalModel(Model):
     iterations: int | None
 
     @property
-    def told(self) -> Program:
+    def program_entry(self) -> Program:
         """Entry of the program in the table of supported features."""
         return program(self.program)
 
@@ -43,9 +43,9 @@ class ExternalModel(Model):
         """Our model that defines the problem."""
         raise NotImplementedError(f"{type(self).__name__} is told of none of ours")
 
-    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def diagnostics(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors and warnings about our model in a case, and about features that the program lacks."""
-        found = self.ours.doubts(replace(declared, thing=self.ours), _case_without_explicit_integrator(case))
+        found = self.ours.diagnostics(replace(declared, thing=self.ours), _case_without_explicit_integrator(case))
         if any(d.severity == "error" for d in found):
             return found
         return [*found, *self.unsupported(declared, case)]
@@ -68,11 +68,11 @@ class ExternalModel(Model):
     def words_of(self, reasons: list[Reason]) -> str:
         """Return a description of why the program does not support the scene."""
         each = dict.fromkeys(f"{what} ({why})" for what, why in reasons)
-        return f"{self.told.title} cannot represent {', '.join(each)}"
+        return f"{self.program_entry.title} cannot represent {', '.join(each)}"
 
     def of_steps(self, case: Case) -> Iterator[Reason]:
         """Yield invalid time step options, with reasons: a static program, or steps that do not end with the motion."""
-        if not self.told.moves:
+        if not self.program_entry.moves:
             for name in ("step", "iterations"):
                 if getattr(self, name) is not None:
                     yield name, "only for programs that step through time"

@@ -128,7 +128,7 @@ def unsupported_body(case: Case) -> Iterator[Reason]:
             yield f"the muscle {name}", "the exchange format has no active stress"
     if case.porous:
         yield "poroelastic material", _NO_PAST
-    elif case.remembers:
+    elif case.has_material_history:
         yield "viscoelastic material", _NO_PAST
 
 

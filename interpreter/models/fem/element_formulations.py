@@ -191,7 +191,7 @@ def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str)
     from softmark.solvers.materials import mixed_for
 
     split = mixed_for(case.material, strain)
-    if split is None:  # `doubts` refuses it
+    if split is None:  # `diagnostics` refuses it
         raise KeyError(strain)
     if model.formulation == "mixed":
         made: Any = mixed_energy(mesh, parts, split, _mean(case.material.shear_modulus, parts.w))

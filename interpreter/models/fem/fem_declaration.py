@@ -94,13 +94,13 @@ class Fem(HasMaterial, Model):
     on a coarser mesh or with a cheaper strain measure; its cost is part of the cost of this model.
     """
 
-    recovers = True
-    graded = True
-    directed = True
-    composite = True
-    bedded = True
-    touches = True
-    finely = ("size",)
+    supports_perturbed_starts = True
+    supports_varying_constants = True
+    supports_anisotropy = True
+    supports_regions = True
+    supports_elastic_foundations = True
+    supports_rigid_contact = True
+    resolution_fields = ("size",)
 
     element: Annotated[
         str,
@@ -157,8 +157,8 @@ class Fem(HasMaterial, Model):
     ] = None
 
     loads = (*Model.loads, LineForce)
-    remembers = True
-    soaks = True
+    supports_viscoelasticity = True
+    supports_poroelasticity = True
 
     @property
     def constant(self) -> bool:  # type: ignore[override]
@@ -166,7 +166,7 @@ class Fem(HasMaterial, Model):
         return self.strain == "small"
 
     @property
-    def unsolved(self) -> bool:  # type: ignore[override]
+    def may_be_unconverged(self) -> bool:  # type: ignore[override]
         """True if the model may accept states that are not converged."""
         return self.max_iterations is not None or self.max_linear_iterations is not None
 
@@ -181,7 +181,7 @@ class Fem(HasMaterial, Model):
         return self.material
 
     @property
-    def capped_at(self) -> int | None:
+    def accepted_iterations(self) -> int | None:
         """Number of Newton iterations after which an unconverged state is accepted; None if none is accepted."""
         return self.max_iterations
 
@@ -205,7 +205,7 @@ class Fem(HasMaterial, Model):
 
     def orders(self) -> dict[str, int]:
         """Return the convergence order in `size`; empty if states may be unconverged or theory does not apply."""
-        known = self.mass != "uniform" and self.rotation != "element" and not self.unsolved
+        known = self.mass != "uniform" and self.rotation != "element" and not self.may_be_unconverged
         return {"size": self.order} if known else {}
 
     def plain(self, **changes: Any) -> Fem:
@@ -234,9 +234,10 @@ class Fem(HasMaterial, Model):
         """Return whether the mesh is read from a file, given by the model or by the body."""
         return (self.own_mesh or case.shape).prebuilt
 
-    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def diagnostics(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors and warnings about this model in a case, for every material if there are several."""
-        if (case.porous and case.parts) or (case.remembers and not case.uniform):  # what is typical would not say
+        # typical values would say nothing of these
+        if (case.porous and case.parts) or (case.has_material_history and not case.uniform):
             return list(self.refusals(declared, case))
         if case.parts:
             return self._problems_by_material(declared, case)
@@ -265,7 +266,7 @@ class Fem(HasMaterial, Model):
         stiffest = max(case.typical, key=lambda material: material.young)
         found: dict[tuple[object, ...], Diagnostic] = {}
         for part, material in zip((None, *case.parts), case.typical, strict=True):
-            for doubt in self.doubts(declared, replace(case, other_material=material, parts=())):
+            for doubt in self.diagnostics(declared, replace(case, other_material=material, parts=())):
                 if doubt.code == "W302" and material is not stiffest:
                     continue
                 note = () if part is None else (f"this is about the material of the region `{part.name}`",)
@@ -273,7 +274,7 @@ class Fem(HasMaterial, Model):
                 found.setdefault(key, replace(doubt, notes=(*doubt.notes, *note)))
         return list(found.values())
 
-    def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+    def scene_diagnostics(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors about the model that provides the initial guess."""
         return options.check_start(scene, declared, case)
 

@@ -42,10 +42,12 @@ class Results(Model):
 
     loads = (object,)
     supports = (object,)
-    bedded = touches = wired = composite = graded = directed = remembers = soaks = read = True
+    supports_elastic_foundations = supports_rigid_contact = models_networks_only = supports_regions = (
+        supports_varying_constants
+    ) = supports_anisotropy = supports_viscoelasticity = supports_poroelasticity = reads_file = True
     timed = False
-    unwalked = "results from a file do not change with parameters"
-    forceless = f"{NOTHING} no forces"
+    reason_without_robustness = "results from a file do not change with parameters"
+    reason_without_forces = f"{NOTHING} no forces"
 
     path: Annotated[str, "file", "file: .vtu, .pvtu, .pvd, .vtk, .xdmf, .frd, .xplt or .csv"]
     unit: Annotated[float, "m in (0, inf)", "length unit of the file, such as 1 mm"]
@@ -65,7 +67,7 @@ class Results(Model):
         """Message why an imported result has no stress."""
         return f"{NOTHING} no stress"
 
-    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def diagnostics(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors if the body or the analysis does not allow matching a file."""
         if self.by == "nodes" and (case.planar or not case.shape.file):
             why = "a slice with plane cells" if case.planar else "not a mesh file"

@@ -40,8 +40,8 @@ class Homogeneous(Model):
 
     loads = (SurfaceTraction,)
     supports = (Fixed, Displaced, Symmetric)
-    moves = False
-    even = True
+    supports_dynamics = False
+    homogeneous_strain = True
 
     state: Annotated[
         Literal["uniaxial", "equibiaxial", "planar", "simple_shear", "confined"],
@@ -63,7 +63,7 @@ class Homogeneous(Model):
         """Strain measure and volumetric formulation of the material law."""
         return self.strain, "full"
 
-    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def diagnostics(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors and warnings about the model in a case."""
         from softmark.interpreter.models.material_point.imposed_deformation import is_block
 

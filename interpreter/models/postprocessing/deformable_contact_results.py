@@ -46,7 +46,7 @@ def contact_result(
     mean distance of pressed samples.
     """
     sliding = contact if isinstance(contact, DeformableFriction) else DeformableFriction(contact, 0.0)
-    hold, pressing, skin = sliding.hold(u), sliding.pressing, contact.skin
+    hold, pressing, skin = sliding.tangential_coupling(u), sliding.pressing, contact.skin
     own_facets, n = np.unique(skin.of), _outward(x, mesh.facets[np.unique(skin.of[hold.which])])
     facets, both = mesh.facets[own_facets], _reported_surface_count(skin, hold, own_facets)
     f = -np.einsum("ni,ni->n", force_at_nodes(pressing, u) if force is None else force, n)

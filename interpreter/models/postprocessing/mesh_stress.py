@@ -81,7 +81,7 @@ class StressOfMesh:
             raise StressUnavailable(
                 "the stress of a poroelastic body (skeleton and fluid) is not recovered at points: use forces"
             )
-        if case.remembers:
+        if case.has_material_history:
             raise StressUnavailable("the stress of a viscoelastic body is not recovered at points: use forces")
         u = mesh.displacement.astype(float)  # of single precision too
         around = case.depth > 0.0

@@ -165,7 +165,7 @@ def reported_forces(bed: Energy, forces: Floats) -> Floats:
 
     For a tie between pieces these are the forces on all pieces but the first.
     """
-    return forces if bed.told is None else np.where(bed.told[:, None], forces, 0.0)
+    return forces if bed.reaction_nodes is None else np.where(bed.reaction_nodes[:, None], forces, 0.0)
 
 
 def add_rigid_contact_forces(carried: NodalForces, contacts: Mapping[str, RigidContact], case: Case) -> NodalForces:

@@ -34,8 +34,8 @@ def _missing_forces_reason(declared: Declared, case: Case, solution: Solution) -
     if solution.displacement is None:
         return "there is no solution"
     if solution.carried is None:
-        if declared.thing.forceless is not None:
-            found: str = declared.thing.forceless
+        if declared.thing.reason_without_forces is not None:
+            found: str = declared.thing.reason_without_forces
             return found
         if isinstance(case.analysis, Dynamic):
             return "reactions need a static analysis"

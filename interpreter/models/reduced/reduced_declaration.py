@@ -25,7 +25,7 @@ PARTS = (0.25, 0.5, 0.75, 1.0)  # of all loads: what a training goes through whe
 class Reduced(Model):
     """Base class of reduced-order models."""
 
-    graded = True
+    supports_varying_constants = True
     of: str
 
     @property
@@ -33,7 +33,7 @@ class Reduced(Model):
         """Name of the finite element model whose equations are reduced."""
         return self.of
 
-    def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+    def scene_diagnostics(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors if the named finite element model cannot be reduced."""
         found = (
             _check_reducible(scene, declared, case),
@@ -42,7 +42,11 @@ class Reduced(Model):
             _check_foundations(declared, case),
             _check_contacts(declared, case),
         )
-        return [*(d for d in found if d is not None), *self.turns(declared, case), *self.forgets(declared, case)]
+        return [
+            *(d for d in found if d is not None),
+            *self.rotation_refusals(declared, case),
+            *self.history_refusals(declared, case),
+        ]
 
 
 @dataclass(frozen=True)
@@ -74,7 +78,7 @@ class Modal(Reduced):
     sampling: Annotated[float, "1 in (0, 1)", "largest relative error of the forces from sampled cells"] = 0.01
     body: Annotated[str | None, "body", "body; needed if the scene has several"] = None
 
-    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def diagnostics(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return the errors of the model that do not depend on other declarations."""
         return []
 
@@ -129,7 +133,7 @@ class Pod(Reduced):
         """Fractions of the loads at which training states are computed."""
         return PARTS if self.training is None else tuple(float(v) for v in self.training.values)
 
-    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def diagnostics(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return the errors of the model that do not depend on other declarations."""
         found = (
             self._check_training_fractions(declared),
@@ -138,9 +142,9 @@ class Pod(Reduced):
         )
         return [d for d in found if d is not None]
 
-    def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+    def scene_diagnostics(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors about the finite element model to be reduced and about the training."""
-        found = super().scene_doubts(scene, declared, case)
+        found = super().scene_diagnostics(scene, declared, case)
         swept = self._check_sweep(scene, declared)
         if swept is None and not found:
             swept = training_scenes.check_same_mesh(scene, declared)

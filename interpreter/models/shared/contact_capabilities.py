@@ -24,7 +24,7 @@ LEVERS = {
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """Yield errors for contacts that the model, its analysis or its options do not support."""
     touch = case.contacts[0]
-    if not model.touches:
+    if not model.supports_rigid_contact:
         yield diagnostic("E650", touch.at(), f"`{declared.name}` cannot represent the contact `{touch.name}`",
                          "contact not supported", "use `fem(...)`, which supports contact")  # fmt: skip
         return
@@ -48,7 +48,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
             "not with a contact",
             f"remove `{word}`",
         )
-    elif case.remembers:
+    elif case.has_material_history:
         yield diagnostic("E651", touch.at(), f"`{case.body.name}` is viscoelastic or poroelastic, and "
                                              "contact of such bodies is not supported", "not with a contact",
                          "use an elastic material")  # fmt: skip

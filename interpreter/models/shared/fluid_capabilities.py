@@ -49,7 +49,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
             problem[1],
             problem[2],
         )
-    elif not getattr(model, "soaks", False):
+    elif not getattr(model, "supports_poroelasticity", False):
         yield diagnostic("E372", declared.at(), f"`{declared.name}` does not support fluid, but `{case.body.name}` "
                                                 "is poroelastic", "for solids without fluid",
                          "use `fem(tet10, ...)`, or only the drained law")  # fmt: skip

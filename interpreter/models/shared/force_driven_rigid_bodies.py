@@ -36,7 +36,7 @@ def force_driven_problem(case: Case, contacts: Mapping[str, Any]) -> ForceContro
 def _contact_at_travel(contact: Any, d: float) -> Any:
     """Return a contact whose rigid body has moved by the distance d, m, along its free direction."""
     moving: PrescribedPosition = contact.posed
-    posed = replace(moving, touch=replace(moving.touch, gone=d))
+    posed = replace(moving, touch=replace(moving.touch, force_travel=d))
     known: dict[str, Any] = {"posed": posed}
     if isinstance(contact, RigidFriction):
         known["carries"] = posed.pose
@@ -58,7 +58,7 @@ def move_rigid_bodies(case: Case, beside: Mapping[str, Any]) -> Case:
         """Return a contact with its rigid body moved; the contact itself if its rigid body is not driven by a load."""
         if touch.along is None or touch.name not in beside:
             return touch
-        return replace(touch, gone=float(_rigid_body_translation(beside[touch.name])[touch.along]))
+        return replace(touch, force_travel=float(_rigid_body_translation(beside[touch.name])[touch.along]))
 
     return replace(case, contacts=tuple(map(each, case.contacts)))
 

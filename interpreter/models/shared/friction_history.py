@@ -52,9 +52,9 @@ def histories_after(contacts: Mapping[str, Energy], u: Floats, before: Past) -> 
         anchors: Any
         points = None
         if isinstance(contact, DeformableFriction):
-            anchors, slid, lost = contact.settled(u)
+            anchors, slid, lost = contact.final_history(u)
         elif isinstance(contact, RigidFriction):
-            anchors, slid, lost = contact.settled(u), contact.gone + contact.slid(u), contact.lost(u)
+            anchors, slid, lost = contact.final_anchors(u), contact.gone + contact.slid(u), contact.lost(u)
             points = contact.points
         else:
             continue
@@ -103,7 +103,8 @@ def _nodal_friction(contact: RigidContact, push: Floats, sticks: Bools, slid: Fl
 def resume_contacts(contacts: Mapping[str, Energy], past: Past) -> dict[str, Energy]:
     """Return contacts that continue from the friction history of an earlier state."""
     return {
-        name: _resume_contact(contact, past[name]) if contact.rubs else contact for name, contact in contacts.items()
+        name: _resume_contact(contact, past[name]) if contact.has_friction else contact
+        for name, contact in contacts.items()
     }
 
 

@@ -98,7 +98,7 @@ def find_equilibrium(solid: Any, problem: Statics) -> Equilibrium:
             return found
 
     case: Case = solid.pieces[0].case
-    if not case.pressed:
+    if not case.has_force_driven_body:
         return find(problem)
     from softmark.interpreter.models.shared.force_driven_rigid_bodies import force_driven_problem
     from softmark.solvers.statics.force_controlled_rigid_body import solve_force_balance
@@ -144,7 +144,7 @@ def with_moved_rigid_bodies(case: Case, mesh: DeformedMesh | None) -> Case:
 
     A case without such bodies is returned unchanged.
     """
-    if mesh is None or not case.pressed:
+    if mesh is None or not case.has_force_driven_body:
         return case
     from softmark.interpreter.models.shared import force_driven_rigid_bodies
 
@@ -169,7 +169,7 @@ def describe_free_motions(
     from softmark.solvers.energies.energy import DynamicPatternEnergy
 
     pairs = {name: bed for name, bed in solid.beds.items() if isinstance(bed, DynamicPatternEnergy)}
-    notes, adrift = solid.loose.kept(solid.declared, {**contacts, **pairs}, x)
+    notes, adrift = solid.loose.remaining_motion_warnings(solid.declared, {**contacts, **pairs}, x)
     return notes, adrift
 
 
@@ -178,7 +178,11 @@ def assembly_without_stabilization(solid: Any, contacts: Mapping[str, RigidConta
     known: Assembly = solid.assembly
     if any(contact is not solid.contacts[name] for name, contact in contacts.items()):
         known = _replace_contacts(known, contacts)
-    return known if solid.loose is None else known.acting([*known.internal[:-1], solid.loose.spring.gone], known.loads)
+    return (
+        known
+        if solid.loose is None
+        else known.acting([*known.internal[:-1], solid.loose.spring.without_stiffness], known.loads)
+    )
 
 
 def recenter_stabilization(solid: Solid, x: Floats) -> Solid:
@@ -211,7 +215,7 @@ def resume_interactions(made: Solid, before: DeformedMesh) -> Solid:
         return made
     beds, contacts = known.beds, {n: replace(c, earlier=before.beside[n]) for n, c in known.contacts.items()}
     for name, extra in before.joined.items():
-        contacts[name] = contacts[name].joining(extra, before.displacement.ravel())
+        contacts[name] = contacts[name].with_added_points(extra, before.displacement.ravel())
     if before.rubbed:
         from softmark.interpreter.models.shared import friction_history
 
@@ -248,7 +252,7 @@ def friction_histories(contacts: Mapping[str, Energy], u: Floats, before: Past) 
 
     `before` is the history of the previous state.
     """
-    if not any(contact.rubs for contact in contacts.values()):
+    if not any(contact.has_friction for contact in contacts.values()):
         return {}
     from softmark.interpreter.models.shared.friction_history import histories_after
 

@@ -38,28 +38,28 @@ class Model:
     # what the model supports: `refusals` reports everything else in validation
     loads: tuple[type[Any], ...] = (SolidAction,)  # kinds of load
     supports: tuple[type[Any], ...] = (Holding,)  # kinds of support
-    bedded = False  # supports elastic foundations
-    touches = False  # supports rigid contact
-    moves = True  # supports dynamic analyses
-    wired = False  # models networks of axes only
-    sectional = False  # moves by rigid sections along an axis
-    composite = False  # supports regions of other materials
-    graded = False  # supports constants that vary in space
-    directed = False  # supports anisotropic materials
-    remembers = False  # supports viscoelastic materials
-    soaks = False  # supports poroelastic materials
-    recovers = False  # supports perturbed starts
+    supports_elastic_foundations = False
+    supports_rigid_contact = False
+    supports_dynamics = True
+    models_networks_only = False  # spring and beam networks
+    moves_by_sections = False  # moves by rigid sections along an axis
+    supports_regions = False
+    supports_varying_constants = False
+    supports_anisotropy = False
+    supports_viscoelasticity = False
+    supports_poroelasticity = False
+    supports_perturbed_starts = False
 
     # what kind of model it is
     reduces: str | None = None  # the model whose equations it reduces
     constant = False  # constant stiffness
-    read = False  # its displacements are read from a file
+    reads_file = False  # its displacements are read from a file
     timed = True  # solved by softmark, with timing
-    unwalked = ""  # reason why `dsl robustness` leaves it out, if it does
-    forceless: str | None = None  # reason why it has no forces, if it has none
-    even = False  # homogeneous strain
-    unsolved = False  # may accept states that are not converged
-    finely: tuple[str, ...] = ()  # its fields that set the resolution
+    reason_without_robustness = ""  # reason why `dsl robustness` leaves it out, if it does
+    reason_without_forces: str | None = None  # reason why it has no forces, if it has none
+    homogeneous_strain = False  # the same strain at every point
+    may_be_unconverged = False  # may accept states that are not converged
+    resolution_fields: tuple[str, ...] = ()  # its fields that set the resolution
 
     @property
     def own_mesh(self) -> Shape | None:
@@ -72,7 +72,7 @@ class Model:
         return None
 
     @property
-    def capped_at(self) -> int | None:
+    def accepted_iterations(self) -> int | None:
         """Number of Newton iterations after which an unconverged state is accepted; None if none is accepted."""
         return None
 
@@ -86,11 +86,11 @@ class Model:
         """Strain measure and volumetric formulation of the stress law, or the reason why the model has no stress."""
         return "only finite elements and beams have a stress at every point of the body"
 
-    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def diagnostics(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return the errors and warnings about this model in a case that can be found without building arrays."""
         return list(self.refusals(declared, case))
 
-    def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+    def scene_diagnostics(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return the errors and warnings about this model that depend on other declarations of the scene."""
         return []
 
@@ -121,12 +121,12 @@ class Model:
         return made
 
     def orders(self) -> dict[str, int]:
-        """Return the theoretical convergence order of smooth displacements, by resolution field (`finely`)."""
+        """Return the theoretical convergence order of smooth displacements for each of `resolution_fields`."""
         return {}
 
     def refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
         """Yield errors for the analysis, loads and supports that the model does not support."""
-        if not self.moves and isinstance(case.analysis, Dynamic):
+        if not self.supports_dynamics and isinstance(case.analysis, Dynamic):
             yield diagnostic("E501", declared.at(),
                              f"`{declared.name}` supports only static analyses", "static model",
                              "use `fem(...)` or `beam6dof(...)` in a dynamic analysis")  # fmt: skip
@@ -149,7 +149,7 @@ class Model:
                     "support not available",
                     hinge if isinstance(support.thing, Pinned) else self._supporting_models_help,
                 )
-        for bed in () if self.bedded else case.beds:
+        for bed in () if self.supports_elastic_foundations else case.beds:
             yield diagnostic("E501", bed.at(), f"`{declared.name}` cannot represent the elastic foundation "
                                                f"`{bed.name}`",
                              "elastic foundation", "use `fem(...)`")  # fmt: skip
@@ -169,16 +169,16 @@ class Model:
         if case.pairs:
             from softmark.interpreter.models.shared import self_contact_capabilities
 
-            yield from self_contact_capabilities.refusals(self.bedded, declared, case)
-        yield from self.turns(declared, case)
-        yield from self.forgets(declared, case)
+            yield from self_contact_capabilities.refusals(self.supports_elastic_foundations, declared, case)
+        yield from self.rotation_refusals(declared, case)
+        yield from self.history_refusals(declared, case)
 
     @property
     def _supporting_models_help(self) -> str:
         """Help text that names models with support for the loads and supports that this model lacks."""
-        return OF_NETWORKS if self.wired else MOST
+        return OF_NETWORKS if self.models_networks_only else MOST
 
-    def forgets(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    def history_refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
         """Yield errors if the model does not support the poroelastic or viscoelastic material of the body.
 
         Warn if time steps are too long for the relaxation of the material.
@@ -191,12 +191,12 @@ class Model:
                 if case.porous
                 else fluid_capabilities.refuse_unused_drains(case)
             )
-        elif case.remembers:
+        elif case.has_material_history:
             from softmark.interpreter.models.shared import relaxation_capabilities
 
             yield from relaxation_capabilities.refusals(self, declared, case)
 
-    def turns(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    def rotation_refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
         """Yield errors for rotating supports that the model cannot follow."""
         if any(support.thing.turns for support in case.supports):
             from softmark.interpreter.models.shared import rotating_supports

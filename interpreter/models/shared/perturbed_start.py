@@ -38,10 +38,14 @@ def check_perturbed_start(scene: Scene, declared: Declared, case: Case) -> list[
     if known is None:
         return []
     model, word = declared.thing, f"`disturbed = {known.kind}`"
-    if not model.recovers:
+    if not model.supports_perturbed_starts:
         few = "cannot be used with", "which has only a few displacement modes"
         does, why = few if model.reduces is not None else ("cannot be used with", "which starts undeformed")
-        help_ = "leave it out: networks start undeformed" if model.wired else "use `fem`, `mass_spring` or `beam6dof`"
+        help_ = (
+            "leave it out: networks start undeformed"
+            if model.models_networks_only
+            else "use `fem`, `mass_spring` or `beam6dof`"
+        )
         return [
             diagnostic("E571", declared.at(), f"{word} {does} `{declared.name}`, {why}", "no disturbed start", help_)
         ]

@@ -40,7 +40,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
         yield diagnostic("E360", case.body.at("material"), f"the Prony series of `{case.body.name}` is "
                                                            f"invalid: {problem[0]}",
                          problem[1], problem[2])  # fmt: skip
-    elif not model.remembers:
+    elif not model.supports_viscoelasticity:
         yield diagnostic("E358", declared.at(), f"`{declared.name}` does not support stress relaxation, but "
                                                 f"`{case.body.name}` is viscoelastic", "for elastic materials",
                          "use `fem(...)` or `beam6dof(...)`, or only the elastic law")  # fmt: skip

@@ -80,7 +80,7 @@ def pose_at(touch: Touch, share: float) -> RigidMotion | None:
     """Return the motion of a rigid body by its supports and loads at a load fraction; None if it has not moved."""
     shift, rotation, about = np.zeros(3), np.zeros(3), np.zeros(3)
     if touch.along is not None:
-        shift[touch.along] = share * touch.gone
+        shift[touch.along] = share * touch.force_travel
     for support in touch.moved:
         shift = shift + share * np.array(support.thing.imposed)
         if support.thing.turns:

@@ -63,10 +63,10 @@ class RotationPath:
             found[own.places] = own.support.moved(own.X, share)[np.arange(len(own.along)), own.along]
         return found
 
-    def lost(self, x: Floats, share: float) -> str | None:
+    def missing_rotation(self, x: Floats, share: float) -> str | None:
         """Return the reason why a state x (dofs,) lacks full turns that its supports have made; None if it has them."""
         u = x[: 3 * (len(x) // 3)].reshape(-1, 3)  # pressures come last
-        return next((why for chain in self.chains if (why := chain.lost(u, share))), None)
+        return next((why for chain in self.chains if (why := chain.missing_rotation(u, share))), None)
 
 
 def rotation_path(owners: Mapping[int, Declared], held: Ints, points: Floats, per_node: int,
@@ -107,7 +107,7 @@ def _unsupported_reason(model: Any, case: Case) -> tuple[str, str] | None:
         )
     if isinstance(analysis, Dynamic):
         return None
-    if model.unsolved:
+    if model.may_be_unconverged:
         return "an iteration limit leaves no room for load steps", "remove `max_iterations` and `max_linear_iterations`"
     if analysis.path != "load":
         return "`path = arc_length` imposes displacements in proportion to the load", "use `path = load`"

@@ -24,10 +24,10 @@ def refusals(surfaced: bool, declared: Declared, case: Case) -> Iterator[Diagnos
         if not surfaced:
             yield _error(pair, f"`{declared.name}` has no surface for contact", "no finite elements",
                          "use `fem(...)`")  # fmt: skip
-        elif not (case.remembers or case.porous or isinstance(case.analysis, Static | Dynamic)):
+        elif not (case.has_material_history or case.porous or isinstance(case.analysis, Static | Dynamic)):
             yield _error(pair, f"`{pair.name}` is not supported in `quasistatic(...)` analyses",
                          "not in this analysis", "use `static(...)` or `dynamic(...)`")  # fmt: skip
-        elif case.remembers or case.porous:
+        elif case.has_material_history or case.porous:
             yield _error(
                 pair,
                 f"`{pair.name}` does not support viscoelastic or poroelastic bodies",
@@ -37,7 +37,7 @@ def refusals(surfaced: bool, declared: Declared, case: Case) -> Iterator[Diagnos
         elif isinstance(pair.thing, Tied) and isinstance(case.analysis, Dynamic):
             yield _error(pair, f"the tie constraint `{pair.name}` works only in static analyses",
                          "not in a dynamic analysis", "use `static(...)`, or make one piece: `union(...)`")  # fmt: skip
-        elif isinstance(case.analysis, Dynamic) and declared.thing.capped_at is not None:
+        elif isinstance(case.analysis, Dynamic) and declared.thing.accepted_iterations is not None:
             yield diagnostic(
                 "E651",
                 declared.at("max_iterations"),

@@ -206,7 +206,7 @@ class PreparedMotion:
             return None
         from softmark.interpreter.models.postprocessing.contact_history_results import Followed
 
-        own: list[Any] = [load for load in self.problem.assembly.loads if load.driven]
+        own: list[Any] = [load for load in self.problem.assembly.loads if load.not_proportional]
         small = vars(self.declared.thing).get("strain") == "small"
         contacts = dict(zip(self.touching, own, strict=True))
         meets = {name: bed for name, bed in self.beds.items() if isinstance(bed, DynamicPatternEnergy)}
@@ -437,9 +437,9 @@ def build_solid_dynamics(
     check_amplitudes(case, analysis)
     integrator = integrator_of(analysis)
     dofs = mesh.points.size
-    driven: list[Any] = [load for load in rest.assembly.loads if load.driven]
+    driven: list[Any] = [load for load in rest.assembly.loads if load.not_proportional]
     ways = [amplitude_of_rigid(touch) for touch in case.contacts]
-    contacts = [contact.at(way.at(0.0)).begun() for contact, way in zip(driven, ways, strict=True)]
+    contacts = [contact.at(way.at(0.0)).without_initial_energy() for contact, way in zip(driven, ways, strict=True)]
     meets = [energy for energy in internal if isinstance(energy, DynamicPatternEnergy)]
     internal = [energy for energy in internal if not isinstance(energy, DynamicPatternEnergy)]
     problem = Dynamics(
@@ -455,8 +455,8 @@ def build_solid_dynamics(
         integrator,
         analysis.tolerance,
         analysis.max_iterations,
-        sound=next((e.sound for e in internal if isinstance(e, LaggedTangentEnergy)), rest.sound),
-        cap=(cap := declared.thing.capped_at),
+        sound=next((e.has_no_inverted_cells for e in internal if isinstance(e, LaggedTangentEnergy)), rest.sound),
+        cap=(cap := declared.thing.accepted_iterations),
         pulling=pulling,
         lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
         way=rest.way,

@@ -50,7 +50,9 @@ class UnsupportedBody:
     pieces: Bools
     whole: bool
 
-    def kept(self, declared: Declared, contacts: Mapping[str, Any], u: Floats) -> tuple[tuple[Diagnostic, ...], str]:
+    def remaining_motion_warnings(
+        self, declared: Declared, contacts: Mapping[str, Any], u: Floats
+    ) -> tuple[tuple[Diagnostic, ...], str]:
         """Return warnings about free pieces in a state u (3 n,), m, and a description of motions that remain free.
 
         A warning names the contacts that hold the piece. It has no numbers of the state, so that equal warnings of
@@ -103,7 +105,7 @@ def _pressed_points(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floa
     on = contact.pressures(u) > 0.0
     if nodes is not None and len(nodes) == len(on):
         on = on & piece[nodes]
-    sticks = ~contact.slip(u).slides[on] if contact.rubs else np.zeros(int(on.sum()), dtype=np.bool_)
+    sticks = ~contact.slip(u).slides[on] if contact.has_friction else np.zeros(int(on.sum()), dtype=np.bool_)
     return contact.places(u)[on], contact.look(u)[1][on], sticks
 
 
@@ -111,12 +113,15 @@ def _pressed_samples(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Flo
     """Return positions (p, 3), m, normals (p, 3) and sticking states (p,) of contact samples between two pieces."""
     from softmark.solvers.contact.deformable_friction import DeformableFriction
 
-    hold, skin = (contact if contact.rubs else DeformableFriction(contact, 0.0)).hold(u), contact.skin
+    hold, skin = (
+        (contact if contact.has_friction else DeformableFriction(contact, 0.0)).tangential_coupling(u),
+        contact.skin,
+    )
     own = (abs(hold.W) @ np.repeat(piece, 3).astype(np.float64)).reshape(hold.n.shape).any(axis=1)
     X, n = (np.zeros((int(own.sum()), 3)) for _ in range(2))
     d = skin.X.shape[1]
     X[:, :d], n[:, :d] = skin.places(u)[skin.corners + hold.which[own]], hold.n[own]
-    slides = hold.slip(u, contact.friction).slides[own] if contact.rubs else np.ones(len(X), dtype=np.bool_)
+    slides = hold.slip(u, contact.friction).slides[own] if contact.has_friction else np.ones(len(X), dtype=np.bool_)
     return X, n, ~slides
 
 

@@ -80,8 +80,8 @@ class MassSpring(Model):
     Source: Provot (1995); Van Gelder (1998); for the lattice Love (1906), note B.
     """
 
-    recovers = True
-    finely = ("size",)
+    supports_perturbed_starts = True
+    resolution_fields = ("size",)
 
     stiffness: Annotated[
         Any, "stiffness", "stiffness of springs: `uniform(120 N/m)`, `from_material()` or `calibrated(...)`"
@@ -112,7 +112,7 @@ class MassSpring(Model):
         """Return a key that is equal for models of a body that can share a mesh."""
         return self.solid.mesh_key()
 
-    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+    def diagnostics(self, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors and warnings about this network in a case."""
         found = [
             *self.refusals(declared, case),
@@ -125,7 +125,7 @@ class MassSpring(Model):
         ]
         return [d for d in found if d is not None]
 
-    def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+    def scene_diagnostics(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
         """Return errors about calibrating this network in its scene."""
         if not isinstance(self.stiffness, Calibrated):
             return []

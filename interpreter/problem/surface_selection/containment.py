@@ -81,7 +81,9 @@ def _inside_round_body(shape: RoundBody, at: Point, below: str) -> Condition:
                 _scaled_term(_term_minus_value(square, shape.hollow**2), half / shape.hollow).negated(), below
             )
         )
-    return _all_conditions([*found, *(_below_zero_condition(c.negated(), below) for c in off[: shape.kept])])
+    return _all_conditions(
+        [*found, *(_below_zero_condition(c.negated(), below) for c in off[: shape.halved_axis_count])]
+    )
 
 
 def _inside_extrusion(shape: Extruded, at: Point, below: str) -> Condition:

@@ -25,7 +25,7 @@ def select_curved_side(
     """
     from softmark.solvers.mesh.ball_blocks import build_shell, mesh_blocks
 
-    mesh = mesh_blocks(build_shell(CELLS, (0.5, 1.0)), "hex8", side.semiaxes, side.centre, shape.kept)
+    mesh = mesh_blocks(build_shell(CELLS, (0.5, 1.0)), "hex8", side.semiaxes, side.centre, shape.halved_axis_count)
     facets = mesh.facets[side.of(mesh.points[mesh.facets])]
     patches = Patches(mesh.points[facets], extent, side.onto)
     found = select_patches(ConditionOnPatches.of(condition, patches))
@@ -53,7 +53,7 @@ def symmetry_cuts(shape: RoundBody) -> tuple[Floats, Condition]:
     """
     low, high = (np.array(end) for end in shape.bounds)
     faces, size = [], np.diag(high - low)
-    for axis in range(shape.kept):
+    for axis in range(shape.halved_axis_count):
         b, c = size[(axis + 1) % 3], size[(axis + 2) % 3]
         faces.append([low, low + c, low + c + b, low + b])
     level = Term.constant(0.0)

@@ -139,7 +139,7 @@ def _dynamic_problem(declared: Declared, case: Case, workshop: BuildContext) -> 
     ):  # an external model has no field `mass`
         raise NotTransferable([(f"mass = {model.mass}", "the exported masses are nodal masses: use `mass = lumped`")])
     theirs = declared.thing
-    if not isinstance(theirs, ExternalSolver) or not theirs.told.moves:
+    if not isinstance(theirs, ExternalSolver) or not theirs.program_entry.moves:
         theirs = ExternalSolver("mujoco", model.element, model.strain, model.size, model.body, model.mesh)
     if found := list(theirs.of_steps(case)):
         raise NotTransferable(found)

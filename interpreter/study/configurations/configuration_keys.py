@@ -111,7 +111,7 @@ def _refined_models(scene: Scene) -> list[str]:
 
 def _without_mesh_size(model: Declared) -> Declared:
     """Return a model without its mesh size, which a reference chooses when it refines the model."""
-    if "size" not in model.thing.finely:
+    if "size" not in model.thing.resolution_fields:
         return model
     return replace(model, thing=replace(model.thing, size=None))
 

@@ -62,7 +62,7 @@ def _resolution_fields(declared: Declared) -> dict[str, Any]:
     """Return the resolution fields of a model or a dynamic analysis, by name."""
     thing = declared.thing
     if declared.kind == "model":
-        return {name: getattr(thing, name) for name in thing.finely}
+        return {name: getattr(thing, name) for name in thing.resolution_fields}
     return {"step": thing.step} if isinstance(thing, Dynamic) else {}
 
 
@@ -75,7 +75,7 @@ def formal_orders(scene: Scene, model: Declared) -> dict[str, int]:
     Models declare the orders of their size or segments, time integrators the order of the step. Springs, modes and
     tolerances have none.
     """
-    if model.thing.unsolved:
+    if model.thing.may_be_unconverged:
         return {}
     found = dict(model.thing.orders())
     motion = next((d.thing for d in scene.of_kind("analysis").values() if isinstance(d.thing, Dynamic)), None)

@@ -100,14 +100,14 @@ class BeamLine:
                 case TendonLoad(guides=int(count)) as tendon:
                     both += self._guided_tendon_forces(tendon, count, rod)
                 case TendonLoad() as tendon:
-                    low, high = sorted(shape.own(p)[0] for p in (tendon.begin, tendon.end))
+                    low, high = sorted(shape.section_coordinates(p)[0] for p in (tendon.begin, tendon.end))
                     ends = np.clip(self.s, low, high)
                     arms, slopes = self._tendon_arms_and_slopes(tendon, 0.5 * (ends[1:] + ends[:-1]))
                     both += rod.pulled(tendon.tension * np.diff(ends) / np.diff(self.s), arms, slopes)
                 case PointLoad(at=at, force=force) if axis_station(self.case, at) is None:
                     X, axes = self.at_rest
                     off = np.array(at) - X
-                    node = int(np.abs(self.s - shape.own(at)[0]).argmin())
+                    node = int(np.abs(self.s - shape.section_coordinates(at)[0]).argmin())
                     f[node] += np.array(force)
                     m[node] += np.cross(rod.R[node] @ (axes[node] @ off[node]), np.array(force))
                 case PointLoad(at=at, force=force):
@@ -129,7 +129,7 @@ class BeamLine:
         The slopes are derivatives by complex steps.
         """
         shape = self.case.prism
-        (low, *first), (high, *last) = sorted(shape.own(p) for p in (tendon.begin, tendon.end))
+        (low, *first), (high, *last) = sorted(shape.section_coordinates(p) for p in (tendon.begin, tendon.end))
         z = (s - low) / (high - low)
         turn, begin = 1j * tendon.winding, complex(*first)
         line = complex(*last) * np.exp(-turn) - begin
@@ -140,7 +140,7 @@ class BeamLine:
 
     def _guided_tendon_forces(self, tendon: TendonLoad, count: int, rod: CheckedRod) -> Floats:
         """Return nodal forces and moments (n, 6), N and N m in space, of a tendon that is straight between guides."""
-        low, high = sorted(self.case.prism.own(p)[0] for p in (tendon.begin, tendon.end))
+        low, high = sorted(self.case.prism.section_coordinates(p)[0] for p in (tendon.begin, tendon.end))
         found, places = np.zeros((len(self.s), 6)), np.linspace(low, high, count)
         nodes = [int(np.abs(self.s - place).argmin()) for place in places]
         arms = self._tendon_arms_and_slopes(tendon, places)[0]
@@ -255,11 +255,14 @@ def rod_of(found: VerifiedSolution) -> tuple[CheckedRod, float]:
     if rod_of not in found.known:
         line, displacement = beam_line_of(found), found.solution.displacement
         rod, arm = line.rod(displacement)
-        if found.case.remembers:
+        if found.case.has_material_history:
             from softmark.interpreter.verification.viscoelastic_forces_check import relaxed_strain
 
             rod = replace(
-                rod, gone=relaxed_strain(found.case.material, displacement, lambda moved: line.rod(moved)[0].strains)
+                rod,
+                relaxed_strains=relaxed_strain(
+                    found.case.material, displacement, lambda moved: line.rod(moved)[0].strains
+                ),
             )
         found.known[rod_of] = rod, arm
     known: tuple[CheckedRod, float] = found.known[rod_of]

@@ -70,7 +70,7 @@ def _needs_full_solve(answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> 
     """
     case = answer.case
     touching = seen.in_forces and bool(case.contacts or case.pairs)
-    return answer.in_time or case.has_history or case.pressed or touching
+    return answer.in_time or case.has_history or case.has_force_driven_body or touching
 
 
 def _largest_poisson(answer: SolutionUnderTest) -> float:

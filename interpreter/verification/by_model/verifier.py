@@ -51,7 +51,7 @@ class Verifier:
         Raises NoIndependentFormula.
         """
         raise NoIndependentFormula(
-            found.declared.thing.forceless or "no independent formula is available for this model"
+            found.declared.thing.reason_without_forces or "no independent formula is available for this model"
         )
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:

@@ -26,12 +26,12 @@ def half_space(shape: HalfSpace) -> Gap:
 
 def sphere(shape: Sphere) -> Gap | None:
     """Return the signed distance to a whole sphere, or None for a part of a sphere."""
-    return None if shape.kept else BallGap(shape.radius, shape.origin)
+    return None if shape.halved_axis_count else BallGap(shape.radius, shape.origin)
 
 
 def shell(shape: SphericalShell) -> Gap | None:
     """Return the signed distance to a whole spherical shell, or None for a part of one."""
-    return None if shape.kept else BallGap(shape.radius, shape.origin, shape.inner)
+    return None if shape.halved_axis_count else BallGap(shape.radius, shape.origin, shape.inner)
 
 
 def box(shape: Box) -> Gap:

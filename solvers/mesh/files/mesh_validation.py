@@ -122,7 +122,7 @@ def _orient_cells(points: Floats, cells: Ints, kind: str) -> Ints:
     _refuse_bad_cells(flat, points, cells, kind, "flat", "repair the mesh: a cell without volume cannot be computed")
     turned = volumes < 0
     cells = cells.copy()
-    cells[turned] = cells[turned][:, np.array(element_of(kind).turned)]
+    cells[turned] = cells[turned][:, np.array(element_of(kind).mirrored_nodes)]
     _refuse_folded_cells(Mesh(points, cells, kind), longest**2 * (FLAT * longest + rounding))
     return cells
 

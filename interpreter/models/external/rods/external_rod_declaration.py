@@ -61,10 +61,10 @@ class ExternalRod(ExternalModel):
     `dsl robustness`, which compares models with their stated errors, leaves it out.
     """
 
-    recovers = False
-    remembers = True  # reported as unsupported
-    sectional = True
-    finely = ("segments",)
+    supports_perturbed_starts = False
+    supports_viscoelasticity = True  # reported as unsupported
+    moves_by_sections = True
+    resolution_fields = ("segments",)
     loads = (*Model.loads, LineForce, TendonLoad)
     instead = "use `beam6dof(...)`, which supports all of this"
 
@@ -79,7 +79,7 @@ class ExternalRod(ExternalModel):
     iterations = None  # it solves nothing
 
     @property
-    def told(self) -> Program:
+    def program_entry(self) -> Program:
         """Entry of the program in the table of supported features."""
         return RODS[self.program]
 
@@ -136,7 +136,7 @@ class ExternalRod(ExternalModel):
             }
         if not held <= {0, len(nodes) - 1}:
             yield "the supports", "it can be held only at its ends"
-        elif len(held) == 2 and not self.told.stretches:
+        elif len(held) == 2 and not self.program_entry.stretches:
             yield "the supports", "its length is fixed, so it cannot move between two clamps"
 
     def stations(self, case: Case) -> list[float]:
@@ -145,16 +145,16 @@ class ExternalRod(ExternalModel):
 
     def outline(self, case: Case) -> str:
         """Return a one-line description for the plan and the report."""
-        return f"{self.told.title}: {self.segments} segments of a rod; {self.told.moves}"
+        return f"{self.program_entry.title}: {self.segments} segments of a rod; {self.program_entry.moves}"
 
     def kind(self, case: Case) -> ModelKind:
         """Return the family of the model: all its properties except the number of segments."""
         rod = self.ours.kind(case)
-        return replace(rod, words=f"{rod.words}, {self.told.title}")
+        return replace(rod, words=f"{rod.words}, {self.program_entry.title}")
 
     def orders(self) -> dict[str, int]:
         """Return the convergence order in the segment length, as stated in the table of programs.
 
         It is 1 for a program whose clamp holds half a segment.
         """
-        return {"segments": self.told.order}
+        return {"segments": self.program_entry.order}
