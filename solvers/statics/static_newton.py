@@ -125,9 +125,8 @@ class Newton:
             return part
         from softmark.solvers.contact.continuous_collision import collision_free_fraction
 
-        return part * collision_free_fraction(
-            self._rigid_contacts(load), x, part * d, None if to == load else self._rigid_contacts(to)
-        )
+        later = None if to == load else self._rigid_contacts(to)
+        return part * collision_free_fraction(self._rigid_contacts(load), x, part * d, later)
 
     def _rigid_contacts(self, load: float) -> list[Any]:
         """Return the contacts with rigid bodies at a load factor."""
