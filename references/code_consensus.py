@@ -108,10 +108,10 @@ class ConsensusCurve(CurveFromFile):
             ends.append(np.interp(found.x, one.sorted[0], one.sorted[1]))
         return replace(found, band=(ends[0], ends[1]))
 
-    def _distances_to_band(self, table: Columns, name: str) -> list[float]:
+    def _uncertain(self, table: Columns, name: str) -> list[float]:
         """Return for each value the distance to the farther end of its band, SI. Raises Unreadable."""
         if not (self.low and self.high):
-            return super()._distances_to_band(table, name)
+            return super()._uncertain(table, name)
         rows = list(zip(table.numbers[self.low], table.numbers[name], table.numbers[self.high], strict=True))
         at = next((i for i, (low, y, high) in enumerate(rows) if not low <= y <= high), None)
         if at is not None:
