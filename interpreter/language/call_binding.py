@@ -255,7 +255,7 @@ class Binder:
         found = evaluation.describe_expression(node)
         return place.fail("E207", node.span, f"expected {field.expected}, found {found}", found, field.meaning)
 
-    def _parse_quantity(self, field: Field, node: tree.Expression, place: Place) -> float:
+    def _quantity(self, field: Field, node: tree.Expression, place: Place) -> float:
         if isinstance(node, tree.String | tree.List | tree.Compare):
             raise self.wrong(field, node, place)
         if isinstance(node, tree.Call) and self.vocabulary.find(node.function.text):
@@ -319,7 +319,7 @@ class Binder:
             self._parameter_origins(node),
         )
 
-    def _parse_vector(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+    def _vector(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         unit = units.vector_unit(field.dimension or units.NONE)
         if isinstance(node, tree.List):
             help = f"write a vector in round brackets: `(0, 0, 1) {unit}`"
@@ -337,7 +337,7 @@ class Binder:
             self.within(field, node, place, component)
         return value.values
 
-    def _parse_integer(self, field: Field, node: tree.Expression, place: Place) -> int:
+    def _integer(self, field: Field, node: tree.Expression, place: Place) -> int:
         if isinstance(node, tree.String | tree.List | tree.Compare | tree.Vector):
             raise self.wrong(field, node, place)
         q = self.compiler.scope.evaluator(self.module, place).quantity(node)
@@ -348,7 +348,7 @@ class Binder:
         self.within(field, node, place, q.value)
         return int(q.value)
 
-    def _parse_flag(self, field: Field, node: tree.Expression, place: Place) -> bool:
+    def _flag(self, field: Field, node: tree.Expression, place: Place) -> bool:
         if isinstance(node, tree.Name) and node.text in ("yes", "no"):
             return node.text == "yes"
         if isinstance(node, tree.Name) and node.text.lower() in ("true", "false", "on", "off"):
@@ -356,7 +356,7 @@ class Binder:
             raise place.fail("E212", node.span, f"`{node.text}` is not yes or no", "unknown word", write(word))
         raise self.wrong(field, node, place)
 
-    def _parse_choice(self, field: Field, node: tree.Expression, place: Place) -> str:
+    def _choice(self, field: Field, node: tree.Expression, place: Place) -> str:
         if not isinstance(node, tree.Name | tree.String):
             raise self.wrong(field, node, place)
         word = node.text if isinstance(node, tree.Name) else node.value
@@ -372,13 +372,13 @@ class Binder:
         hint = did_you_mean(close, more=f" {due}") if close else due
         raise place.fail("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice", hint)
 
-    def _parse_text(self, field: Field, node: tree.Expression, place: Place) -> str:
+    def _text(self, field: Field, node: tree.Expression, place: Place) -> str:
         if not isinstance(node, tree.String):
             raise self.wrong(field, node, place)
         return node.value
 
-    def _parse_file(self, field: Field, node: tree.Expression, place: Place) -> str:
-        name = self._parse_text(field, node, place)
+    def _file(self, field: Field, node: tree.Expression, place: Place) -> str:
+        name = self._text(field, node, place)
         if name.startswith("data:"):
             return self._data_set_name(name, node, place)
         if not name.strip():
@@ -405,7 +405,7 @@ class Binder:
         hint = did_you_mean(close, f'"{close}"') if close else "`dsl list data` lists the data sets"
         raise place.fail("E401", node.span, f"there is no data set `{name}`", "not found", hint)
 
-    def _parse_direction(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+    def _direction(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         match node:
             case tree.Name(parts=(("x" | "y" | "z") as axis,)):
                 return _axis_unit_vector(axis, 1.0)
@@ -437,13 +437,13 @@ class Binder:
             raise place.fail("E301", node.span, "a direction must not be zero", "no direction", field.meaning)
         return tuple(v / norm for v in value.values)
 
-    def _parse_condition(self, field: Field, node: tree.Expression, place: Place) -> Any:
+    def _condition(self, field: Field, node: tree.Expression, place: Place) -> Any:
         evaluator = self.compiler.scope.evaluator(self.module, place)
         find = self.compiler.named
         named = make_region_lookup(self.module, self.compiler.table, lambda name: find(name, KIND, self.module, place))
         return replace(read_condition(node, evaluator, named), said=format_condition(node, evaluator, named))
 
-    def _parse_name(self, field: Field, node: tree.Expression, place: Place) -> str:
+    def _name(self, field: Field, node: tree.Expression, place: Place) -> str:
         if isinstance(node, tree.String) and self.module.prefix + node.value in self.compiler.table.symbols:
             raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text",
                              write(node.value, ", without quotes"))  # fmt: skip
@@ -456,12 +456,12 @@ class Binder:
         self.compiler.named(node, field.kind, self.module, place, field.also)
         return self.module.prefix + node.text
 
-    def _parse_names(self, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
+    def _names(self, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
         if not isinstance(node, tree.List) or node.unit is not None:
             raise self.wrong(field, node, place)
-        return tuple(self._parse_name(field, item, place) for item in node.items)
+        return tuple(self._name(field, item, place) for item in node.items)
 
-    def _parse_list(self, field: Field, node: tree.Expression, place: Place) -> VectorValue:
+    def _list(self, field: Field, node: tree.Expression, place: Place) -> VectorValue:
         if not isinstance(node, tree.List):
             raise self.wrong(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).values(node)

@@ -73,16 +73,16 @@ class Namespace:
         if not len(known):
             return np.zeros(0, dtype=np.int64)
         place = np.minimum(np.searchsorted(known, numbers), len(known) - 1)
-        return self._to_model_numbers(kind, place[known[place] == numbers])
+        return self._global(kind, place[known[place] == numbers])
 
     def in_range(self, kind: Kind, first: int, last: int, step: int) -> Ints:
         """Return the model's nodes or elements whose numbers in this namespace are in a range."""
         known = self.node_numbers if kind == "nodes" else self.element_numbers
         begin, end = np.searchsorted(known, [first, last + 1])
         own = known[begin:end]
-        return self._to_model_numbers(kind, begin + np.flatnonzero((own - first) % step == 0))
+        return self._global(kind, begin + np.flatnonzero((own - first) % step == 0))
 
-    def _to_model_numbers(self, kind: Kind, place: Ints) -> Ints:
+    def _global(self, kind: Kind, place: Ints) -> Ints:
         found: Ints = self.first_node + place if kind == "nodes" else self.element_order[place]
         return found
 
@@ -124,22 +124,22 @@ class MeshBuilder:
         getattr(self, f"_{card.keyword.lower()}")(card)
         return True
 
-    def _record_ignored_options(self, card: Card, options: Iterator[str]) -> None:
+    def _ignore(self, card: Card, options: Iterator[str]) -> None:
         for option in options:
             what = f"the option {option} of {card.title} is not supported" if option.isalnum() else option.strip("`")
             self.ignored.append(IgnoredOption(what, "not supported", card.line))
 
     def _node(self, card: Card) -> None:
-        self._record_ignored_options(card, self.scope.add_nodes(card))
+        self._ignore(card, self.scope.add_nodes(card))
 
     def _element(self, card: Card) -> None:
-        self._record_ignored_options(card, self.scope.add_elements(card))
+        self._ignore(card, self.scope.add_elements(card))
 
     def _nset(self, card: Card) -> None:
-        self._record_ignored_options(card, self.scope.add_set(card))
+        self._ignore(card, self.scope.add_set(card))
 
     def _elset(self, card: Card) -> None:
-        self._record_ignored_options(card, self.scope.add_set(card))
+        self._ignore(card, self.scope.add_set(card))
 
     def _surface(self, card: Card) -> None:
         if (why := self.scope.add_surface(card)) is not None:
@@ -290,35 +290,35 @@ class DeckMesh:
         """Return the sets that a word means in a `scope`, by default the assembly: their namespaces and names."""
         if scope is not None and scope.kind != "assembly":
             return [(space, word) for space in self.spaces if any(scope is own for own in space.scopes)]
-        return [self._find_namespace(kind, word, card)]
+        return [self._located(kind, word, card)]
 
-    def _find_namespace(self, kind: Kind | str, word: str, card: Card) -> tuple[Namespace, str]:
+    def _located(self, kind: Kind | str, word: str, card: Card) -> tuple[Namespace, str]:
         top, key = self.spaces[0], word.upper()
-        if self._is_defined(top, kind, key) or len(self.spaces) == 1 or _is_number(word):
+        if self._defines(top, kind, key) or len(self.spaces) == 1 or _is_number(word):
             return top, word
         own = key.removeprefix(f"{self.assembly.upper()}.") if self.assembly else key
-        if own != key and self._is_defined(top, kind, own):
+        if own != key and self._defines(top, kind, own):
             return top, own
         segments = own.split(".")
         for end in range(len(segments) - 1, 0, -1):
             if (space := self._by_name.get(".".join(segments[:end]))) is not None:
                 return space, ".".join(segments[end:])
-        if len(within := [space for space in self.spaces[1:] if self._is_defined(space, kind, key)]) == 1:
+        if len(within := [space for space in self.spaces[1:] if self._defines(space, kind, key)]) == 1:
             self.taken[
                 f"`{word[:60]}` in line {card.line} is not a name of the assembly and is read as "
                 f"`{within[0].name}.{word[:60]}`, the only one with this name"
             ] = None
             return within[0], word
-        raise self._undefined_name_error(kind, word, card)
+        raise self._undefined(kind, word, card)
 
-    def _is_defined(self, space: Namespace, kind: Kind | str, key: str) -> bool:
+    def _defines(self, space: Namespace, kind: Kind | str, key: str) -> bool:
         if kind == "surface":
             return space.surface(key) is not None
         return space.definition("nodes" if kind == "nodes" else "elements", key) is not None
 
-    def _undefined_name_error(self, kind: Kind | str, word: str, card: Card) -> DeckError:
+    def _undefined(self, kind: Kind | str, word: str, card: Card) -> DeckError:
         what = {"nodes": "the node set", "elements": "the element set"}.get(kind, "the surface")
-        within = [space.name for space in self.spaces[1:] if self._is_defined(space, kind, word.upper())]
+        within = [space.name for space in self.spaces[1:] if self._defines(space, kind, word.upper())]
         if within:
             return card.error(f"{what} `{word[:60]}` of {card.title} is not defined in the assembly, but in "
                               f"{len(within)} of its instances",
@@ -331,40 +331,40 @@ class DeckMesh:
     def members(self, kind: Kind, word: str, card: Card, scope: Scope | None = None) -> Ints:
         """Return the model's nodes or elements (k,) in the set or with the number `word`, sorted. Raises DeckError."""
         found = [
-            self._set_members(space, kind, name, card, ()) for space, name in self.find_sets(kind, word, card, scope)
+            self._members_in(space, kind, name, card, ()) for space, name in self.find_sets(kind, word, card, scope)
         ]
         return found[0] if len(found) == 1 else np.unique(np.concatenate([*found, np.zeros(0, dtype=np.int64)]))
 
-    def _set_members(self, space: Namespace, kind: Kind, word: str, card: Card, above: tuple[int, ...]) -> Ints:
+    def _members_in(self, space: Namespace, kind: Kind, word: str, card: Card, above: tuple[int, ...]) -> Ints:
         own = space.definition(kind, word.upper())
         if own is None:
             if _is_number(word):
                 return space.members(kind, np.array([int(word)], dtype=np.int64)) if len(word) < 19 else _NONE
-            raise self._undefined_name_error(kind, f"{space.name}.{word}" if space.name else word, card)
+            raise self._undefined(kind, f"{space.name}.{word}" if space.name else word, card)
         key = id(own), space.name
         if key not in self._known:
             if id(own) in above or len(above) > NESTED:
                 raise card.error(f"the set `{own.name[:60]}` contains itself" if id(own) in above else
                                  f"sets are nested more than {NESTED} deep",
                                  "define the set without a reference to itself")  # fmt: skip
-            found = [self._entry_members(space, kind, entry, (*above, id(own))) for entry in own.entries]
+            found = [self._entry(space, kind, entry, (*above, id(own))) for entry in own.entries]
             self._known[key] = np.unique(np.concatenate([*found, _NONE]))
-        self._limit_member_count(len(self._known[key]), card)
+        self._spend(len(self._known[key]), card)
         return self._known[key]
 
-    def _entry_members(self, space: Namespace, kind: Kind, entry: Entry, above: tuple[int, ...]) -> Ints:
+    def _entry(self, space: Namespace, kind: Kind, entry: Entry, above: tuple[int, ...]) -> Ints:
         within = space if not entry.instance else self._instance(entry)
         if entry.numbers is not None:
             return within.members(kind, entry.numbers)
         if entry.range is not None:
             found = within.in_range(kind, *entry.range)
-            self._limit_member_count(len(found), entry.card)
+            self._spend(len(found), entry.card)
             return found
         asked: Kind = "elements" if entry.of_elements else kind
         name = entry.name
         if within is self.spaces[0]:
-            within, name = self._find_namespace(asked, name, entry.card)
-        found = self._set_members(within, asked, name, entry.card, above)
+            within, name = self._located(asked, name, entry.card)
+        found = self._members_in(within, asked, name, entry.card, above)
         return self.nodes_of(found) if entry.of_elements else found
 
     def _instance(self, entry: Entry) -> Namespace:
@@ -375,7 +375,7 @@ class DeckMesh:
                                    "name an instance of the assembly")  # fmt: skip
         return space
 
-    def _limit_member_count(self, many: int, card: Card) -> None:
+    def _spend(self, many: int, card: Card) -> None:
         self._spent += many
         if self._spent > LIMIT:
             raise card.error(f"its sets have more than {LIMIT} members in total", "reduce the nesting of sets")
@@ -399,34 +399,34 @@ class DeckMesh:
 
         `word` is the name of the surface. Raises DeckError.
         """
-        for space, own in self._find_scoped_surfaces(word, card, scope):
-            yield from self._surface_rows_in_namespace(space, own)
+        for space, own in self._surfaces_in(word, card, scope):
+            yield from self._rows_in(space, own)
 
     def find_surfaces(self, word: str, card: Card, scope: Scope | None = None) -> list[Surface]:
         """Return the surfaces of a name; a surface of a part has one for each instance. Raises DeckError."""
-        return [own for _, own in self._find_scoped_surfaces(word, card, scope)]
+        return [own for _, own in self._surfaces_in(word, card, scope)]
 
-    def _find_scoped_surfaces(self, word: str, card: Card, scope: Scope | None) -> Iterator[tuple[Namespace, Surface]]:
+    def _surfaces_in(self, word: str, card: Card, scope: Scope | None) -> Iterator[tuple[Namespace, Surface]]:
         if scope is not None and scope.kind != "assembly":
             spaces = [(space, word) for space in self.spaces if any(scope is own for own in space.scopes)]
         else:
-            spaces = [self._find_namespace("surface", word, card)]
+            spaces = [self._located("surface", word, card)]
         for space, name in spaces:
             own = space.surface(name.upper())
             if own is None:
-                raise self._undefined_name_error("surface", word, card)
+                raise self._undefined("surface", word, card)
             yield space, own
 
-    def _surface_rows_in_namespace(self, space: Namespace, own: Surface) -> Iterator[tuple[Ints, str, str]]:
+    def _rows_in(self, space: Namespace, own: Surface) -> Iterator[tuple[Ints, str, str]]:
         for who, label in own.rows:
-            within, inner = (space, who) if space.name else self._find_namespace("elements", who, own.card)
-            yield self._set_members(within, "elements", inner, own.card, ()), label, who
+            within, inner = (space, who) if space.name else self._located("elements", who, own.card)
+            yield self._members_in(within, "elements", inner, own.card, ()), label, who
 
     def names(self, kind: Kind) -> Iterator[tuple[str, SetDefinition, Ints]]:
         """Yield each set of the assembly and of the instances: its scoped name, its definition and its members."""
         for space in self.spaces:
-            for key, own in self._set_definitions(space, kind).items():
-                yield _scoped_name(space, own.name), own, self._set_members(space, kind, key, own.entries[0].card, ())
+            for key, own in self._definitions(space, kind).items():
+                yield _scoped_name(space, own.name), own, self._members_in(space, kind, key, own.entries[0].card, ())
 
     def surface_names(self) -> Iterator[tuple[str, Surface, Sequence[tuple[Ints, str, str]]]]:
         """Yield each surface of the assembly and of the instances: its scoped name, its definition and its rows."""
@@ -436,9 +436,9 @@ class DeckMesh:
                 for key, own in scope.surfaces.items():
                     if key not in seen:
                         seen.add(key)
-                        yield _scoped_name(space, own.name), own, list(self._surface_rows_in_namespace(space, own))
+                        yield _scoped_name(space, own.name), own, list(self._rows_in(space, own))
 
-    def _set_definitions(self, space: Namespace, kind: Kind) -> dict[str, SetDefinition]:
+    def _definitions(self, space: Namespace, kind: Kind) -> dict[str, SetDefinition]:
         found: dict[str, SetDefinition] = {}
         for scope in space.scopes:
             for key, own in scope.sets(kind).items():
