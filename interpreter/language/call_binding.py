@@ -417,10 +417,10 @@ class Binder:
                 found = f"the name `{node.text}`"
                 raise place.fail("E207", node.span, f"expected {field.expected}, found {found}", found, hint)
             case tree.Vector() | tree.Name() | tree.Unary() | tree.Binary():
-                return self._parse_normalised_vector(field, node, place)
+                return self._normalised(field, node, place)
         raise self.wrong(field, node, place)
 
-    def _parse_normalised_vector(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+    def _normalised(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if not isinstance(value, VectorValue) or len(value.values) != 3:
             found = evaluation.describe_value(value)
@@ -471,7 +471,7 @@ class Binder:
             self.within(field, item, place, number)
         return value
 
-    def _parse_value_object(self, field: Field, node: tree.Expression, place: Place) -> Any:
+    def _value_object(self, field: Field, node: tree.Expression, place: Place) -> Any:
         if field.kind == "element":
             return self._parse_element(field, node, place)
         if isinstance(node, tree.Call):
@@ -481,7 +481,7 @@ class Binder:
             return word.cls() if word else self.compiler.named(node, field.kind, self.module, place).thing
         raise self.wrong(field, node, place)
 
-    def _parse_element(self, field: Field, node: tree.Expression, place: Place) -> Any:
+    def _element(self, field: Field, node: tree.Expression, place: Place) -> Any:
         elements = self.vocabulary.words()
         if isinstance(node, tree.String) and node.value in elements:
             raise place.fail("E207", node.span, "expected an element, found a text", "a text",
