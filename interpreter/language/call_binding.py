@@ -473,7 +473,7 @@ class Binder:
 
     def _value_object(self, field: Field, node: tree.Expression, place: Place) -> Any:
         if field.kind == "element":
-            return self._parse_element(field, node, place)
+            return self._element(field, node, place)
         if isinstance(node, tree.Call):
             return self.call(field.kind, node, outermost=False)[1]
         if isinstance(node, tree.Name):
