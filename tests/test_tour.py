@@ -73,7 +73,7 @@ def test_the_way_from_a_text_to_its_report_is_one_short_function() -> None:
 
 def test_methods_that_it_names_are_there() -> None:
     newton = (ROOT / "solvers" / "statics" / "static_newton.py").read_text(encoding="utf-8")
-    assert all(f"def {name}(" in newton for name in ("_decrease", "_armijo"))
+    assert all(f"def {name}(" in newton for name in ("_decrease", "_armijo_fraction"))
 
 
 def test_every_table_of_the_catalogue_has_a_row() -> None:

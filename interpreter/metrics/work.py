@@ -19,7 +19,7 @@ else:
 
 @dataclass(frozen=True)
 class LoadWork(ForceMetric):
-    """Work of a load at full size along the displacements of the body: f . u, the potential energy that it loses.
+    """Work of a load along the displacements of the body: f . u of a dead load, the potential energy that it loses.
 
     Under a slowly applied load a linear solid stores half of it. For a pressure that follows the surface, or a moment
     with a fixed axis, the work depends on the path, so it has no value (in a model of small strain it has). Gravity

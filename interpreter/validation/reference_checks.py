@@ -202,6 +202,13 @@ def _time_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
         return _Refusal(
             "", f"`{metric.name}` needs an equilibrium, but the analysis is dynamic", "no equilibrium", help
         )
+    if isinstance(metric.thing, Frequency):
+        turning = (load for load in scene.acting("load", metric.thing.body) if load.thing.action.in_dynamics)
+        for load in turning:
+            return _Refusal(
+                "", f"`{metric.name}` cannot be computed under the load `{load.name}`", load.thing.action.in_dynamics,
+                "remove the load, or the metric",
+            )  # fmt: skip
     if moving or not isinstance(metric.thing, Period | TrajectoryError):
         return None
     return _Refusal("", f"`{metric.name}` needs a motion, but the analysis is static", "nothing moves in time",

@@ -49,7 +49,7 @@ def evaluate_by_law(look: Callable[[Any, Array, VolumePressure | None], Bools | 
     if not hasattr(law, "at_rest"):
         return look(law, F, held)
     found = np.zeros(len(F), dtype=np.bool_)
-    for some, own in law._blocks(len(F)):  # varying constants (heterogeneous.py)
+    for some, own in law._blocks_with_laws(len(F)):  # varying constants (heterogeneous.py)
         part = evaluate_by_law(look, own, F[some], None if held is None else held.of(some))
         if part is None:
             return None

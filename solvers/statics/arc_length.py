@@ -196,7 +196,7 @@ class PathFollower:
         """Return the state after a motion d (dofs,), and set the predicted pressures for the next tangent."""
         if self.newton.has_cell_energies:
             self.newton._promised = self.newton.pressure_predictor.with_predicted_pressures(self.assembly, x, d)
-        self.newton.moved = self.newton._extended_motion_length(d, 1.0)
+        self.newton.moved = self.newton._total_motion_length(d, 1.0)
         return self.problem.space.move(x, d)
 
     def _make_path_point(self, here: PathPoint, x: Floats, load: float, iterations: int) -> PathPoint:

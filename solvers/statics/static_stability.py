@@ -176,11 +176,11 @@ def _compliance_with_negatives(newton: Newton, x: Floats, load: float) -> tuple[
     """Return the work of an additional load per squared load factor, J, and the number of negative eigenvalues."""
     follower = PathFollower(newton)
     here = np.asarray(x, dtype=np.float64)
-    factor = follower._factor(here, load)
-    rate = follower._rate(here, load, factor)
+    factor = follower._factorise_tangent(here, load)
+    rate = follower._state_rate(here, load, factor)
     K = newton.assembly.tangent(here, load)
     inner = rate[newton.assembly.free]
-    return float(inner @ (K @ inner)), follower._negative(factor)
+    return float(inner @ (K @ inner)), follower._count_negative_eigenvalues(factor)
 
 
 # ------------------------------------------------------------------ rounding error

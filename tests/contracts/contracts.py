@@ -213,8 +213,10 @@ def _amount(action: Any) -> Any:
             return np.array(a)
         case SurfaceTraction(traction=t) | MomentLoad(moment=t):
             return np.array(t)
-        case RemoteStress(stress=s) | PressureLoad(pressure=s) | TendonLoad(tension=s) | CentrifugalForce(speed=s):
+        case RemoteStress(stress=s) | PressureLoad(pressure=s) | TendonLoad(tension=s):
             return np.array(s)
+        case CentrifugalForce(speed=s):
+            return np.array(s * abs(s))
     return np.array(action.force)
 
 

@@ -113,14 +113,27 @@ def test_a_wrong_mass_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     assert report.models["one"].status != "converged"
 
 
-def test_an_amplitude_scales_the_speed() -> None:
-    """In the state of half the speed a linear body has a quarter of the displacement."""
+def test_a_state_scales_the_force() -> None:
+    """In the state of half the load a linear body has half the displacement, as load steps and limit loads count it."""
     law = "linear_elastic(young = 1 MPa, poisson = 0, density = 1000 kg/m^3)"
     text = BAR.format(law=law, speed=10, model="hex8, strain = small, size = 4 mm")
     text = text.replace("speed = 10 rad/s)", "speed = 10 rad/s, amplitude = per_state)")
     model = softmark.loads(text + "analysis go = static(states = [50, 100] %)\n").run().models["one"]
     half, full = model.metrics["u"].states
-    assert half == pytest.approx(0.25 * full, rel=1e-9)
+    assert half == pytest.approx(0.5 * full, rel=1e-9)
+
+
+@pytest.mark.parametrize("strain", ["small", "finite"])
+def test_an_amplitude_is_the_same_for_solver_and_check(strain: str) -> None:
+    """A viscoelastic bar whose force grows with time: at each time the independent forces balance.
+
+    Before, the solver scaled the force by the amplitude and the check by its square: a residual of 0.25 at one half.
+    """
+    law = "viscoelastic(neo_hookean(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3), g = [0.5], tau = [2] s)"
+    text = BAR.format(law=law, speed=10, model=f"hex8, strain = {strain}, size = 4 mm")
+    text = text.replace("speed = 10 rad/s)", "speed = 10 rad/s, amplitude = ramp(over = 2 s))")
+    found = solved(text + "analysis go = quasistatic(duration = 2 s, step = 0.5 s)\n")
+    assert found["pull"] > 0.0
 
 
 def test_derivatives() -> None:

@@ -142,4 +142,4 @@ def test_other_meshes_that_agree_do_not_outweigh_a_contradiction(monkeypatch: py
     monkeypatch.setattr(contact_error, "least_error", lambda seen: least.pop(0))
     answer: Any = SimpleNamespace(case=SimpleNamespace(contacts=[None]))
     verifier: Any = SimpleNamespace(discretisation=lambda answer, seen: 1.0)
-    assert [error_estimate.ErrorEstimate._of_mesh(answer, verifier, answer) for _ in range(3)] == [1.0, 5.0, 1.0]
+    assert [error_estimate.ErrorEstimate._mesh_error(answer, verifier, answer) for _ in range(3)] == [1.0, 5.0, 1.0]

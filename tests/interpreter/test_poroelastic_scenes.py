@@ -173,8 +173,8 @@ def test_a_wrong_flow_is_found(wrong: str, monkeypatch: pytest.MonkeyPatch) -> N
     else:
         from softmark.solvers.energies.poroelastic import PoroelasticSolid
 
-        flow = PoroelasticSolid._pulled
-        monkeypatch.setattr(PoroelasticSolid, "_pulled", lambda self, x: 1.1 * flow(self, x))
+        flow = PoroelasticSolid._negative_fluid_flux
+        monkeypatch.setattr(PoroelasticSolid, "_negative_fluid_flux", lambda self, x: 1.1 * flow(self, x))
     text = HEAD + material + COLUMN + PUSH + f"model m = fem(tet10, strain = {strain}, size = 5 mm)\n"
     model = report(text).models["m"]
     assert model.status == "failed"

@@ -157,7 +157,7 @@ def test_cells_of_the_wrong_part_are_found_by_the_watchdog(monkeypatch: pytest.M
         cells[np.flatnonzero(cells == 1)[:1]] = 0
         return replace(found, cells=cells)
 
-    monkeypatch.setattr(region_cells, "_found", wrong)
+    monkeypatch.setattr(region_cells, "_assign_materials", wrong)
     model = softmark.loads(chain("hex8, strain = small, size = 5 mm")).run().models["m"]
     assert model.status == "failed"
     assert "do not balance" in (model.message or "")

@@ -246,7 +246,7 @@ def test_a_cluster_that_does_not_answer(
     def nobody(address: str, wait: float) -> None:
         raise worker_pool.NoWorkers(f"no dask scheduler responds at {address}")
 
-    monkeypatch.setattr(worker_pool, "_client", nobody)
+    monkeypatch.setattr(worker_pool, "_connect_client", nobody)
     assert main(["compare", "beam.scene", "--cluster", "tcp://127.0.0.1:9"]) == 2
     assert "no dask scheduler responds" in capsys.readouterr().err
 

@@ -455,6 +455,6 @@ def test_a_log_without_progress_names_what_a_comparison_waits_for(
     monkeypatch.setattr(timing_rounds, "GLANCE", 0.01)
     desk = timing_rounds._TimingRunner(timing_rounds._discard_record, Progress(stream).say)
     with desk:
-        desk._settle(1)
-        desk._settle(1)
+        desk._wait_until_idle(1)
+        desk._wait_until_idle(1)
     assert stream.getvalue().count("other processes use this machine") == 1

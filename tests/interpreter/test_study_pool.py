@@ -319,8 +319,8 @@ def test_a_scheduler_that_dies_leaves_reasons(monkeypatch: pytest.MonkeyPatch) -
         raise ConnectionError("the stream is closed")
 
     module = type("Dask", (), {"as_completed": staticmethod(as_completed)})
-    monkeypatch.setattr(worker_pool, "_dask", lambda: module)
-    monkeypatch.setattr(worker_pool, "_client", lambda address, wait: Client())
+    monkeypatch.setattr(worker_pool, "_import_dask", lambda: module)
+    monkeypatch.setattr(worker_pool, "_connect_client", lambda address, wait: Client())
     monkeypatch.setattr(worker_pool, "_connection_errors", lambda: (OSError,))
     first, *others = worker_pool.run_tasks_on_cluster(given, "tcp://127.0.0.1:9")
     assert first.status == "timed_out"

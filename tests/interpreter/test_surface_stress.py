@@ -207,10 +207,10 @@ def test_the_comparison_is_independent_of_the_solver(monkeypatch: pytest.MonkeyP
     """A solver whose stresses are 40 % too small is found out by equilibrium at the surface."""
     from softmark.solvers.stress_recovery.sampling_point_stress import DeformedState
 
-    own = DeformedState._pushed
+    own = DeformedState._push_forward
     text = narrow(low=0, high=60, size=5)
     assert not [w for w in run(text).warnings if w.code == "W405"]
-    monkeypatch.setattr(DeformedState, "_pushed", lambda self, P, H: 0.6 * own(self, P, H))
+    monkeypatch.setattr(DeformedState, "_push_forward", lambda self, P, H: 0.6 * own(self, P, H))
     ((found, applied),) = told(run(text))
     assert (found, applied) == (pytest.approx(-600.0, rel=0.02), -1000.0)
 

@@ -154,13 +154,13 @@ def test_in_states_and_in_motion_it_follows_its_course() -> None:
 
 def test_a_tendon_that_pulls_otherwise_than_it_should_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its pull taken a thousandth too large, forces and tangents alike: by other formulas it does not balance."""
-    right = RodTendons._directions
+    right = RodTendons._directions_and_lengths
 
     def wrong(tendons: RodTendons, segments: RodElements) -> tuple[np.ndarray, np.ndarray]:
         y, size = right(tendons, segments)
         return 1.001 * y, size
 
-    monkeypatch.setattr(RodTendons, "_directions", wrong)
+    monkeypatch.setattr(RodTendons, "_directions_and_lengths", wrong)
     rod = rod_of(STRAIGHT.format(tension="20 mN", more=""))
     assert rod.status == "failed"
     assert "balance" in rod.message

@@ -31,7 +31,7 @@ def test_creep_and_its_poles() -> None:
     table = {0.0: 1.0, 1.0: 1.239880, 5.0: 1.560232, 10.0: 1.698406, 50.0: 1.982020}
     for t, J in table.items():
         assert bar(ONCE, t, True).strain_at(t) == pytest.approx(J, abs=6e-7)
-    assert sorted(bar(ONCE, 0.0, True)._creep[0]) == pytest.approx([-0.709531, -0.070469], abs=6e-7)
+    assert sorted(bar(ONCE, 0.0, True)._creep_function_terms[0]) == pytest.approx([-0.709531, -0.070469], abs=6e-7)
 
 
 def test_creep_of_one_term_and_maxwells_relaxation() -> None:

@@ -26,7 +26,7 @@ def started(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
         return found[-1]
 
     monkeypatch.setattr(parallel_compilation, "count_processors", lambda: 2)
-    monkeypatch.setattr(parallel_compilation, "_start", seen)
+    monkeypatch.setattr(parallel_compilation, "_start_helper", seen)
     monkeypatch.setattr(kernel_cache, "_made", 0)
     yield found
     assert all(process.poll() is not None for process in found)

@@ -50,7 +50,7 @@ def test_stress_across_without_tensors(name: str) -> None:
     """P33 and dP33/dF33 are those entries of the tensors, to rounding: two sums of the same terms."""
     law, F = plate(name, "finite"), in_plane()
     F[:, 2, 2] = np.linspace(0.8, 1.3, len(F))
-    stress, slope = law._across(law.solid, F)
+    stress, slope = law._transverse_stress_and_stiffness(law.solid, F)
     assert stress == pytest.approx(law.solid.P(F)[:, 2, 2], abs=1e-13)
     assert slope == pytest.approx(law.solid.dPdF(F)[:, 2, 2, 2, 2], rel=1e-12)
 

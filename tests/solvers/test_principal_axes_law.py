@@ -114,7 +114,7 @@ def test_a_state_by_numbers_is_that_of_arrays(name: str, state: str, nu: float) 
     numbers, arrays = both(name, nu)
     for l in (0.85, 1.0 + 1e-9, 1.25):
         drive = STATES[state](l)
-        assert isinstance(numbers._way(drive), PrincipalPoint)
+        assert isinstance(numbers._select_solver(drive), PrincipalPoint)
         try:
             other = arrays.state(drive)
         except NoState:
@@ -122,7 +122,7 @@ def test_a_state_by_numbers_is_that_of_arrays(name: str, state: str, nu: float) 
                 numbers.state(drive)
             continue
         one = numbers.state(drive)
-        rounding = 64.0 * 2.0**-52 * numbers._stiff
+        rounding = 64.0 * 2.0**-52 * numbers._largest_stiffness
         size = float(np.abs(other.P).max())
         np.testing.assert_allclose(one.F, other.F, rtol=0.0, atol=1e-11)
         np.testing.assert_allclose(one.P, other.P, rtol=0.0, atol=1e-9 * size + rounding)

@@ -379,7 +379,7 @@ def test_points_of_several_probes_are_found_once(monkeypatch: pytest.MonkeyPatch
         counted.append(len(X))
         return searched(mesh, X)
 
-    monkeypatch.setattr(element_interpolation, "_in_curved_cells", counting)
+    monkeypatch.setattr(element_interpolation, "_locate_in_curved_cells", counting)
     mesh = Box((1.0, 1.0, 1.0)).mesh("hex8", 0.25)
     owners = (mesh.points[mesh.cells].mean(axis=1)[:, 1] > 0.5).astype(np.int64)
     materials = tuple(MATERIALS["linear_elastic"](E, 0.0, 1.0) for E in (2.0, 10.0))

@@ -157,7 +157,9 @@ class PreparedViscoelastic(MeshBasedModel):
             found: Any = came[0].found
             return replace(found, history=came[0].history[len(first.history) :])
 
-        return static_result.solve_static(find, remedy, lambda found: self._finish(found, came[0]), self.static._loose)
+        return static_result.solve_static(
+            find, remedy, lambda found: self._finish(found, came[0]), self.static._describe_free_motion
+        )
 
     def _finish(self, found: Any, state: StateInTime) -> Solution:
         """Return the solution of a state, with its energies and its history."""
@@ -166,8 +168,8 @@ class PreparedViscoelastic(MeshBasedModel):
         u = x.reshape(-1, 3)
         solution = static_result.solution_of(found, displacement_of(static.mesh, u))
         notes = (
-            *static._misread_rotation(x),
-            *static._beyond_its_law(x),
+            *static._large_rotation_warnings(x),
+            *static._kirchhoff_compression_warnings(x),
             *static_result.uniqueness_warnings(static.declared, found),
             *self._doubts(state),
         )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from softmark.interpreter.vocabulary.loads.load import AMPLITUDE, NOTHING, Load, Matrix3, Reason, SolidAction, Vector3
 from softmark.records import dataclass
@@ -16,9 +18,13 @@ ON_AXIS = 1e-9  # relative to the place of a plane, or m at the origin: rounding
 
 @dataclass(frozen=True)
 class CentrifugalForce(SolidAction):
-    """Force per mass w^2 r, with w the angular velocity and r the current distance vector from the axis."""
+    """Force per mass w |w| r, with w the angular velocity and r the current distance vector from the axis.
+
+    The sign of w counts only for a load that is scaled to a negative fraction of its size.
+    """
 
     conservative = True
+    exclusive = True
     in_dynamics = "points that move in a rotating frame also have a Coriolis force, which this load does not include"
 
     axis: Vector3  # unit vector
@@ -28,7 +34,7 @@ class CentrifugalForce(SolidAction):
     @property
     def gradient(self) -> Matrix3:
         """Change of the force per mass with the position, 1/s^2: w^2 (I - axis axis^T)."""
-        w, n = self.speed**2, self.axis
+        w, n = self.speed * abs(self.speed), self.axis
         x, y, z = ((w * ((i == 0) - n[i] * n[0]), w * ((i == 1) - n[i] * n[1]), w * ((i == 2) - n[i] * n[2]))
                    for i in range(3))  # fmt: skip
         return x, y, z
@@ -93,7 +99,8 @@ class Centrifugal(Load):
     body, or from the undeformed one in models with small strain. So a body that moves outward is pulled more, and above
     a critical speed there may be no equilibrium. The density may vary, and regions may differ in it. Displacements
     are those relative to the rotating frame. The load is static: acceleration of the rotation and Coriolis forces are
-    not included, so dynamic analyses refuse it. An amplitude scales the speed, and the force grows with its square.
+    not included, so dynamic analyses and natural frequencies refuse it. An amplitude, a state and a load step scale the
+    force, which is proportional to the square of the speed: half the force belongs to 0.707 of the speed.
     Source: Timoshenko and Goodier (1970), Theory of Elasticity, article 32.
     """
 
@@ -104,6 +111,10 @@ class Centrifugal(Load):
     speed: Annotated[float, "rad/s in [0, inf)", "angular velocity"]
     through: Annotated[Vector3, "m", "a point of the axis"] = NOTHING
     amplitude: Annotated[Any | None, "amplitude", AMPLITUDE] = None
+
+    def part(self, share: float) -> Self:
+        """Return the load with a fraction of its force: its speed is scaled by the square root."""
+        return replace(self, speed=self.speed * math.copysign(math.sqrt(abs(share)), share))
 
     @property
     def action(self) -> CentrifugalForce:

@@ -109,6 +109,7 @@ class Action:
     conservative: ClassVar[bool] = False  # forces have an energy, so that the tangent is symmetric
     balanced: ClassVar[bool] = False  # its forces and moments sum to zero
     unsupported: ClassVar[tuple[str, str] | None] = None  # label and help where a model does not support it
+    exclusive: ClassVar[bool] = False  # a body can have only one of them
     in_dynamics: ClassVar[str] = ""  # why it is refused in dynamic analyses
 
     @property
