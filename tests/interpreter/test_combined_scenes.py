@@ -66,7 +66,7 @@ def test_a_probe_throughout_it_has_no_more_cells_than_in_another_body(asked: lis
     """Its volume has no closed form, but its surface has one: 5000 cells, six to a cube."""
     softmark.loads(SCENE.format(shape=HELD, size=4) + "probe inside = volume(rod)").run()
     volume = math.pi * 0.005**2 * 0.02
-    assert asked[-1] == pytest.approx((6.0 * volume / 5000) ** (1 / 3), rel=0.02)  # and not 0.8 mm
+    assert min(asked) == pytest.approx((6.0 * volume / 5000) ** (1 / 3), rel=0.02)  # and not 0.8 mm
 
 
 @pytest.mark.long
