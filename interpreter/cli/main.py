@@ -35,7 +35,7 @@ COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpr
     "robustness": ("robustness", "find where each model stops being right, and whether it warns there"),
     "stress": ("robustness", "an earlier name of `dsl robustness`"),
     "export": ("export", "write models as files for another program, with an exam sheet"),
-    "conformance": ("conformance", "check a plugin against the contracts of its words"),
+    "conformance": ("conformance", "check that the models, metrics and other words of a plugin meet the requirements"),
     "board": (
         "board",
         "run every model on every case of a suite; writes a site with a matrix, profiles and Pareto fronts",

@@ -21,5 +21,5 @@ def inline(stress: Robustness) -> str:
     if drawn:
         drawn = isolated_frame("Along each quantity", drawn, ["report.css", "stress.css"], ["report.js"])
         drawn = if_it_fits(drawn, "".join((*said, tables)), WHERE)
-    rest = f"All points are in `stress.points`; the full page, with ways to extend the ranges: {WHERE}."
+    rest = f"All tested points are in `stress.points`. The full page also says how to extend the ranges: {WHERE}."
     return shell(str(stress.scene["title"]), *said, tables, drawn, tag("p", prose(rest), class_="quiet"))

@@ -153,7 +153,7 @@ class _ErrorChart:
         low, high = self.ends
         if first == last:
             return f" {first[:1].upper()}{first[1:]} is closest {low} and {high}."
-        return f" The ranking changes: {low} {first} is closest, {high} {last}."
+        return f" The ranking changes: {low} {first} is closest; {high} {last} is closest."
 
     ends = ("", "")
 
