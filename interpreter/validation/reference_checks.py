@@ -264,7 +264,7 @@ def _value_metric_refusal(metric: Declared, name: str, known: Known) -> _Refusal
     word = metric.constructor.name
     if known != "value":
         return _Refusal("against", f"`{word}` needs a given value, but `{name}` is {KNOWN[known]}", "no value",
-                        'compare with a given value: `values(53.4 mm, uncertainty = 0.05 mm, source = "...")`')  # fmt: skip
+                        'compare with a number: `values(53.4 mm, uncertainty = 0.05 mm, source = "...")`')  # fmt: skip
     return _Refusal("against", f"`{word}` cannot be computed from `{name}`, which is only a value", "only a value",
                     f"compare a number with it: `metric miss = value_error(METRIC, against = {name})`")  # fmt: skip
 

@@ -30,7 +30,7 @@ def table_of(findings: ReportSummary) -> str:
         *(tag("th", word, scope="col", class_="n" if word in ("Value", "Line") else None) for word in HEADS),
     )
     met = sum(e.passed is True for e in judged)
-    caption = tag("caption", f"{met} of {count(len(judged), 'expectation')} met. The column Value has the computed left side of each expectation.")
+    caption = tag("caption", f"{met} of {count(len(judged), 'expectation')} met. Value: the left side, as computed.")
     table = tag(
         "table",
         caption,
