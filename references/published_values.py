@@ -12,9 +12,8 @@ from softmark.references.reference_base import How, Kind, Reference
 class GivenValues(Reference):
     """Base class of values given in a scene with their uncertainties: one, or one for each state of the analysis.
 
-    Derived classes have the fields `values` and `source_`. They list in `lists` the other fields that are given once or
-    for
-    each value.
+    Derived classes have the fields `values` and `source_`. They list in `lists` the other fields, which are given once
+    for all values or once for each value.
     """
 
     how: ClassVar[How] = "measured"
@@ -37,11 +36,15 @@ class GivenValues(Reference):
         return replace(self, **one)  # type: ignore[type-var]
 
     def load(self) -> KnownValue:
-        """Return the value of this state, or the last one without states."""
+        """Return the given value, which is the last one if there are several."""
         return self.each[-1]
 
     def amounts(self, name: str) -> tuple[float, ...]:
-        """Return the entries of the field `name` as amounts in the unit of the values; fractions are converted."""
+        """Return the entries of the field `name`, such as uncertainties, in the unit of the values.
+
+        There is one entry for each value. Entries that the scene gives as fractions are multiplied by the magnitudes of
+        the values.
+        """
         share = vars(self)[name].dimension != self.values.dimension
         each = zip(self.values.values, self.chosen(name), strict=True)
         return tuple(u * abs(v) if share else u for v, u in each)

@@ -26,7 +26,7 @@ Drains = Literal["driven", "held", "both"]  # which ends are open
 
 @dataclass(frozen=True)
 class ConfinedColumn:
-    """Base class of laterally confined porous columns between a held and a driven end. SI units.
+    """Base class of laterally confined porous columns with one held and one driven end. SI units.
 
     The columns are drained at one end or at both.
     """
@@ -47,12 +47,11 @@ class ConfinedColumn:
         raise NotImplementedError(f"{type(self).__name__} does not say how it moves")
 
     def _folded(self, X: Array) -> tuple[Array, Array, bool]:
-        """Return distances (n,), m, of points X (n, 3) from the impermeable plane.
+        """Return the distances of points X (n, 3), m, from the impermeable plane, (n,), m.
 
         The other results are signs (n,), and whether the plane moves. The plane is the held end, the driven end, or the
-        middle between two drained ends. With w the displacement away from the
-        plane, the axial displacement is sign w. If the plane moves, its own displacement is added, which is w at the
-        open end.
+        middle between two drained ends. With w the displacement away from the plane, the axial displacement of a point
+        is its sign times w. If the plane moves, the displacement of the plane is added, which is w at the open end.
         Raises NotApplicable for invalid points.
         """
         z = (as_points(X) - np.asarray(self.root)) @ np.asarray(self.axis)
@@ -85,11 +84,11 @@ class ConfinedColumn:
 class Column(ConfinedColumn):
     """Porous column, held at one end along its axis and loaded at the other by a plate. SI units.
 
-    The plate is porous or impermeable. Its strain is small and axial only, and the fluid pressure diffuses: p_t = c
-    p_zz - sigma_t with c = k HA and the
-    uniform total stress sigma = HA u_z - p. Under a prescribed force the modes are odd multiples of a quarter wave.
-    Under a
-    prescribed displacement they are those of u_t = c u_zz between two prescribed ends: half waves.
+    The plate is porous or impermeable. Strain is small and axial only. The fluid pressure p diffuses along the axis z:
+    p_t = c p_zz - sigma_t, where subscripts denote derivatives, c = k HA with permeability k and drained confined
+    modulus HA, and sigma = HA u_z - p is the uniform total stress. Under a prescribed force, the drainage path is an
+    odd multiple of a quarter wavelength of each mode. Under a prescribed displacement, u_t = c u_zz between two
+    prescribed ends, and the path is a multiple of half a wavelength.
     """
 
     modulus: float  # Pa, HA = lambda + 2 mu of the drained skeleton
@@ -101,12 +100,12 @@ class Column(ConfinedColumn):
 
     @property
     def time(self) -> float:
-        """Diffusion time along the drainage path, s."""
+        """Diffusion time along the longest drainage path, s."""
         return self.way**2 / (self.modulus * self.permeability)
 
     @cached_property
     def _wave_numbers(self) -> Array:
-        """Wave numbers of the modes times the drainage path (n,)."""
+        """Wave numbers of the modes times the longest drainage path (n,)."""
         count = count_needed_modes(self.driven, self.now, self.time, kinks=not self.force)
         first = 0.5 if self.force else 1.0
         found: Array = np.pi * np.linspace(first, first + count - 1.0, count)
@@ -119,11 +118,14 @@ class Column(ConfinedColumn):
 
     @property
     def _final_strain(self) -> float:
-        """Final axial strain under the whole amplitude."""
+        """Axial strain in the final equilibrium under the full force or displacement."""
         return self.amount / (self.area * self.modulus) if self.force else self.amount / self.length
 
     def _displacement_response(self, y: Array) -> ModalResponse:
-        """Return the modal response of the displacements `_outward` at distances y (k,), m."""
+        """Return the response of the modes as displacements, m, away from the impermeable plane.
+
+        The displacements are those at distances y (k,), m, from this plane.
+        """
         M, h = self._wave_numbers, self.way
         sign = np.where(np.arange(len(M)) % 2 == 0, 1.0, -1.0)
         shape = np.sin(M * (y / h)[:, None])
@@ -168,7 +170,7 @@ class Column(ConfinedColumn):
 
     @property
     def strained(self) -> float:
-        """Largest known strain over the whole amplitude."""
+        """Largest known strain in the whole course of the load."""
         return abs(self._final_strain)
 
 

@@ -8,7 +8,7 @@ from softmark.interpreter.importers.imported_deck import Deck, Ints, NamedSet, N
 
 
 def add_cell_set(deck: Deck, name: str, cells: Ints) -> None:
-    """Add a set of cells (k,) to the record, unless it contains all cells and is therefore the body."""
+    """Add a set of cells (k,) to the record of the deck, unless it contains all cells and is therefore the body."""
     if not len(cells):
         deck.left.append(NotImported(f"the set `{name[:60]}`", "none of its elements is a cell of the body"))
     elif len(cells) < len(deck.cells):
@@ -16,7 +16,7 @@ def add_cell_set(deck: Deck, name: str, cells: Ints) -> None:
 
 
 def add_face_set(deck: Deck, name: str, faces: Ints) -> None:
-    """Add a set of faces (f, 2) to the record."""
+    """Add a set of faces (f, 2) to the record of the deck."""
     inside = ~deck.sides.border.reshape(len(deck.cells), -1)[faces[:, 0], faces[:, 1]]
     if not len(faces) or inside.any():
         why = f"{int(inside.sum())} of its {len(faces)} faces are not on the surface of the body"
@@ -26,7 +26,11 @@ def add_face_set(deck: Deck, name: str, faces: Ints) -> None:
 
 
 def add_node_set(deck: Deck, name: str, nodes: Ints) -> None:
-    """Add a set of nodes (k,) to the record, as faces if it consists of whole faces; all nodes are the body."""
+    """Add a set of nodes (k,) to the record of the deck, unless it contains all nodes and is therefore the body.
+
+    A set that consists of all nodes of some faces is recorded as a set of faces. Nodes without a cell are reported as
+    not imported.
+    """
     if len(own := np.unique(nodes)) == len(deck.points):
         return
     faces, alone = deck.sides.within(own)

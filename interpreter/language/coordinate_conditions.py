@@ -354,7 +354,10 @@ def _rewrite_absolute_comparison(operator: str, a: Term, b: Term, length_power: 
 
 
 class MembersUnknown(Exception):
-    """Exception for membership in a mesh file's group that is needed at a point; the argument is the group."""
+    """Raised if a condition on a named group of a mesh file is evaluated at a point.
+
+    Membership in a group is not known at points. The argument is the name of the group.
+    """
 
 
 def _constant_condition(value: bool) -> Condition:

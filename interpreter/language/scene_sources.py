@@ -87,7 +87,7 @@ class UnreadableScene(Exception):
 
 
 def standard_scenes() -> dict[str, Path]:
-    """Return the files of the scenes of the standard library by name, without libraries of names and templates."""
+    """Return the scene files of the standard library by name, but no material or template libraries."""
     files = sorted(ROOT.rglob(f"*{SUFFIX}"))
     return {f.stem: f for f in files if f.relative_to(ROOT).parts[0] not in ("materials", "templates")}
 

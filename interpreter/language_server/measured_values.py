@@ -188,7 +188,7 @@ def _shorten_reason(reason: str) -> str:
 
 
 def find_last_report(document: Document) -> LastReport | None:
-    """Return the report of a scene: one of the current text, else the latest one; None if there is none."""
+    """Return the latest report of the document's current text, else its latest report; None if there is no report."""
     if document.file is None:
         return None
     found = [(file, report) for file, _, report in _reports(document.file)]
@@ -232,7 +232,7 @@ def _last_write_time(path: Path) -> float:
 
 
 def _reports(scene: Path) -> Iterator[tuple[Path, int, Json]]:
-    """Yield the report files of a scene with the time of writing and the content, the latest first."""
+    """Yield each report file of a scene with its time of writing, ns, and its content, the latest report first."""
     own = scene.resolve()
     folders = dict.fromkeys([own.parent, *list(own.parents)[1 : ABOVE + 1], Path.cwd()])
     found = []
@@ -249,9 +249,10 @@ def _reports(scene: Path) -> Iterator[tuple[Path, int, Json]]:
 
 
 def _is_report_of(scene: Path, folder: Path, file: str) -> bool:
-    """Return whether a report belongs to a scene, by the file name in it.
+    """Return whether a report belongs to the file `scene`, by the name `file` of the scene that the report contains.
 
-    It does not if that name leads to another existing scene.
+    Both files must have the same name. A report does not belong to `scene` if `file`, relative to `folder`, is another
+    existing scene.
     """
     if Path(file).name != scene.name:
         return False

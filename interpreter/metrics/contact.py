@@ -33,13 +33,13 @@ class ContactMetric(ForceMetric):
         return self.of
 
     def touch(self, rest: EquilibriumForces) -> ContactNumbers:
-        """Return the numbers of the contact. Raises Undefined if only its force is known."""
+        """Return area, pressure and gap of the contact. Raises Undefined if only its force is known."""
         if self.of not in rest.touches:
             raise Undefined(f"only the force of `{self.of}` is known here")
         return rest.touches[self.of]
 
     def size(self, value: Floats) -> float:
-        """Return the magnitude of the first entry of `value`, which is the value of the metric."""
+        """Return the magnitude of the metric, whose value is the first entry of the array `value`."""
         return abs(self._along(value))
 
     def _along(self, value: Floats) -> float:

@@ -232,7 +232,11 @@ def _integer_quantity(name: str, value: int, interval: Interval | None) -> Walke
 
 
 def _poisson_quantity(name: str, value: float, interval: Interval | None) -> WalkedQuantity:
-    """Return Poisson's ratio as a quantity: upward by decades towards 0.5, downward past zero."""
+    """Return Poisson's ratio nu as a varied quantity, with one scale upward and one downward.
+
+    Upward steps divide the distance 0.5 - nu to incompressibility, by decades. Downward steps are linear and include
+    zero and the negative values POISSONS.
+    """
     low = max(LOWEST, interval.low) if interval else LOWEST
     high = min(parameter_scale.INCOMPRESSIBLE, interval.high) if interval else parameter_scale.INCOMPRESSIBLE
     ways = (

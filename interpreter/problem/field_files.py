@@ -240,7 +240,10 @@ def _mesh(field: Field, file: Path) -> OnMesh:
 
 
 def _read_nodal_values(field: Field, file: Path, read: Any, cells: Any, blocks: list[int]) -> Floats:
-    """Return the value of each node of each cell, in order (m a,). Raises Unreadable."""
+    """Return the field value of each node of each cell, shape (m * a,), for m cells with a nodes: cell after cell.
+
+    A field with one value for each cell gives this value to all nodes of the cell. Raises Unreadable.
+    """
     on_cells = {n: np.concatenate([np.asarray(data[i]) for i in blocks]) for n, data in read.cell_data.items()}
     there = [*read.point_data, *on_cells]
     name = field.array or (there[0] if len(there) == 1 else "")

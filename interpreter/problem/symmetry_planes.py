@@ -50,7 +50,7 @@ def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnost
 
 
 def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
-    """Return the error of a load that is not symmetric about a symmetry plane, or None."""
+    """Return the error of a load that is not symmetric about the symmetry plane `support`, or None."""
     normal = support.thing.normal
     if normal is None or (reason := load.thing.action.mirror_fault(*normal, support.name)) is None:
         return None
@@ -59,9 +59,10 @@ def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
 
 
 def led_fault(support: Declared, rigid: Declared, way: Declared) -> Diagnostic | None:
-    """Return the error of a support `way` that moves a rigid body out of a symmetry plane that cuts it, or None.
+    """Return the error of a rigid body that a symmetry plane cuts and that moves out of this plane, or None.
 
-    Rigid bodies from files and filled surfaces are not checked.
+    `support` is the symmetry plane, `rigid` the rigid body, and `way` the support that prescribes its displacement or
+    rotation. Rigid bodies from files and filled surfaces are not checked.
     """
     shape = rigid.thing.shape
     if support.thing.normal is None or not isinstance(way.thing, Displaced | Rotated) or shape.fault:
@@ -107,9 +108,9 @@ def start_fault(support: Declared, analysis: Declared) -> Diagnostic | None:
 
 
 def point_doubt(support: Declared, load: Declared, bounds: Bounds | None) -> Diagnostic | None:
-    """Return a warning for a point force on a symmetry plane, or None.
+    """Return a warning for a point force on the symmetry plane `support`, or None.
 
-    Its normal component vanishes there, and its other components count half.
+    The normal component of such a force vanishes, and its other components count half.
     """
     normal, action = support.thing.normal, load.thing.action
     if normal is None or bounds is None or not action.points:

@@ -68,10 +68,9 @@ class ContactNumbers(JsonRecord):
     """Contact results as numbers: area under pressure, m^2, largest pressure, Pa, and smallest gap, m.
 
     The gap is None if no parts of the surface face each other, which is possible in self-contact. Area and pressure
-    refer
-    to the deformed surface, or to the undeformed surface at small strain. `left` is the mean gap that the barrier
-    leaves at
-    points with pressure, m. `field` has pressures and gaps at points. `rubbing` is the result of friction, if any.
+    refer to the deformed surface, or to the undeformed surface at small strain. `left` is the mean gap, m, that the
+    barrier leaves at points with pressure. `field` gives the pressure and gap at any point of the surface. `rubbing`
+    contains the results of friction, if any.
     """
 
     area: float
@@ -82,7 +81,7 @@ class ContactNumbers(JsonRecord):
     rubbing: Friction | None = None
 
     def entries(self) -> Mapping[str, object]:
-        """Return the JSON entries, without `field`."""
+        """Return the JSON entries: area, pressure, gaps and friction, but not the values at points (`field`)."""
         own = {"area": self.area, "pressure": self.pressure, "gap": self.gap, "left": self.left}
         return own | ({} if self.rubbing is None else {"friction": self.rubbing})
 

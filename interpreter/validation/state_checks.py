@@ -244,7 +244,10 @@ def _single_state_error(reference: Declared) -> Diagnostic:
 
 
 def _loop_error(metric: Declared, states: tuple[float, ...]) -> Diagnostic | None:
-    """Return the error for states of a hysteresis metric that do not load and unload, or None."""
+    """Return the error for a hysteresis metric if the states of the analysis do not load and then unload, else None.
+
+    The metric measures the loop between the loading and the unloading force-displacement curve.
+    """
     turn = max(range(len(states)), key=lambda i: abs(states[i] - states[0]), default=0)
     sides = [states[: turn + 1], states[turn:]]
     falls = turn > 0 and states[turn] < states[0]

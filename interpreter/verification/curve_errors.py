@@ -36,11 +36,11 @@ class CurveUnderTest(ProbeResultUnderTest):
         return self._curve_distance(np.zeros_like(self._displacements_along_direction(self)))
 
     def change(self, other: ProbeResultUnderTest) -> float:
-        """Return how much the metric may change with another solution; equal to `apart`. Raises NoErrorEstimate."""
+        """Return the difference that `apart` gives. Raises NoErrorEstimate."""
         return self.apart(other)
 
     def apart(self, other: ProbeResultUnderTest) -> float:
-        """Return how much the metric may change with another solution. Raises NoErrorEstimate."""
+        """Return a bound of the change of the metric if another solution replaces this one. Raises NoErrorEstimate."""
         if not np.all(np.isfinite(other.u)):
             raise NoErrorEstimate("another solution has values that are not finite")
         return self._curve_distance(self._displacements_along_direction(other))

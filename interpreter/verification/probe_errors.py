@@ -227,10 +227,11 @@ class ProbeResultUnderTest:
         return self._measured(other, ReferenceData(self.view.name if self.view else "", self.u, self.field))
 
     def change(self, other: ProbeResultUnderTest) -> float:
-        """Return the difference of the metric's values in this and another, nested solution, in the metric's unit.
+        """Return the difference between the metric's values of this and of another solution, in the metric's unit.
 
-        For forces and tensors only the values count, whereas `apart` is meant for solutions whose values may agree by
-        chance. Raises NoErrorEstimate.
+        The other solution is of the same problem, for example on a finer mesh. For forces and tensors only the two
+        metric values are compared. `apart` compares more, for solutions whose metric values may agree by chance; all
+        other metrics use it. Raises NoErrorEstimate.
         """
         plain = self.metric is not None and self.metric.measured_from is None and self.times is None
         if plain and isinstance(self.metric, ForceMetric | TensorMetric):

@@ -93,11 +93,13 @@ class CriticalStepTracker:
         self._age, self._interval = 0, SOONEST
 
     def critical_step(self, x: Floats, time: float) -> float:
-        """Return the critical step, s, in a state x, or the smallest of earlier states.
+        """Return the critical time step, s, in the state x (dofs,) at `time`, s.
 
-        It is 2/w (sqrt(1 + z^2) - z), z = b w / 2 with stiffness-proportional damping b K (Belytschko et al. 2014,
-        section 6.2), and infinite without stiffness. If the tangent K differs from the definite tangent K' used for
-        damping, it is the h with h^2 w^2 + 2 b h w'^2 = 4.
+        The largest frequencies are estimated again. The critical step is infinite without stiffness, and 2/w without
+        damping, where w, rad/s, is the largest angular frequency of the tangent stiffness K. Let the damping matrix be
+        b K', where b, s, is the damping coefficient, K' is the positive definite tangent and w', rad/s, its largest
+        angular frequency. The critical step h then satisfies h^2 w^2 + 2 b h w'^2 = 4. With K' = K it is 2/w (sqrt(1 +
+        z^2) - z), z = b w / 2 (Belytschko et al. 2014, section 6.2).
         """
         before, spent = self.omega, self._age
         K = self.forces.tangent(x, self.forces.factors(time))
@@ -111,15 +113,18 @@ class CriticalStepTracker:
         return self.critical
 
     def _largest_frequency(self, name: str, K: sparse.csr_matrix) -> float:
-        """Return the largest angular frequency of the stiffness K, rad/s; its vector is stored under `name`."""
+        """Return the largest angular frequency, rad/s, of the stiffness matrix K.
+
+        Its eigenvector is stored under `name`, to start the next estimate.
+        """
         omega, self._modes[name] = largest_mode(K, self.mass, self._modes.get(name))
         return omega
 
     def _steps_until_update(self, before: float, spent: int) -> int:
-        """Return the number of steps until the next update of the estimate.
+        """Return the number of steps until the next estimate of the largest angular frequency.
 
-        In so many steps it changes by CHANGE at its recent rate, `before` being its last value and `spent` the steps
-        since.
+        After this number of steps, the frequency will have changed by the fraction CHANGE if it continues to change at
+        its recent rate. `before`, rad/s, is the previous estimate and `spent` the number of steps since then.
         """
         if not (before and spent):
             return SOONEST
@@ -129,17 +134,17 @@ class CriticalStepTracker:
 
     @property
     def critical(self) -> float:
-        """Critical step of the last estimate, s."""
+        """Critical time step, s, from the last estimate of the largest frequencies."""
         w, b = self.omega, self.damping.beta * self.definite**2
         if not np.isfinite(w) or not np.isfinite(b):
             return 0.0
         return 4.0 / (np.hypot(b, 2.0 * w) + b) if w or b else np.inf
 
     def after(self, now: Motion, x: Floats, a: Floats, time: float) -> float:
-        """Return the critical step, s, after a step from the motion `now` to the state x with accelerations a.
+        """Return the critical time step, s, after a step from the motion `now` to the state x with accelerations a.
 
-        It is estimated again every EVERY steps, sooner if it changes. It is estimated at once if accelerations change
-        by more than the largest frequency explains: |da| > w^2 |dx| in the mass norm.
+        The largest angular frequency w is estimated again after at most EVERY steps, sooner if it changes. It is
+        estimated at once if accelerations change by more than w explains: |da| > w^2 |dx| in the mass norm.
         """
         self._age += 1
         free, weight = self.forces.free, np.sqrt(self.mass)

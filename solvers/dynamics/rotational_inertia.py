@@ -1,4 +1,6 @@
-"""Rotational inertia, for bodies with rotation vectors among the unknowns, which are counted from every step.
+"""Rotational inertia of bodies with rotation vectors among their unknowns.
+
+Rotation vectors are measured from the orientation at the start of each step.
 
 A section with moments of inertia J about its own axes and angular velocity w about these has J dw/dt + w x J w = moment
 (Euler 1765). Within a step rotations are vectors theta from its start, q = q0 exp(theta), and integrators treat them
@@ -30,7 +32,7 @@ ROUNDS = 8  # largest number of iterations for the final velocity of an explicit
 
 
 class RotationChart(Protocol):
-    """Interface of the reference orientations from which rotation vectors are counted."""
+    """Interface of the reference orientations from which rotation vectors are measured."""
 
     def reset(self) -> None:
         """Set the reference to the undeformed state."""
@@ -43,7 +45,10 @@ class RotationChart(Protocol):
 
 
 class RotationalInertia:
-    """Rotational inertia of rotation vectors at the unknowns `where` (n, 3), with moments `J` (n, 3), kg m^2."""
+    """Rotational inertia of rotation vectors, which are the unknowns numbered `where` (n, 3), of n nodes.
+
+    `J` (n, 3), kg m^2, are the principal moments of inertia of each node.
+    """
 
     def __init__(self, chart: RotationChart, where: Ints, J: Floats) -> None:
         self.chart, self.where, self.J = chart, where, J
@@ -100,7 +105,10 @@ class RotationalInertia:
         return found
 
     def accepted(self, past: StepStart) -> StepStart:
-        """Return the motions of a step start with rotations counted from the last one."""
+        """Return the start of the next step, with rotation vectors measured from the end of the last step.
+
+        `past` holds the motion at the end of the last step and, for multistep integrators, the motion before it.
+        """
         now, before = past.now, past.before
         theta = now.x[self.where]
         if before is not None:

@@ -40,7 +40,10 @@ WRONG = 0.05  # of its swing, at the end
 
 @dataclass(frozen=True)
 class Resolution:
-    """Slowest vibration that loads excite, and how well the time step resolves it."""
+    """Slowest vibration that loads excite, and how well the time step resolves it.
+
+    The fields contain the number of steps per period and the errors of time integration.
+    """
 
     period: float  # s
     steps: float  # to a period
@@ -52,7 +55,10 @@ class Resolution:
 
     @property
     def doubtful(self) -> bool:
-        """True with fewer than `few` steps per period, or an error above WRONG at the end of the motion."""
+        """True with fewer steps per period than `few`, or a final integration error above WRONG.
+
+        The error is relative to the initial amplitude of the vibration.
+        """
         return self.steps < self.few or self.error > WRONG
 
     @property

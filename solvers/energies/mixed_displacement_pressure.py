@@ -152,7 +152,12 @@ class MixedSolid(Energy):
 
     @cached_property
     def spare(self) -> Floats:
-        """Diagonal shift (dofs,), N/m, that corresponds to a compliance SLACK / mu (see linear/saddle_point.py)."""
+        """Diagonal shift (dofs,), N/m, of the pressure equations.
+
+        With it the tangent matrix can be factorised without pivoting. It corresponds to an additional compliance SLACK
+        / shear modulus, 1/Pa, whose effect iterative refinement removes (linear/saddle_point.py). Entries of
+        displacements are zero.
+        """
         spare = np.zeros(self.dofs)
         np.add.at(spare, self.pressures, (SLACK / self.shear * self.unit**2) * self._integrate(self.w))
         return spare

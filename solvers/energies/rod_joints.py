@@ -22,9 +22,10 @@ from softmark.solvers.energies.rod_rotation import rotation
 
 @dataclass(frozen=True)
 class Joints:
-    """Map from the nodes of rods to the points (joints) that they share.
+    """Map from the nodes of rods to the points (joints) that the rods share.
 
-    `point` (n,) is the point of each node, and `turns` (n, 3, 3) its frame at rest in the axes of the point.
+    `point` (n,) is the index of the point to which each of the n nodes belongs. `turns` (n, 3, 3) is the undeformed
+    frame of each node, with components in the axes of its point.
     """
 
     point: Ints
@@ -32,9 +33,11 @@ class Joints:
 
     @staticmethod
     def of(rest: Floats, point: Ints, axes: Floats) -> Joints:
-        """Return the joints of rods at rest (n * 7,), from the point of each node (n,) and the axes of the points.
+        """Return the joints of undeformed rods, from the point to which each node belongs.
 
-        `axes` (p, 3, 3) are given as columns.
+        `rest` (n * 7,) holds the position, m, and the unit quaternion of each of n nodes. `point` (n,) is the index of
+        the point to which each node belongs. `axes` (p, 3, 3) holds an orthonormal basis for each of p points, as
+        columns.
         """
         frames = rotation(rest.reshape(-1, 7)[:, 3:])
         return Joints(point, np.einsum("nki,nkj->nij", axes[point], frames))
@@ -75,7 +78,10 @@ class Joints:
 
 @dataclass(frozen=True)
 class JointedRods(Energy):
-    """A rod `energy` whose unknowns are those of the points; the state still holds all nodes."""
+    """A rod `energy` whose unknowns are the displacements and rotations of the points, which map to all nodes.
+
+    The state still holds all nodes.
+    """
 
     energy: Energy
     joints: Joints
@@ -91,7 +97,7 @@ class JointedRods(Energy):
 
     @property
     def stencils(self) -> Ints:
-        """Stencils over the degrees of freedom of the points."""
+        """Degrees of freedom of the points that each rod element couples, shape (m, k) for m elements."""
         return self._blocks[0] if self.energy.stencils.size else self.energy.stencils
 
     def _state(self, x: Floats) -> Floats:

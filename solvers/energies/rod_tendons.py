@@ -28,10 +28,13 @@ SHORT = 1e-12  # fraction of a segment: shorter vectors have no direction
 
 @dataclass(frozen=True)
 class RodTendons(RodElementEnergy):
-    """Tendons along a rod under `tension` (k,), N, at `arms` (k, m, 3), m, in the middles of elements (m, 2).
+    """Potential energy of k tendons along a rod of m two-node elements, each tendon under a prescribed tension.
 
-    E = sum of T l c |Gamma + K x a + a'|, minus its value at rest, J, by one-point quadrature as in the rod. `slopes`
-    (k, m, 3) are a'. `shares` (k, m) are c, the fraction of each element along which the tendon runs.
+    E = sum of T l c |Gamma + K x a + a'| over tendons and elements, minus its value at rest, J, by one-point quadrature
+    as in the rod. `tension` (k,) is T, N, and l the length of an element, m. `arms` (k, m, 3) are the vectors a, m,
+    from the rod axis to the tendon in the middle of each element, and `slopes` (k, m, 3) their derivatives a' along the
+    axis. Gamma and K are the strains and curvatures of the rod. `shares` (k, m) are c, the fraction of each element
+    along which the tendon runs.
     """
 
     rest: Floats
@@ -54,13 +57,20 @@ class RodTendons(RodElementEnergy):
         return RodTendons(self.rest, self.elements, arms, slopes, shares, tension)
 
     def _directions_and_lengths(self, segments: RodElements) -> tuple[Floats, Floats]:
-        """Return the direction y (k, m, 3) of each tendon in each element, and |y| (k, m)."""
+        """Return the direction vector y (k, m, 3) of each tendon in each element, and |y| (k, m).
+
+        y = Gamma + K x a + a' is the derivative of the tendon's position along the rod.
+        """
         y: Floats = (self._direction_derivatives @ segments.strains[:, :, None])[..., 0] + self.slopes
         return y, np.maximum(np.sqrt(np.einsum("kmi,kmi->km", y, y)), SHORT)
 
     @cached_property
     def _direction_derivatives(self) -> Floats:
-        """Derivative of the direction y by Gamma and K (k, m, 3, 6): the unit matrix, and -[a]x."""
+        """Derivative (k, m, 3, 6) of the tendon direction y by the rod's strains Gamma and curvatures K.
+
+        With the arm a from the rod axis to the tendon, y = Gamma + K x a + a'. The derivative by Gamma is the unit
+        matrix, and the derivative by K is the matrix of -a x.
+        """
         unit = np.broadcast_to(np.eye(3), (*self.arms.shape, 3))
         return np.concatenate([unit, -cross_matrix(self.arms)], axis=3)
 

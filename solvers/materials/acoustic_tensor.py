@@ -85,7 +85,7 @@ def _acoustic_tensor_tests(law: Any, F: Array, held: VolumePressure | None) -> t
 
 
 def _material_axes(law: Any, count: int) -> Array:
-    """Return fibre, sheet and normal directions (3, 3, m), with components in the second axis."""
+    """Return fibre, sheet and normal directions (3, 3, m): indices of direction, component and point."""
     found: Array = np.broadcast_to(law.frame.axes(np.float64), (3, 3, count))
     return found
 
@@ -119,7 +119,11 @@ def _weakest_eigenvalue(Q: Array) -> tuple[Array, Bools]:
 
 
 def _has_loss_near_directions(A: Array, n: Array) -> Bools:
-    """Return whether a n : A : a n is lowered to zero or less (k,), starting from the directions n (k, 3)."""
+    """Return whether a search from the directions n (k, 3) finds a loss of strong ellipticity, (k,).
+
+    The search minimises a n : A : a n over unit vectors a and n, with the stiffness A (k, 3, 3, 3, 3), Pa. A minimum of
+    zero or less is a loss.
+    """
     for _ in range(TURNS):
         value, vectors = np.linalg.eigh(np.einsum("miJkL,mJ,mL->mik", A, n, n, optimize=True))
         a = vectors[:, :, 0]

@@ -44,7 +44,8 @@ Bulk = Annotated[float | None, "Pa in (0, inf)", BULK]
 class Anisotropic(BatchedLaw):
     """Anisotropic solid: psi = shape(F, f, s) + K/2 (J - 1)^2, J = det F > 0, with fibres f and sheets s.
 
-    `fibres` and `sheets` are directions, functions of position that return directions, or a `MaterialFrame` of points.
+    The first term of psi depends on the whole F, and K is the bulk modulus. `fibres` and `sheets` are directions,
+    functions of position that return directions, or a `MaterialFrame` of points.
     """
 
     fibres: Any
@@ -106,7 +107,7 @@ class Anisotropic(BatchedLaw):
         return None
 
     def isochoric(self) -> Law | None:
-        """Return None (no isochoric part): the shape part depends on F itself, not on its isochoric part."""
+        """Return None: psi has no isochoric part, because all of its terms depend on F itself, not on J^(-1/3) F."""
         return None
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:

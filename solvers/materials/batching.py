@@ -23,25 +23,28 @@ BLOCK = 4096  # matrices per block; measured: shorter rows cost calls, longer on
 
 
 class BatchedLaw(ABC):
-    """Base class of laws written on components.
+    """Base class of laws whose subclasses compute with the components of F, as arrays f (3, 3, m) over m points.
 
-    Outside the domain of a law, psi is +inf, and P and dPdF are NaN.
+    The public methods take F (m, 3, 3). Outside the domain of a law, psi is +inf, and P and dPdF are NaN.
     """
 
     @abstractmethod
     def _psi(self, f: Array) -> Array:
-        """Return the energy density (m,), J/m^3, of f (3, 3, m)."""
+        """Return the energy density (m,), J/m^3, for the components f (3, 3, m) of F."""
 
     @abstractmethod
     def _P(self, f: Array) -> Array:
-        """Return the first Piola-Kirchhoff stress (3, 3, m), Pa, of f (3, 3, m)."""
+        """Return the first Piola-Kirchhoff stress (3, 3, m), Pa, for the components f (3, 3, m) of F."""
 
     @abstractmethod
     def _dPdF(self, f: Array, H: Array) -> None:
-        """Write dP_iJ/dF_kL into H (9, 9, m) at [3 i + J, 3 k + L], on and above the diagonal."""
+        """Write dP_iJ/dF_kL, Pa, into H (9, 9, m) at [3 i + J, 3 k + L], only on and above the diagonal.
+
+        f (3, 3, m) are the components of F.
+        """
 
     def psi(self, F: Array) -> Array:
-        """Return the energy per undeformed volume, J/m^3 (m,)."""
+        """Return the energy per undeformed volume (m,), J/m^3, for deformation gradients F (m, 3, 3)."""
         out = np.empty(len(F), dtype=precision(F))
         with np.errstate(all="ignore"):
             for block in _batch_slices(len(F)):
@@ -49,7 +52,7 @@ class BatchedLaw(ABC):
         return out
 
     def P(self, F: Array) -> Array:
-        """Return the first Piola-Kirchhoff stress, Pa (m, 3, 3)."""
+        """Return the first Piola-Kirchhoff stress (m, 3, 3), Pa, for deformation gradients F (m, 3, 3)."""
         out = np.empty(F.shape, dtype=precision(F))
         with np.errstate(all="ignore"):
             for block in _batch_slices(len(F)):
@@ -57,7 +60,7 @@ class BatchedLaw(ABC):
         return out
 
     def dPdF(self, F: Array) -> Array:
-        """Return dP_iJ/dF_kL at [i, J, k, L], Pa (m, 3, 3, 3, 3)."""
+        """Return dP_iJ/dF_kL at [i, J, k, L] (m, 3, 3, 3, 3), Pa, for deformation gradients F (m, 3, 3)."""
         return tensors(F, self._dPdF)
 
 

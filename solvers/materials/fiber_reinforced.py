@@ -107,8 +107,9 @@ class FiberReinforced(Anisotropic):
     def polyconvex(self) -> bool:
         """True if the energy is polyconvex: all fibres resist tension only, and there is no fibre-sheet shear term.
 
-        The stress grows with I4 and I1, which are convex in F, and never decreases. Source: Schroeder and Neff (2003),
-        "Invariant formulation of hyperelastic transverse isotropy based on polyconvex free energy functions".
+        The energy is then a convex function of the invariants I1 and I4a that never decreases, and the invariants are
+        convex in F. Source: Schroeder and Neff (2003), "Invariant formulation of hyperelastic transverse isotropy based
+        on polyconvex free energy functions".
         """
         slack = all(strand.onset is not None or strand.k1 == 0.0 for _, strand in self.families)
         return slack and (self.coupled is None or self.coupled.k1 == 0.0)

@@ -120,10 +120,10 @@ class HeterogeneousLaw:
 
 
 def average_moduli(material: Isotropic, w: Array) -> Isotropic:
-    """Return a material whose two moduli are the cell means (m, 1) of those of a sampled one.
+    """Return a material whose two moduli are cell means (m, 1) of those of a sampled material.
 
-    w (m, q) are the weights. For laws linear in their moduli and a uniform deformation in each cell, the integral of
-    the energy is the same.
+    w (m, q) are the weights of q points in m cells. For laws linear in their moduli and a uniform deformation in each
+    cell, the integral of the energy is the same.
     """
     mu, lam = (_weighted_cell_mean(a, w) for a in (material.shear_modulus, material.lame_lambda))
     each = {"young": mu * (3.0 * lam + 2.0 * mu) / (lam + mu), "poisson": 0.5 * lam / (lam + mu)}
@@ -131,7 +131,10 @@ def average_moduli(material: Isotropic, w: Array) -> Isotropic:
 
 
 def with_constants(material: Isotropic, new: dict[str, Any]) -> Isotropic:
-    """Return the material with the constants `new`, set in the law or solid that it wraps if that holds them."""
+    """Return the material with some constants replaced by their new values, given by name in `new`.
+
+    A material may wrap a law or a solid; constants that belong to the wrapped object are replaced there.
+    """
     own = vars(material)
     if "law" in own and (its := {name: value for name, value in new.items() if name not in own}):
         rest: Any = {name: value for name, value in new.items() if name in own}

@@ -53,7 +53,11 @@ class EllipsoidalWall:
         return ""
 
     def _at(self, s: Any, t: Any) -> tuple[Any, Any]:
-        """Return the distance from the axis and the position along it, m, of the point s, t (numbers or arrays)."""
+        """Return the distance from the axis and the axial position, m, of the wall point (s, t).
+
+        The depth s is 0 on the inner and 1 on the outer ellipsoid; t is 0 at the tip and 1 at the rim. Both are numbers
+        or arrays.
+        """
         a = self.inner + s * (self.outer - self.inner)
         b = self.inner_along + s * (self.outer_along - self.inner_along)
         turn = t * (self.tip + (1.0 - self.tip) * t) * np.arccos(-self.rim / b)
@@ -67,7 +71,10 @@ class EllipsoidalWall:
         return wall, turn * max(self.outer, self.outer_along)
 
     def _between(self, r: float, z: float, slack: float) -> bool:
-        """Return whether the wall contains the point at radius r and axial position z, within `slack` (m)."""
+        """Return whether the wall contains a point, within `slack`, m.
+
+        The point is at distance r, m, from the axis and at the axial position z, m.
+        """
         out = math.hypot(r / self.inner, z / self.inner_along) - 1.0
         off = math.hypot(r / self.outer, z / self.outer_along) - 1.0
         least = min(self.inner, self.inner_along)

@@ -78,7 +78,7 @@ class Extruded(Shape):
 
     @property
     def _coordinate_order(self) -> tuple[int, int, int]:
-        """Indices of x, y and z: of the section's two coordinates, and of the coordinate along the body."""
+        """Indices of the section's two coordinates and of the axial one: 0 for x, 1 for y, 2 for z."""
         last = "xyz".index(self.along)
         return (last + 1) % 3, (last + 2) % 3, last
 
@@ -162,7 +162,10 @@ class Extruded(Shape):
         return Mesh(self.placed(made.points + np.array([0.0, 0.0, self.base])), made.cells, made.kind)
 
     def placed(self, X: Floats) -> Floats:
-        """Return points (..., 3) as x, y and z, m; they are given in section coordinates and the one along the body."""
+        """Return points in the coordinates x, y and z, m, shape (..., 3).
+
+        `X` (..., 3), m, gives each point by the two coordinates of the section and the coordinate along the body.
+        """
         points: Floats = np.empty_like(X)
         points[..., list(self._coordinate_order)] = X
         return points

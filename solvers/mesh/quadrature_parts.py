@@ -57,9 +57,11 @@ class Integrals:
 
 
 class CellTotals:
-    """Sums over the accepted parts of each cell, shape (g, m): errors, and bounds of hidden features.
+    """Errors and hidden integrals of g functions in m cells, summed over accepted parts of cells.
 
-    `size` is the integral of each function's magnitude over the cell; the tolerance is relative to it.
+    Arrays have the shape (g, m). The hidden integral is a bound for features of a function, such as peaks, that lie
+    between quadrature points. `size` is the integral of each function's magnitude over the cell; the tolerance is
+    relative to it.
     """
 
     def __init__(self, cells: Integrals, floor: Floats, tolerance: float) -> None:
@@ -74,7 +76,7 @@ class CellTotals:
         self.size = np.maximum(self.size, self._sum_parts(parts, found.magnitude))
 
     def find_rough(self, parts: Parts, found: Integrals) -> Bools:
-        """Return a mask (n,) of the parts that must be halved, because of their error or of hidden features."""
+        """Return a mask (n,) of the parts that must be halved because their error or hidden integral is too large."""
         share = self._part_tolerances(parts)
         part = found.volume / self.volumes[parts.cell]
         most = ALL_HIDDEN * self.tolerance * self.size
@@ -85,7 +87,7 @@ class CellTotals:
         return rough
 
     def excess(self, parts: Parts, found: Integrals) -> Floats:
-        """Return the error and the hidden integral of each part, relative to its tolerance, shape (n,)."""
+        """Return the error plus hidden integral of each part, divided by the tolerance of the part, shape (n,)."""
         worst: Floats = ((found.error + found.hidden) / self._part_tolerances(parts)).max(axis=0)
         return worst
 
@@ -98,17 +100,17 @@ class CellTotals:
         self.taken += len(parts)
 
     def hidden_with(self, parts: Parts, found: Integrals) -> Floats:
-        """Return the bound of the hidden integral in each cell (g, m) if these parts are accepted."""
+        """Return the hidden integral of each function in each cell (g, m), supposing that `parts` are accepted."""
         return self._sum_parts(parts, found.hidden) + self.hidden
 
     def errors_with(self, parts: Parts, found: Integrals) -> Floats:
-        """Return the error of each cell (g, m) if these parts are accepted."""
+        """Return the error of each function's integral over each cell (g, m), supposing that `parts` are accepted."""
         squares = self.squares + self._sum_parts(parts, found.error**2)
         return _estimate_cell_errors(self.differences + self._sum_parts(parts, found.differences), squares)
 
     @property
     def errors(self) -> Floats:
-        """Errors of the integrals over cells (g, m), from the accepted parts."""
+        """Errors of each function's integral over each cell (g, m), from the accepted parts."""
         return _estimate_cell_errors(self.differences, self.squares)
 
     def cells_with_much_hidden(self) -> Ints:

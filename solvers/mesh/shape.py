@@ -72,7 +72,11 @@ def place_mesh(mesh: Mesh, axis: Vector3, origin: Vector3) -> Mesh:
 
 
 class Section:
-    """A cross-section; coordinates, m, are measured from its centre along the two axes of `transverse`."""
+    """A cross-section of a body along an axis.
+
+    Coordinates u and v, m, are measured from the centre of the section along the two unit vectors that
+    `transverse(axis)` returns for the axis of the body. These are the first and the second axis of the section.
+    """
 
     @property
     def extents(self) -> tuple[float, float]:

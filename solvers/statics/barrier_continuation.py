@@ -112,13 +112,14 @@ def least_gap(problem: Statics, x: Floats) -> float:
 
 
 def _with_stiffer_barriers(problem: Statics, factor: float, stay: bool = False) -> Statics:
-    """Return the problem with barrier stiffnesses multiplied by a factor.
+    """Return the problem with the barrier stiffnesses of all rigid contacts multiplied by `factor`.
 
-    With `stay`, the start state already belongs to the final positions of the rigid bodies.
+    If `stay` is true, the start state of the problem already belongs to the final positions of the rigid bodies, so
+    their positions at the start of their motion are discarded.
     """
 
     def each(assembly: Assembly) -> Assembly:
-        """Return an assembly with stiffer barriers."""
+        """Return an assembly with stiffer barriers in its rigid contacts."""
         known: list[Any] = list(assembly.loads)
         loads = [energy.stiffer(factor) if energy.not_proportional else energy for energy in known]
         return assembly.acting(

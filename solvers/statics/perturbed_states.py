@@ -19,7 +19,7 @@ TURNS = 3.0  # whole turns of the twist for an amount of 1
 class PerturbedNodes:
     """Nodes of a body to perturb: `points` (n, 3), m, at rest, and the `cells` (m, a) that connect them.
 
-    The amount of perturbation scales the perturbed positions.
+    `amount` is the strength of the perturbation; it scales the perturbed positions.
     """
 
     points: Floats
@@ -48,7 +48,7 @@ Random = np.random.Generator
 
 
 def scramble_nodes(body: PerturbedNodes, random: Random) -> Floats:
-    """Return random positions (n, 3), m, of the nodes in their bounding box, scaled by the amount."""
+    """Return random positions (n, 3), m, of the nodes in their bounding box, scaled by `body.amount`."""
     # a straight line of nodes gets a box as thick as a tenth of its length
     size = np.maximum(body.size, 0.1 * body.size.max())
     places: Floats = body.middle + body.amount * size * random.uniform(-0.5, 0.5, body.points.shape)
@@ -56,7 +56,7 @@ def scramble_nodes(body: PerturbedNodes, random: Random) -> Floats:
 
 
 def flatten_nodes(body: PerturbedNodes, random: Random) -> Floats:
-    """Return positions (n, 3), m, projected onto a random plane through the centre, and scaled by the amount."""
+    """Return positions (n, 3), m, projected onto a random plane through the centre, and scaled by `body.amount`."""
     n = _random_direction(random)
     away = body.points - body.middle
     places: Floats = body.middle + body.amount * (away - np.outer(away @ n, n))
@@ -64,7 +64,7 @@ def flatten_nodes(body: PerturbedNodes, random: Random) -> Floats:
 
 
 def collapse_nodes(body: PerturbedNodes, random: Random) -> Floats:
-    """Return positions (n, 3), m, of all nodes at one random point, or on one random line, and scaled.
+    """Return positions (n, 3), m, of all nodes at one random point, or on one random line, scaled by `body.amount`.
 
     The point lies in the bounding box; point and line are equally likely.
     """
@@ -76,7 +76,7 @@ def collapse_nodes(body: PerturbedNodes, random: Random) -> Floats:
 
 
 def invert_cells(body: PerturbedNodes, random: Random) -> Floats:
-    """Return positions (n, 3), m, reflected by a random plane through the centre, and scaled.
+    """Return positions (n, 3), m, reflected by a random plane through the centre, and scaled by `body.amount`.
 
     The reflection inverts every cell.
     """
@@ -89,8 +89,8 @@ def invert_cells(body: PerturbedNodes, random: Random) -> Floats:
 def spin_cells(body: PerturbedNodes, random: Random) -> Floats:
     """Return positions (n, 3), m, with every cell rotated at random, and the whole body twisted.
 
-    Cells rotate about their centres, and nodes get the average of their cells. The twist between the ends of the
-    longest direction is TURNS times the amount, in either sense.
+    Each cell rotates about its centre, and a node gets the average position from its cells. The body is twisted about
+    its longest direction, by TURNS x `body.amount` whole turns from end to end, in a random sense.
     """
     corners = body.points[body.cells]
     middles = corners.mean(axis=1, keepdims=True)
@@ -102,7 +102,10 @@ def spin_cells(body: PerturbedNodes, random: Random) -> Floats:
 
 
 def _twist_nodes(body: PerturbedNodes, places: Floats, random: Random) -> Floats:
-    """Return the positions `places` (n, 3), m, twisted about the longest direction of the body."""
+    """Return the positions `places` (n, 3), m, twisted about the body's longest direction.
+
+    The twist is TURNS x `body.amount` whole turns from end to end, in a random sense.
+    """
     axis = int(np.argmax(body.size))
     b, c = (axis + 1) % 3, (axis + 2) % 3
     sense = TURNS * body.amount * random.choice([-1.0, 1.0])

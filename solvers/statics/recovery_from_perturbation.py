@@ -126,7 +126,7 @@ class _Recovery:
     # ------------------------------------------------------------------ descent
 
     def _initial_state(self) -> Floats:
-        """Return the state to begin with: the given one, with a small random perturbation if cells are flat.
+        """Return the state from which recovery begins: the given state, perturbed slightly at random if cells are flat.
 
         Bodies without cells are perturbed too.
         """
@@ -149,7 +149,11 @@ class _Recovery:
         return bool(np.isfinite(self.newton.strain(x)))
 
     def _minimize_neo_hookean_energy(self, soft: Assembly, x: Floats) -> Floats:
-        """Return the state that minimises the stable neo-Hookean energy `soft` without loads, with zero pressures."""
+        """Return a state that minimises the stable neo-Hookean energy `soft` without loads.
+
+        The descent starts from the state x. `soft` depends on displacements only. If the state also has pressures, the
+        returned pressures are zero. Prescribed unknowns keep their values in x.
+        """
         found = np.zeros_like(x)
         found[: self.moving] = self._descend(soft, x[: self.moving], 0.0, "untangling")
         found[self.problem.fixed] = x[self.problem.fixed]
@@ -201,7 +205,7 @@ class _Recovery:
         return 0.0
 
     def _move(self, x: Floats, d: Floats) -> Floats:
-        """Return the state x after a motion d."""
+        """Return the state x (dofs,) after a displacement increment d (dofs,)."""
         return self.problem.space.move(x, d) if len(d) == self.problem.space.dofs else x + d
 
     def _record_iteration(self, phase: str, load: float, number: int, residual: float, length: float) -> None:
@@ -344,9 +348,10 @@ class _Recovery:
     # ------------------------------------------------------------------ escape from bad minima
 
     def _perturb_worst_cells(self, x: Floats) -> Floats:
-        """Return a state with the nodes of the worst cells interpolated again and perturbed at random.
+        """Return the state x with the nodes of the worst cells moved.
 
-        The interpolated region grows with every attempt.
+        These nodes are interpolated between the nodes around them, and perturbed at random. The interpolated region
+        grows with every attempt.
         """
         cells = self.tangled.cells
         if cells is None:

@@ -96,10 +96,10 @@ def _rigid_contacts(problem: Statics) -> list[Any]:
 
 
 def _with_contacts(problem: Statics, contacts: list[Any]) -> Statics:
-    """Return the problem with its rigid contacts, which are its last loads, replaced."""
+    """Return the problem with its rigid contacts replaced by `contacts`; rigid contacts are the last of its loads."""
 
     def each(assembly: Any) -> Any:
-        """Return an assembly with the rigid contacts replaced."""
+        """Return an assembly with its rigid contacts replaced by `contacts`."""
         plain = [energy for energy in assembly.loads if not energy.not_proportional]
         return assembly.joined([*plain, *contacts])
 

@@ -72,7 +72,10 @@ class Stresses:
         return self._tensors(self.values(X))
 
     def sides(self, X: Floats) -> TensorsBySide:
-        """Return stress and deformation at points X (n, 3), m, for each material there: here one."""
+        """Return stress and deformation at points X (n, 3), m, with one row for each point.
+
+        The body has only one material, so that no point lies on an interface.
+        """
         return TensorsBySide(np.arange(len(X)), np.zeros(len(X), dtype=np.int64), self.at(X))
 
     def crossings(self, begin: Floats, end: Floats) -> Floats:
@@ -129,7 +132,7 @@ class Stresses:
         return self._patch_recovery.everywhere()
 
     def shared(self, X: Floats) -> int:
-        """Return the number of points X (n, 3), m, with more than one stress."""
+        """Return the number of points X (n, 3), m, that have several stresses because several materials meet there."""
         return 0
 
     def _tensors(self, values: Floats) -> Tensors:
@@ -142,14 +145,17 @@ class Stresses:
         return np.stack([E[:, i, j] for i, j in SYMMETRIC], axis=1).reshape(*H.shape[:2], 6)
 
     def unresolved(self, X: Floats) -> Floats:
-        """Return the difference (n,), Pa, of cell stresses around points X (n, 3), m, from their recovered stress."""
+        """Return how far the cell stresses around points X (n, 3), m, differ from the recovered stress.
+
+        The result (n,) is in Pa.
+        """
         return tensor_norm(self._patch_recovery.fit_residuals(X)[:, :6])
 
     def disagreement(self, X: Floats, of: Part) -> Floats:
-        """Return the relative difference (n,) between the cells around points X (n, 3), m.
+        """Return the relative difference (n,) between the tensors in the cells around points X (n, 3), m.
 
-        It is relative to the local or the typical tensor, whichever is larger. `of` selects the tensor: the stress, its
-        deviator, whose error a large pressure would hide, or the strain.
+        The difference is relative to the local or the typical tensor, whichever is larger. `of` selects the tensor: the
+        stress, its deviator, whose error a large pressure would hide, or the strain.
         """
         values, fit_residuals = self._patch_recovery.at(X), self._patch_recovery.fit_residuals(X)
         if of == "strain":

@@ -353,7 +353,10 @@ def _unsupported_load(load: Declared, case: Case) -> str:
 
 
 def _eccentric_stations(case: Case) -> set[float]:
-    """Return the stations of eccentric forces and tendon guides, m from the root."""
+    """Return the axial positions of eccentric forces and of tendon guides and ends, m from the root.
+
+    An eccentric force acts at a point off the beam axis.
+    """
     actions = [load.thing.action for load in case.loads]
     points = [a.at for a in actions if isinstance(a, PointLoad) and axis_station(case, a.at) is None]
     places = {s for s in (section_station(case, p) for p in points) if s is not None}
@@ -361,7 +364,10 @@ def _eccentric_stations(case: Case) -> set[float]:
 
 
 def guides(case: Case, action: TendonLoad) -> list[float]:
-    """Return the stations of a tendon's guides and ends, m from the root; empty if an end lies beyond the beam."""
+    """Return the axial positions of a tendon's guides and ends, m from the root.
+
+    The list is empty if an end lies beyond the beam.
+    """
     first, last = section_station(case, action.begin), section_station(case, action.end)
     if first is None or last is None:
         return []
@@ -370,19 +376,22 @@ def guides(case: Case, action: TendonLoad) -> list[float]:
 
 
 def section_station(case: Case, point: tuple[float, float, float]) -> float | None:
-    """Return the station, m from the root, of the section that contains a point; None beyond the ends."""
+    """Return the axial position (station), m from the root, of the section with a point; None beyond the ends."""
     shape = case.prism
     s, slack = shape.section_coordinates(point)[0], 1e-9 * shape.length
     return min(max(s, 0.0), shape.length) if -slack <= s <= shape.length + slack else None
 
 
 def axis_station(case: Case, point: tuple[float, float, float]) -> float | None:
-    """Return the station of a point on the axis, m from the root; None if it lies off the axis."""
+    """Return the axial position of a point on the beam axis, m from the root; None off the axis."""
     return on_axis(case.prism, point)
 
 
 def on_axis(shape: Swept, point: tuple[float, float, float]) -> float | None:
-    """Return the station of a point on the axis of a swept shape, within 1e-9 of its length; else None."""
+    """Return the axial position, m, of a point on the axis of a swept shape; None if it is off the axis.
+
+    The tolerance is 1e-9 of the length of the shape.
+    """
     s, u, v = shape.section_coordinates(point)
     slack = 1e-9 * shape.length
     held = math.hypot(u, v) <= slack and -slack <= s <= shape.length + slack

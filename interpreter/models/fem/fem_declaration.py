@@ -399,7 +399,11 @@ class Fem(HasMaterial, Model):
         return f"{self.mesh_words(case)}, {self._describe_options(case, self.material)}"
 
     def kind(self, case: Case) -> ModelKind | None:
-        """Return the family of the model: its properties except size and Poisson's ratio; None without a family."""
+        """Return the description of the model that serves to group models which differ only in size or Poisson's ratio.
+
+        It consists of the element and options, the mesh size, and Poisson's ratio (None if it varies in the body).
+        Returns None if the model has no mesh size or its mesh is read from a file.
+        """
         if self.size is None or self._has_mesh_from_file(case):
             return None
         nu = None if self.material is None or not self.material.uniform else float(f"{self.material.poisson:g}")

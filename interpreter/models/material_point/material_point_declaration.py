@@ -129,7 +129,7 @@ class Homogeneous(Model):
             )
 
     def outline(self, case: Case) -> str:
-        """Return a one-line description for the plan."""
+        """Return a one-line description of the model for the plan, such as the imposed kind of strain."""
         return f"{self._describe_state}, no mesh"
 
     @property

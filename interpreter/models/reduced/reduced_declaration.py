@@ -95,19 +95,21 @@ class Modal(Reduced):
 class Pod(Reduced):
     """Finite element model in the space of its own solutions: proper orthogonal decomposition.
 
-    The model `of` is solved for a training set, and the space contains the fields nearest to these states (Sirovich
-    1987): the first `modes`, or as many as leave out at most `tolerance` of their root mean square, with lengths
-    measured in the `norm` of the mass or of the strain energy. The training set contains every fraction of all loads
-    and imposed displacements in `training` (`[0.25, 0.5, 0.75, 1]`), for every value of the sweep `over`, if one is
-    named: `over = directions` with `study directions = sweep(weight.direction, over = [-z, +y])`. Sweeps may vary
-    loads, imposed displacements and materials, but not the mesh. If the scene lies outside these ranges, a warning
-    reports extrapolation.
+    The model `of` is solved for a training set, and the space contains the displacement fields that approximate these
+    states best (Sirovich 1987). `modes` is the number of fields. By default, it is the smallest number for which at
+    most `tolerance` of the root mean square of the states is lost. `norm` selects the inner product of the mass or of
+    the strain energy, which measures lengths of fields.
 
-    Training is part of the set-up, and the report states its time; a model that shares it is charged for it too.
-    `cells = sampled` evaluates only cells that a non-negative least squares fit selects and weights (ECSW: Farhat,
-    Avery, Chapman and Cortial 2014): in all training states, and for small displacements, they reproduce the reduced
-    forces of all cells within `sampling`. The cost of a solution then does not grow with the mesh. Loads are reduced
-    exactly; a pressure that follows the surface is evaluated on all of its facets.
+    The training set contains every fraction of all loads and imposed displacements in `training` (`[0.25, 0.5, 0.75,
+    1]`), for every value of the sweep `over`, if one is named: `over = directions` with `study directions =
+    sweep(weight.direction, over = [-z, +y])`. Sweeps may vary loads, imposed displacements and materials, but not the
+    mesh. If the scene lies outside these ranges, a warning reports extrapolation.
+
+    Training is part of the set-up, and the report states its time; a model that shares the training is charged for it
+    too. `cells = sampled` evaluates only some cells, which a non-negative least squares fit selects and weights (ECSW:
+    Farhat, Avery, Chapman and Cortial 2014). In all training states, and for small displacements, the weighted cells
+    reproduce the reduced forces of all cells within `sampling`. The cost of a solution then does not grow with the
+    mesh. Loads are reduced exactly; a pressure that follows the surface is evaluated on all of its facets.
 
     `converged` refers to the reduced equations. `full_residual` in the report is the residual of the full model's
     equations, relative to its loads, and `estimated_error` is the corresponding displacement error (`W419`). A dynamic

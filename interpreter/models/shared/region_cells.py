@@ -36,12 +36,12 @@ THIN = 0.25  # of a cell: more than that no curve leaves between nodes that foll
 
 @dataclass(frozen=True)
 class RegionVolume:
-    """Volume of a region, m^3: `asked` is the volume in the scene, and `taken` that of its cells on a mesh.
+    """Volumes of a material region, m^3, in the scene (`asked`) and of its cells on a mesh (`taken`).
 
     `missed` is the part of the region in cells of another material; `beyond` is the part of its cells outside the
-    region. `bent` is the part of both that lies between a curved border and the flat sides of the cells that follow
-    it. `beside` is the smallest volume, m^3, of the body and the other regions, because a small error of a large
-    region may be large for a small neighbour.
+    region. `bent` is the part of both that lies between a curved border and the flat sides of cells along that border.
+    `beside` is the smallest volume, m^3, of the body and the other regions, because a small error of a large region may
+    be large for a small neighbour.
     """
 
     asked: float
@@ -58,14 +58,14 @@ class RegionVolume:
 
     @property
     def cut(self) -> float:
-        """Relative volume with the wrong material in cells that the border crosses.
+        """Relative volume with the wrong material in cells that the border of the region crosses.
 
-        It is `off` without the volume between a curved border and the flat sides of cells that follow it.
+        The value is `off` without the volume between a curved border and the flat sides of cells along that border.
         """
         return self._share(max(self.missed + self.beyond - self.bent, 0.0))
 
     def _share(self, wrong: float) -> float:
-        """Return a volume `wrong`, m^3, relative to the region or to its smallest neighbour, whichever is smaller."""
+        """Return the volume `wrong`, m^3, relative to the region or to its smallest neighbour, whichever is smaller."""
         return wrong / min(self.asked, self.beside) if wrong else 0.0
 
 

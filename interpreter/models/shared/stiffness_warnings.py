@@ -18,7 +18,11 @@ SOFTER = 0.01  # of the stiffness of a body: less goes without a warning
 
 
 def softer_by(u: Floats, parts: Iterable[Part], pressures: bool) -> float:
-    """Return the largest fraction of the mesh's stiffness that the body may lack in displacements u (n, 3), m."""
+    """Return the largest fraction of the mesh's stiffness that the body may lack.
+
+    The stiffness is the energy in displacements u (n, 3), m. The mesh is too stiff by this fraction if moduli vary
+    within its cells.
+    """
     lost = total = 0.0
     for own in parts:
         varies = moduli_vary(own.case)
@@ -36,10 +40,12 @@ def softer_by(u: Floats, parts: Iterable[Part], pressures: bool) -> float:
 
 
 def stiffer_by(u: Floats, parts: Iterable[Part], p: Floats | None) -> float:
-    """Return the largest fraction by which the body may be stiffer than its mesh in displacements u (n, 3), m.
+    """Return the largest fraction by which the body may be stiffer than its mesh.
 
-    p (m, b), Pa, are the pressures of cells. A bulk modulus that varies within a cell enters the pressures by its
-    harmonic mean. A body of uniform dilatation has the arithmetic mean, which no body exceeds.
+    Stiffness is the energy in displacements u (n, 3), m. p (m, b), Pa, are the pressures of m cells. If the bulk
+    modulus varies within a cell, the pressures of the mesh correspond to its harmonic mean over the cell. In a body,
+    the effective bulk modulus is at most the arithmetic mean, which it has under uniform dilatation. The bound follows
+    from these two means.
     """
     lost = total = 0.0
     for own in parts:
@@ -54,7 +60,7 @@ def stiffer_by(u: Floats, parts: Iterable[Part], p: Floats | None) -> float:
 
 
 def _cell_mean_moduli(own: Part, seen: CellQuadrature | None) -> Moduli | None:
-    """Return the mean moduli of the cells of one material; None if the material has no Young's modulus."""
+    """Return the mean moduli of cells of the material of `own`; None if the material has no Young's modulus."""
     young, nu = (getattr(own.case.material, name, None) for name in ("young", "poisson"))
     ones = np.ones(len(own.mesh.cells))
     if seen is None:

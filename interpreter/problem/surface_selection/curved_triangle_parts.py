@@ -111,7 +111,7 @@ def _divide_into_four(tri: Floats) -> Floats:
 
 
 def _cut_off_corner(looked: BorderBounds, b: int, some: Ints, slack: float) -> tuple[Ints, Mask]:
-    """Return the corner that border b cuts off each of some triangles, and a mask of triangles that it only cuts so."""
+    """Return the corner that border b cuts off each triangle in `some`, and a mask of the triangles it cuts only so."""
     v = looked.values[b][some]
     v = np.where(np.abs(v) <= slack, 0.0, v)
     low, high = (side[:, some] for side in looked.slopes[b])
@@ -149,7 +149,12 @@ def _meets_side_only(asked: ConditionOnPatches, looked: BorderBounds, b: int, so
 
 
 def _integrate_rays(asked: ConditionOnPatches, b: int, f: Ints, tri: Floats, points: Points, depth: int) -> Mask:
-    """Add the selected part of triangles whose first corner border b cuts off; return a mask of the successes."""
+    """Add quadrature points of the selected parts of n triangles; return a mask (n,) of successes.
+
+    Border number b separates the first corner of each triangle `tri` (n, 3, 2) from the other two corners. `f` (n,) are
+    the facets that contain the triangles, and `depth` the number of halvings so far. A triangle fails if the areas by
+    two quadrature rules differ too much, unless it is halved as far as possible.
+    """
     if not len(f):
         return np.zeros(0, dtype=np.bool_)
     t = np.concatenate([_gauss(n)[0] for n in RAYS])

@@ -221,7 +221,7 @@ def _decide_borders_on_sides(shape: Shape, condition: Condition, asked: Conditio
 
 
 def split_by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | None]]:
-    """Yield masks of flat facets, and of the facets of each curved side, with the map onto that side."""
+    """Yield masks of flat facets, and of the facets of each curved side, with the projection onto that side."""
     flat = np.ones(len(corners), dtype=np.bool_)
     for side in shape.sides:
         own = flat & side.of(corners)
@@ -231,9 +231,10 @@ def split_by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | 
 
 
 def _remove_slivers(found: LoadedSurface) -> LoadedSurface:
-    """Return the selected surface without slivers on the faces of a slice.
+    """Return the selected surface of a slice of a plane body, without slivers on the cut faces.
 
-    Slivers are triangles with a side on the border of a condition.
+    Slivers are selected wrongly if the border of a condition runs along their side. They are kept if their area is
+    not small compared to the selected edge.
     """
     z = found.points[:, 2]
     faces = np.ptp(z[found.nodes], axis=1) <= SAME * np.ptp(z)

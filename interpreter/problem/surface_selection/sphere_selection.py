@@ -17,11 +17,12 @@ GAUSS = 8  # points along each side of a facet: exact to rounding
 def select_curved_side(
     shape: RoundBody, side: EllipsoidSide, condition: Condition, extent: float
 ) -> tuple[float, Floats, float]:
-    """Return the area, m^2, and two integrals over the selected part of a side: of n (3,), m^2, and of x . n, m^3.
+    """Return the selected area of an ellipsoidal side, m^2, and two integrals over it.
 
-    The normal n points away from the centre. In the coordinates in which the side is the unit sphere, an area da seen
-    under a direction e from a distance r is e (e . da) / r^2 on the sphere, and cof(A) times that on the ellipsoid,
-    where A = diag(semi-axes).
+    The integrals are those of n (3,), m^2, and of x . n, m^3. n is the unit normal that points away from the centre of
+    the ellipsoid, and x the position. An ellipsoid with semi-axes A is mapped to the unit sphere by A^-1 (A is a
+    diagonal matrix). A facet with area vector da in the mapped space, at distance r from the centre in the direction e,
+    projects to the area vector e (e . da) / r^2 on the sphere, and to cof(A) times this on the ellipsoid.
     """
     from softmark.solvers.mesh.ball_blocks import build_shell, mesh_blocks
 

@@ -23,7 +23,11 @@ NOTHING = "No changes: same models, statuses and values; no time differs by more
 
 
 def changes_table(changes: Changes, colour: bool) -> str:
-    """Return a block of text for each kind of change, likely causes first; a sentence if there are no changes."""
+    """Return the terminal text of all changes between two result files.
+
+    It has one block of lines for each kind of change. The first blocks are changes that may have caused the others:
+    those of the environment and of the scene. If no results changed, the text ends with a sentence that states this.
+    """
     found = make_all_visible(changes)
     paint = colour and not os.environ.get("NO_COLOR")
     blocks = [
@@ -47,7 +51,7 @@ def _apply_ansi_style(words: str, name: str, paint: bool) -> str:
 
 
 def _block(heading: str, rows: Sequence[Sequence[str]], paint: bool) -> str:
-    """Return rows as aligned text under a heading; the last cell of a row may have any width."""
+    """Return rows as aligned columns of text under a heading; the last cell of a row may have any width."""
     if not rows:
         return ""
     fixed = max(len(row) for row in rows) - 1

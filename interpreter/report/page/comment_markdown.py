@@ -15,7 +15,11 @@ Row = Sequence[str]
 
 @dataclass(frozen=True)
 class MarkdownTable:
-    """Table of cells, each made by `strip_markup` or `code`, with the most important rows first; `noun` names a row."""
+    """Table of a Markdown comment, with the most important rows first.
+
+    Each cell is text from `strip_markup` or `code`. `noun` is the plural noun for rows in the sentence that reports how
+    many were left out, for example `3 more points are not shown`.
+    """
 
     noun: str
     columns: Row

@@ -171,7 +171,10 @@ def _heat_map_section(stress: Robustness) -> str:
 
 
 def _remedy_table(stress: Robustness) -> str:
-    """Return a table of validity edges with their reasons and remedies."""
+    """Return the HTML section that lists why models are not right beyond their validity ranges, and the remedies.
+
+    Each item names a quantity and the models with the same reason and remedy. The section is empty if there is none.
+    """
     found: dict[tuple[str, str, str], list[str]] = {}
     for study in stress.studies:
         for e in study.edges:

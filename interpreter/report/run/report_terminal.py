@@ -273,7 +273,11 @@ def _symmetry_notes(findings: ReportSummary) -> list[str]:
 
 
 def _references_of_part(findings: ReportSummary, metrics: Sequence[str]) -> str:
-    """Return a phrase on the references whose values also hold for the symmetric part."""
+    """Return a phrase on references whose metric values also refer to the symmetric part of the body.
+
+    A model may solve only a part of a body that has symmetry planes, for example one quarter. The phrase is empty if no
+    reference has a value of the metrics.
+    """
     known = [n for n, r in findings.report.references.items() if any(value_of(r, m) is not None for m in metrics)]
     return f"; also of {', '.join(known)}" if known else ""
 

@@ -89,7 +89,11 @@ def _is_drawable(shape: DrawnSurface) -> bool:
 
 @dataclass(frozen=True)
 class _Shapes:
-    """Figure of the deformed surfaces of all models and references."""
+    """Figure of the deformed surfaces of all models and references, each surface with its errors as colours.
+
+    Errors are the distances, m, between points of a surface and those of the reference. Dictionaries have the name of
+    the model or reference as key.
+    """
 
     findings: ReportSummary
     small: ReducedSurfaces
@@ -104,34 +108,34 @@ class _Shapes:
 
     @cached_property
     def errors(self) -> dict[str, Floats]:
-        """Errors at all points before thinning, shape (n,), m, by shape."""
+        """Errors (n,), m, at all points of the deformed surface of each model or reference, before thinning."""
         shapes = ((n, self.findings.everyone[n].shape) for n in self.shapes)
         return {n: s.error for n, s in shapes if s is not None and s.error is not None and len(s.error)}
 
     @cached_property
     def most(self) -> float:
-        """Largest error of all shapes, m."""
+        """Largest error of all deformed surfaces, m."""
         return max((float(e.max()) for e in self.errors.values()), default=0.0)
 
     @cached_property
     def high(self) -> dict[str, float]:
-        """Error that CLIP per cent of the points do not exceed, m, by shape."""
+        """Error, m, that CLIP per cent of the points of a surface do not exceed, for each model or reference."""
         return {n: float(np.percentile(e, CLIP)) for n, e in self.errors.items()}
 
     @cached_property
     def clipped(self) -> float:
-        """Upper end of the colour scale of typical errors, m; shapes with FAR times larger errors are ignored."""
+        """Upper end of the colour scale of typical errors, m; surfaces with FAR times larger errors are ignored."""
         usual = FAR * float(np.median(list(self.high.values()))) if self.high else 0.0
         return max((h for h in self.high.values() if h <= usual), default=self.most)
 
     @cached_property
     def beyond(self) -> list[str]:
-        """Names of shapes whose errors are far beyond the typical ones."""
+        """Names of the models and references whose errors are far beyond the typical ones."""
         return [n for n, h in self.high.items() if h > FAR / 2 * self.clipped]
 
     @cached_property
     def first(self) -> dict[str, DrawnSurface]:
-        """Shapes that are shown initially: all if they are few, else references and initially shown models."""
+        """Surfaces that are shown initially: all if they are few, else references and initially shown models."""
         if len(self.shapes) <= PANELS:
             return dict(self.shapes)
         models, chosen = self.findings.report.models, initially_shown(self.findings)

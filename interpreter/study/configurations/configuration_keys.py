@@ -102,7 +102,10 @@ def needed_models(scene: Scene, model: str) -> tuple[str, ...]:
 
 
 def _refined_models(scene: Scene) -> list[str]:
-    """Return the names of the models that references refine."""
+    """Return the names of the models that references solve again on finer meshes, to use as their own solutions.
+
+    These are models that a reference lists by name.
+    """
     found: dict[str, None] = {}
     for reference in scene.of_kind("reference").values():
         found.update(dict.fromkeys(models_of(scene, reference, "names")))

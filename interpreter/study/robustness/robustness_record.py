@@ -22,7 +22,10 @@ WORST = ("silent", "failed", "timed_out", "diverged", "not_converged", "refused"
 
 @dataclass(frozen=True)
 class ClassifiedPoint(JsonRecord):
-    """Class of a point with the numbers that decide it; `uncertainty` is the relative uncertainty of the reference."""
+    """Classification of a study point, such as right or wrong, with the numbers that decide it.
+
+    `uncertainty` is the relative uncertainty of the reference.
+    """
 
     NAMED: ClassVar = {"word": "class"}
     READ: ClassVar = {"stated": StatedError.from_json, "warnings": tuple}
@@ -45,7 +48,7 @@ class ClassifiedPoint(JsonRecord):
 
 @dataclass(frozen=True)
 class RobustnessPoint(JsonRecord):
-    """Point of a robustness study: a model with some values changed, and its class."""
+    """Point of a robustness study: a model with changed values, and the classification of its result."""
 
     model: str
     values: Mapping[str, Value]
@@ -69,7 +72,10 @@ class RobustnessPoint(JsonRecord):
 
 @dataclass(frozen=True)
 class ValidityEdge(JsonRecord):
-    """Validity edge of a model along a quantity in one direction, and the class beyond the edge."""
+    """Validity edge of a model: the value of a quantity beyond which results are no longer right, for one direction.
+
+    It also contains the class of the results beyond the edge.
+    """
 
     NAMED: ClassVar = {"word": "class"}
 
@@ -107,7 +113,10 @@ ALIKE = [f.name for f in fields(ValidityEdge)].index("here")  # first entries, t
 
 @dataclass(frozen=True)
 class ChoiceEdge(ValidityEdge):
-    """Validity edge of a quantity with discrete options: the class of each option, and the worst class."""
+    """Validity edge of a quantity with discrete options: class of each option, and the worst class.
+
+    A class states whether the result with an option is right.
+    """
 
     right: tuple[str, ...] = ()
     classes: Mapping[str, str] = field(default_factory=dict)
@@ -138,7 +147,7 @@ class ChoiceEdge(ValidityEdge):
 
 @dataclass(frozen=True)
 class PairMap(JsonRecord):
-    """Grid of points over a pair of quantities, with class and error of each point; rows by y, columns by x."""
+    """Grid of points over a pair of quantities x and y, with class and error of each point; rows by y, columns by x."""
 
     model: str
     x: str

@@ -265,7 +265,10 @@ class FrameVerifier(BeamVerifier):
         return worse_balance(inside, outside, fixed, noise), found.solution.facts.get("residual")
 
     def reactions(self, found: VerifiedSolution) -> tuple[dict[str, Wrench], float]:
-        """Compute the reactions of supports by rod_forces.py as well. Raises NoIndependentFormula."""
+        """Return the reaction of each support, computed independently by rod_forces.py, and a tolerance, N.
+
+        Differences below the tolerance may be due to rounding. Raises NoIndependentFormula.
+        """
         inside, outside, _, noise = _internal_and_external_forces(found)
         frame = frame_of(found)
         masks = {support.name: frame.carries(support) for support in found.case.supports}

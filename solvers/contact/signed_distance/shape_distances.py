@@ -76,7 +76,10 @@ def revolved_gap(shape: Revolution) -> Gap:
 
 
 def rounded_gap(shape: RoundedRevolution) -> Gap:
-    """Return the signed distance to a rounded body of revolution: all points near its core."""
+    """Return the signed distance to a rounded body of revolution.
+
+    The body consists of all points within the rounding radius, m, of a convex core.
+    """
     core = RevolvedGap(shape.core, shape.axis, shape.origin)
     centre = add_multiples(shape.origin, (axial_centroid(shape.outline(ARC)), shape.axis))
     return RoundedGap(core, shape.rounding, centre)

@@ -117,7 +117,10 @@ def _parse_entities(whole: Callable[[], int], size: Callable[[], int], place: Ca
 
 
 def _integer_lists(own: Entity) -> Iterator[tuple[int, ...]]:
-    """Yield the integer lists of an entity: its groups, or the number 0 without any, and its boundary."""
+    """Yield the integer lists of an entity: its physical groups, and its boundary entities.
+
+    An entity without physical groups gets the group number 0. A point has no list of boundary entities.
+    """
     yield own.groups or (0,)
     if own.bounds is not None:
         yield own.bounds

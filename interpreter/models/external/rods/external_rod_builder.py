@@ -28,11 +28,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PreparedRod(PreparedExternalDynamics):
-    """Dynamic analysis of a rod by a program; `solid` is our static rod, which has the nodes, sections and loads."""
+    """Dynamic analysis of a rod by an external program.
+
+    `solid` is softmark's own static model of the rod, which provides the nodes, sections and loads.
+    """
 
     @property
     def rod(self) -> PreparedBeam:
-        """Our static rod, which defines the problem."""
+        """Softmark's own static rod model, which defines the problem that the external program solves."""
         return cast("PreparedBeam", self.solid)
 
     def asked(self) -> Problem:
@@ -80,12 +83,12 @@ class PreparedRod(PreparedExternalDynamics):
 
 
 def load(model: ExternalRod) -> None:
-    """Import the modules that building needs."""
+    """Import the modules that building the model needs."""
     beam.load(model.ours)
 
 
 def prepare(model: ExternalRod, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
-    """Build our static rod for transfer, or a placeholder if the program does not support it. Raises Fault."""
+    """Build softmark's rod model for transfer, or a placeholder if the program does not support it. Raises Fault."""
     if reasons := model.reasons(case):
         return UnavailableModel(model.words_of(reasons), "unsupported")
     rod = beam.build_static(model.ours, replace(declared, thing=model.ours), case)
