@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import subprocess
 import sys
 import time
 from dataclasses import field, replace
@@ -326,3 +327,15 @@ def test_a_scheduler_that_dies_leaves_reasons(monkeypatch: pytest.MonkeyPatch) -
     assert first.status == "timed_out"
     assert len(others) == len(given) - 1 > 0
     assert all("no connection to the scheduler: the stream is closed" in str(other.to_json()) for other in others)
+
+
+def test_a_worker_whose_parent_has_ended_ends_without_a_traceback() -> None:
+    """An interrupt ends the parent while a worker starts: its first message meets a closed pipe."""
+    command = [sys.executable, "-m", "softmark.interpreter.study.workers.worker_process"]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe) as worker:
+        assert worker.stdout is not None
+        assert worker.stderr is not None
+        worker.stdout.close()
+        assert worker.stderr.read() == b""
+        assert worker.wait(60) == 0

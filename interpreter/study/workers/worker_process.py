@@ -48,9 +48,13 @@ def _queue_input_lines(tasks: queue.Queue[bytes]) -> None:
 
 
 def _write_message(out: BinaryIO | Any, value: dict[str, Any]) -> None:
+    """Write a message as one line of JSON; exit the process if the parent has ended and no longer reads."""
     data = json.dumps(value, allow_nan=False, separators=(",", ":")).encode() + b"\n"
-    while data:
-        data = data[out.write(data) :]
+    try:
+        while data:
+            data = data[out.write(data) :]
+    except BrokenPipeError:
+        os._exit(0)
 
 
 def _preload_modules() -> None:
