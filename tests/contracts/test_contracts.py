@@ -367,6 +367,12 @@ def test_a_model_that_says_next_to_nothing_refuses_what_it_does_not_take() -> No
     assert isinstance(Verifier(), Verifier)
 
 
+def test_a_member_by_its_earlier_name_is_refused() -> None:
+    """A plugin that says `moves = False` would otherwise be taken to support dynamic analyses."""
+    with pytest.raises(TypeError, match="`Old` defines `moves`, which is called `supports_dynamics` now"):
+        type("Old", (Model,), {"moves": False})
+
+
 def test_what_breaks_a_contract_is_found() -> None:
     @dataclass(frozen=True)
     class Mute(Model):

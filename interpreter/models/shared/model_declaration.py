@@ -30,6 +30,26 @@ OF_NETWORKS = (
     "use gravity, forces and lines of force on axes, or torques; and the supports `fixed`, `displaced` and `pinned`"
 )
 UNKNOWN = "load not supported"
+RENAMED = {  # earlier names of members that a plugin's model may still define, and would define in vain
+    "bedded": "supports_elastic_foundations",
+    "touches": "supports_rigid_contact",
+    "moves": "supports_dynamics",
+    "wired": "models_networks_only",
+    "sectional": "moves_by_sections",
+    "composite": "supports_regions",
+    "graded": "supports_varying_constants",
+    "directed": "supports_anisotropy",
+    "remembers": "supports_viscoelasticity",
+    "soaks": "supports_poroelasticity",
+    "recovers": "supports_perturbed_starts",
+    "forceless": "reason_without_forces",
+    "unwalked": "reason_without_robustness",
+    "finely": "resolution_fields",
+    "doubts": "diagnostics",
+    "scene_doubts": "scene_diagnostics",
+    "forgets": "history_refusals",
+    "turns": "rotation_refusals",
+}
 
 
 class Model:
@@ -60,6 +80,12 @@ class Model:
     homogeneous_strain = False  # the same strain at every point
     may_be_unconverged = False  # may accept states that are not converged
     resolution_fields: tuple[str, ...] = ()  # its fields that set the resolution
+
+    def __init_subclass__(cls) -> None:
+        """Raise TypeError if a model defines a member by its earlier name, which nothing reads any more."""
+        for old, new in RENAMED.items():
+            if old in vars(cls) or old in vars(cls).get("__annotations__", {}):
+                raise TypeError(f"`{cls.__name__}` defines `{old}`, which is called `{new}` now")
 
     @property
     def own_mesh(self) -> Shape | None:
