@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 import softmark
 from softmark.interpreter.models.shared import load_setup
+from softmark.interpreter.vocabulary.loads.centrifugal import CentrifugalForce
 from softmark.solvers.energies.external_loads import AffineMassForces
 
 BAR = """softmark 1
@@ -108,6 +109,14 @@ def test_a_wrong_mass_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """The independent check does not share the masses of the solver."""
     right = load_setup._cell_masses
     monkeypatch.setattr(load_setup, "_cell_masses", lambda *args: 1.01 * right(*args))
+    law = "neo_hookean(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)"
+    report = softmark.loads(BAR.format(law=law, speed=50, model="hex8, strain = finite, size = 4 mm")).run()
+    assert report.models["one"].status != "converged"
+
+
+def test_a_wrong_direction_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The check computes -w x (w x r), the solver w^2 (I - n n^T) r: here without the projection onto the plane."""
+    monkeypatch.setattr(CentrifugalForce, "gradient", ((2500.0, 0, 0), (0, 2500.0, 0), (0, 0, 2500.0)))
     law = "neo_hookean(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)"
     report = softmark.loads(BAR.format(law=law, speed=50, model="hex8, strain = finite, size = 4 mm")).run()
     assert report.models["one"].status != "converged"

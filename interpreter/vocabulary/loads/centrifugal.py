@@ -50,8 +50,20 @@ class CentrifugalForce(SolidAction):
         return solid.mass_forces(self.constant, self.gradient)
 
     def independent_forces(self, check: IndependentForces) -> tuple[Floats, float]:
-        """Return its nodal forces (n, 3), N, by independent integrals, and their uncertainty, N."""
-        return check.mass_forces(self.constant, self.gradient)
+        """Return its nodal forces (n, 3), N, of the force per mass -w x (w x r), and their uncertainty, N."""
+        from softmark.solvers.mesh.shape import cross
+
+        a, b, c = self.axis
+        w = self.speed * a, self.speed * b, self.speed * c
+        sign = math.copysign(1.0, self.speed)
+
+        def force(r: Vector3) -> Vector3:
+            x, y, z = cross(w, cross(w, r))
+            return -sign * x, -sign * y, -sign * z
+
+        x, y, z = force(self.through)
+        unit = force((1.0, 0.0, 0.0)), force((0.0, 1.0, 0.0)), force((0.0, 0.0, 1.0))
+        return check.mass_forces((-x, -y, -z), unit)
 
     def size(self, body: BodySize) -> float:
         """Return the force on the mass of the body at the distance of its size from the axis, N."""
