@@ -95,3 +95,25 @@ metric T = moment(r, along = +x)
     )
     assert model.status in ("converged", "not_converged")
     assert model.status == "converged" or "buckles" in str(model.message)
+
+
+def test_a_tool_of_unknown_volume_is_pressed_by_a_force() -> None:
+    """Only gravity needs the mass: a rounded cone has a density here, but softmark does not know its volume.
+
+    A force of .1 N is carried by the contact to the tolerance of equilibrium. Before, computing the mass failed.
+    """
+    text = """
+material g = neo_hookean(young = 100 kPa, poisson = 0.3, density = 1000 kg/m^3)
+body b = solid(box(size = (40, 40, 20) mm), g)
+shape tool = rounded_cone(angle = 60 deg, rounding = 5 mm, length = 30 mm, origin = (20, 20, 20) mm)
+body k = rigid(tool, density = 7800 kg/m^3)
+contact c = rigid_contact(k, b, where = z >= 20 mm)
+support f = fixed(b, where = z <= 0 mm)
+support guide = fixed(k, components = (x, y))
+load hand = point_force(k, at = (20, 20, 20) mm, vector = (0, 0, -0.1) N)
+model m = fem(hex8, strain = finite, size = 10 mm)
+metric F = force(c, along = -z)
+"""
+    model = softmark.loads(text).run().models["m"]
+    assert model.status == "converged"
+    assert model.metrics["F"].value == pytest.approx(0.1, rel=1e-6)

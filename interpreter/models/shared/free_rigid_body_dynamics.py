@@ -182,7 +182,7 @@ def _rigid_body_loads(chart: FreeBodyChart, touches: Mapping[str, Touch]) -> tup
 def _rigid_body_load(chart: FreeBodyChart, which: int, load: Declared) -> RigidBodyLoad:
     """Return one load on the rigid body with index `which`: weight at its centre of mass, point force, or moment."""
     body = chart.bodies[which]
-    acting = load.thing.action.on_rigid_body(body.mass)
+    acting = load.thing.action.on_rigid_body(lambda: body.mass)
     if acting is None:  # refused when the scene is checked
         raise TypeError(f"`{load.name}` does not act on rigid bodies")
     force, at, moment = acting

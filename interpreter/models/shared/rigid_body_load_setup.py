@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from softmark.interpreter.problem.body_case import Touch
@@ -14,7 +15,7 @@ def force_on(touch: Touch) -> float:
     assert touch.along is not None
     total = 0.0
     for load in touch.loads:
-        acting = load.thing.action.on_rigid_body(mass_of_rigid_body(touch.rigid.thing))
+        acting = load.thing.action.on_rigid_body(partial(mass_of_rigid_body, touch.rigid.thing))
         total += acting[0][touch.along] if acting else 0.0
     return total
 

@@ -9,6 +9,8 @@ from softmark.interpreter.vocabulary.loads.load import AMPLITUDE, NOTHING, Load,
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from softmark.interpreter.vocabulary.loads.load import BodySize, ExactBody, IndependentForces, SolidForces
     from softmark.solvers.energies.energy import Energy, Floats
 
@@ -43,10 +45,10 @@ class BodyForce(SolidAction):
         """Return the magnitude of the weight, N."""
         return body.mass() * math.hypot(*self.acceleration)
 
-    def on_rigid_body(self, mass: float) -> tuple[Vector3, Vector3 | None, Vector3] | None:
+    def on_rigid_body(self, mass: Callable[[], float]) -> tuple[Vector3, Vector3 | None, Vector3] | None:
         """Return the weight of a rigid body, N, which acts at its centre of mass without a moment."""
-        x, y, z = self.acceleration
-        return (mass * x, mass * y, mass * z), None, NOTHING
+        (x, y, z), m = self.acceleration, mass()
+        return (m * x, m * y, m * z), None, NOTHING
 
     def axial_fault(self, body: str) -> Reason | None:
         """Return the reason why gravity across the axis of a body of revolution is refused, or None."""

@@ -162,10 +162,10 @@ class Action:
         """Return the order of magnitude of its resultant force, N; 0 if it has none."""
         return 0.0
 
-    def on_rigid_body(self, mass: float) -> tuple[Vector3, Vector3 | None, Vector3] | None:
-        """Return force, N, point, m (None: the centre of mass), and moment, N m, on a rigid body of a mass, kg.
+    def on_rigid_body(self, mass: Callable[[], float]) -> tuple[Vector3, Vector3 | None, Vector3] | None:
+        """Return force, N, point, m (None: the centre of mass), and moment, N m, on a rigid body.
 
-        None if it does not act on rigid bodies.
+        `mass` computes the mass of the body, kg. None if the load does not act on rigid bodies.
         """
         return None
 

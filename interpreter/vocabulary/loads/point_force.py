@@ -9,6 +9,8 @@ from softmark.interpreter.vocabulary.loads.load import AMPLITUDE, NOTHING, Load,
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from softmark.interpreter.vocabulary.loads.load import BodySize, IndependentForces, SolidForces
     from softmark.solvers.energies.energy import Energy, Floats
 
@@ -44,7 +46,7 @@ class PointLoad(SolidAction):
         """Return the magnitude of the force, N."""
         return math.hypot(*self.force)
 
-    def on_rigid_body(self, mass: float) -> tuple[Vector3, Vector3 | None, Vector3] | None:
+    def on_rigid_body(self, mass: Callable[[], float]) -> tuple[Vector3, Vector3 | None, Vector3] | None:
         """Return the force, N, and its point on the rigid body, m."""
         return self.force, self.at, NOTHING
 

@@ -9,6 +9,8 @@ from softmark.interpreter.vocabulary.loads.load import AMPLITUDE, NOTHING, Load,
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from softmark.interpreter.vocabulary.loads.load import ExactBody, IndependentForces, SolidForces
     from softmark.solvers.energies.energy import Energy, Floats
 
@@ -37,7 +39,7 @@ class MomentLoad(SurfaceAction):
         """Return no force, and the area of the selected surface, m^2."""
         return (None, None) if (found := body.area(self.where)) is None else (NOTHING, found[0])
 
-    def on_rigid_body(self, mass: float) -> tuple[Vector3, Vector3 | None, Vector3] | None:
+    def on_rigid_body(self, mass: Callable[[], float]) -> tuple[Vector3, Vector3 | None, Vector3] | None:
         """Return the moment on a whole rigid body, N m."""
         return NOTHING, None, self.moment
 
