@@ -55,7 +55,7 @@ def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
     if normal is None or (reason := load.thing.action.mirror_fault(*normal, support.name)) is None:
         return None
     field, problem, label, help = reason
-    return diagnostic("E582", load.at(*filter(None, [field])), f"`{load.name}` {problem}", label, help)
+    return diagnostic("E582", load.at(field), f"`{load.name}` {problem}", label, help)
 
 
 def led_fault(support: Declared, rigid: Declared, way: Declared) -> Diagnostic | None:

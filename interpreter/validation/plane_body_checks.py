@@ -100,7 +100,7 @@ def check_actions(scene: Scene) -> Iterator[Diagnostic]:
         reason = _out_of_plane(declared, revolved) if flat else None
         if reason is not None:
             field, problem, label, help = reason
-            yield diagnostic("E544", declared.at(*filter(None, [field])), f"`{declared.name}` {problem}", label, help)
+            yield diagnostic("E544", declared.at(field), f"`{declared.name}` {problem}", label, help)
         elif own in bodies and declared.kind == "load" and _is_off_plane_force(declared.thing.action):
             yield diagnostic("E544", declared.at("at"), f"`{declared.name}` acts outside the plane of `{own}`",
                              "z is not 0", "write z = 0: points of a plane body have z = 0")  # fmt: skip
@@ -163,9 +163,13 @@ def _check_axisymmetric_actions(scene: Scene, declared: Declared) -> Iterator[Di
             "not axisymmetric",
             "use a `solid`: the rings of a body of revolution do not tilt",
         )
-    elif declared.kind == "load" and (own in turned or (own is None and turned)):
-        for field, problem, label, help in filter(None, [thing.action.axial_fault(own or turned[0])]):
-            yield diagnostic("E323", declared.at(*filter(None, [field])), f"`{declared.name}` {problem}", label, help)
+    elif (
+        declared.kind == "load"
+        and (own in turned or (own is None and turned))
+        and (reason := thing.action.axial_fault(own or turned[0])) is not None
+    ):
+        field, problem, label, help = reason
+        yield diagnostic("E323", declared.at(field), f"`{declared.name}` {problem}", label, help)
 
 
 def _is_off_plane_force(action: Any) -> bool:
@@ -230,7 +234,7 @@ def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
             "not for plane bodies",
             "leave it out, and give a `size`",
         )
-    elif (lines := [load for load in case.loads if len(load.thing.action.points) > 1]) and not case.depth:
+    elif (lines := [load for load in case.loads if load.thing.action.length is not None]) and not case.depth:
         yield diagnostic(
             "E543",
             lines[0].at(),

@@ -204,7 +204,7 @@ def _time_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
         )
     if isinstance(metric.thing, Frequency):
         turning = (load for load in scene.acting("load", metric.thing.body) if load.thing.action.in_dynamics)
-        for load in turning:
+        if (load := next(turning, None)) is not None:
             return _Refusal(
                 "", f"`{metric.name}` cannot be computed under the load `{load.name}`", load.thing.action.in_dynamics,
                 "remove the load, or the metric",

@@ -26,6 +26,7 @@ from softmark.interpreter.validation import file_and_selection_checks as given
 from softmark.interpreter.validation import plane_body_checks, state_checks, used_scene_checks, value_warnings
 from softmark.interpreter.validation.amplitude_resolution import check_amplitude_resolution
 from softmark.interpreter.validation.dynamic_contact_checks import metric_faults
+from softmark.interpreter.validation.load_checks import check_loads
 from softmark.interpreter.validation.reference_checks import check_comparisons
 from softmark.interpreter.validation.refinement_checks import check_refinements as doubts_of_refined
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
@@ -440,10 +441,6 @@ def _check_values(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         yield from lint(scene)
 
 
-def _check_files_and_selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    yield from given.faults(scene, found)
-
-
 def _check_regions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     if scene.of_kind("region"):
         from softmark.interpreter.validation import region_checks
@@ -484,7 +481,7 @@ LOCAL: tuple[Check, ...] = (
 )  # fmt: skip
 WHOLE: tuple[Check, ...] = (
     _check_rigid_body_contacts, _check_bodies_of_models, _check_regions, _check_directions,
-    _check_varying_materials, _check_files_and_selections, _check_supports, _check_undeformed_bodies,
+    _check_varying_materials, given.faults, check_loads, _check_supports, _check_undeformed_bodies,
     _check_equilibrium_paths, _check_models, _check_references, _check_refinements, _check_metrics,
     _check_fluid_metrics, _check_comparisons, _check_curves, _check_amplitudes, _check_published_columns,
     _check_expectations, _check_unused_declarations,

@@ -14,7 +14,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.cell_materials_check import split_by_material
 from softmark.interpreter.verification.facet_sweep import MOST_UNSURE, sample_facets, select_facets
 from softmark.interpreter.verification.unverified_model_error import NoIndependentFormula
-from softmark.interpreter.vocabulary.loads.load import Action, Matrix3, Vector3
+from softmark.interpreter.vocabulary.loads.load import Matrix3, Vector3
 from softmark.records import dataclass
 from softmark.solvers.independent_forces import mass_forces, solid_forces
 from softmark.solvers.independent_forces.solid_forces import Floats, Ints
@@ -28,9 +28,9 @@ def load_forces(case: Case, mesh: DeformedMesh, u: Floats, small: bool, mass: st
     total, unsure = np.zeros_like(mesh.points), 0.0
     check = IndependentSolidLoads(case, mesh, u, small, mass)
     for load in case.loads:
-        if type(load.thing.action).independent_forces is Action.independent_forces:
+        if (own := load.thing.action.independent_forces(check)) is None:
             raise NoIndependentFormula(f"no independent formula is available for the load `{load.name}`")
-        found, left = load.thing.action.independent_forces(check)
+        found, left = own
         if left > MOST_UNSURE * float(np.abs(found).sum()):
             raise NoIndependentFormula("the border of the loaded area is too complex to be integrated independently")
         total += found
@@ -53,22 +53,26 @@ class IndependentSolidLoads:
 
     def mass_forces(self, constant: Vector3, gradient: Matrix3 | None = None) -> tuple[Floats, float]:
         """Return the forces of a force per mass `constant + gradient x`, m/s^2, in the current positions x, m."""
-        mesh, carried = self.mesh, np.zeros(len(self.mesh.points))
+        mesh, found = self.mesh, np.zeros_like(self.mesh.points)
         now = mesh.points if self.small else mesh.points + self.u
         c, G = np.array(constant), np.zeros((3, 3)) if gradient is None else np.array(gradient)
-        spread = np.zeros_like(mesh.points)
+
+        def field(x: Floats) -> Floats:
+            return c + x @ G.T
+
         for own, which in split_by_material(self.case, mesh):
-            body = (mesh.points, mesh.cells[which], mesh.kind)
+            cells, density, depth = mesh.cells[which], _density(own), self.case.depth
             rules = mass_points(own, mesh.mesh, which)
             if gradient is not None and self.mass == "consistent":
-                spread += mass_forces.affine_mass_forces(
-                    mesh.points, now, *body[1:], _density(own), lambda x: c + x @ G.T, self.case.depth, rules
+                found += mass_forces.affine_mass_forces(
+                    mesh.points, now, cells, mesh.kind, density, field, depth, rules
                 )
-                continue
-            carried += mass_forces.nodal_masses(
-                *body, _density(own), self.mass, len(mesh.points), self.case.depth, rules
-            )
-        return spread + carried[:, None] * (c + now @ G.T), 0.0
+            else:
+                carried = mass_forces.nodal_masses(
+                    mesh.points, cells, mesh.kind, density, self.mass, len(mesh.points), depth, rules
+                )
+                found += carried[:, None] * field(now)
+        return found, 0.0
 
     def area_forces(
         self, where: Condition, push: Callable[[Floats], Floats], linear: bool = False, deformed: bool = False

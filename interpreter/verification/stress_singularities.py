@@ -128,8 +128,7 @@ def unbounded_work(metric: Metric, case: Case, mesh: Mesh | None, value: float) 
         if isinstance(metric, LoadWork) and load.name != metric.of:
             continue
         if (action := load.thing.action).points:
-            ends = _ends(action)
-            length = float(np.linalg.norm(ends[-1] - ends[0])) if len(ends) > 1 else 1.0
+            length = 1.0 if action.length is None else action.length
             work = (
                 length
                 * float(np.linalg.norm(action.vector))
@@ -143,8 +142,8 @@ def unbounded_work(metric: Metric, case: Case, mesh: Mesh | None, value: float) 
 def _unresolved_indentation(action: Action, case: Case, edge: float) -> float:
     """Return the displacement, m, that refinement adds under a force, by the solutions of Boussinesq and Flamant."""
     young = min(material.young for material in case.typical)
-    across = edge if len(action.points) == 1 else 1.0  # of a line its force is per length already
-    if case.planar and len(action.points) == 1:
+    across = edge if action.length is None else 1.0  # of a line its force is per length already
+    if case.planar and action.length is None:
         across = case.body.thing.thickness
     dent: float = np.linalg.norm(action.vector) / (young * across)
     return dent
@@ -152,7 +151,7 @@ def _unresolved_indentation(action: Action, case: Case, edge: float) -> float:
 
 def place_of(load: Declared) -> str:
     """Describe as text where a point or line force acts."""
-    how = "line that `{}` acts along" if len(load.thing.action.points) > 1 else "point that `{}` acts at"
+    how = "line that `{}` acts along" if load.thing.action.length is not None else "point that `{}` acts at"
     return f"the {how.format(load.name)}"
 
 

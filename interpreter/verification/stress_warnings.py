@@ -78,7 +78,7 @@ def _point_force_warnings(scene: Scene, view: View, prepared: Prepared) -> Itera
         if seen.displacement is None:
             continue
         if load := unbounded_displacement(view.case, prepared.mesh, seen.points[last], seen.displacement[last]):
-            line = len(load.thing.action.points) > 1 or view.case.planar
+            line = load.thing.action.length is not None or view.case.planar
             grows = "with the logarithm of the cell size" if line else "with the inverse of the cell size"
             yield diagnostic(
                 "W384",

@@ -43,16 +43,22 @@ def mass_points(points: Floats, cells: Ints, element: type[MassShape]) -> tuple[
     return element.shape(xi), weights * np.linalg.det(dXdxi)
 
 
+def cell_mass_matrices(N: Floats, w: Floats, density: float) -> Floats:
+    """Return density * sum over points of w N_a N_b for each cell (m, a, a), kg; arguments as of `consistent_mass`."""
+    if N.ndim == 3:
+        found: Floats = density * (N.swapaxes(1, 2) @ (w[:, :, None] * N))
+    else:
+        found = density * np.einsum("mq,qa,qb->mab", w, N, N)
+    return found
+
+
 def consistent_mass(cells: Ints, N: Floats, w: Floats, density: float, nodes: int | None = None) -> sparse.csr_matrix:
     """Return M_ab = density * sum over points of w N_a N_b, for each of three directions (3 nodes, 3 nodes), kg.
 
     Source: Archer 1963; `N`, `w` as from `mass_points`; N are (m, q, a) if each cell has its own points.
     """
     count = int(cells.max()) + 1 if nodes is None else nodes
-    if N.ndim == 3:
-        local = density * (N.swapaxes(1, 2) @ (w[:, :, None] * N))
-    else:
-        local = density * np.einsum("mq,qa,qb->mab", w, N, N)
+    local = cell_mass_matrices(N, w, density)
     rows, columns = np.broadcast_arrays(cells[:, :, None], cells[:, None, :])
     scalar = sparse.csr_matrix((local.ravel(), (rows.ravel(), columns.ravel())), shape=(count, count))
     return sparse.kron(scalar, np.eye(3), format="csr")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any
 
@@ -53,22 +53,13 @@ def nodal_masses(
         whole = float(nodal_masses(points, cells, kind, density, "consistent", nodes, rules=rules).sum())
         return np.full(nodes, whole / nodes)
     few = len(node_positions(kind)) == 4 and not callable(density)  # a quarter of a linear tetrahedron for each node
-    all_xi, all_w = rules or (quadrature_rule(kind) if few else _mass_rule(kind))
+    rules = rules or (quadrature_rule(kind) if few else None)
     carried = np.zeros(nodes)
-    size = max(1, CHUNK // all_xi.shape[-2])
-    for start in range(0, len(cells), size):
-        at = slice(start, start + size) if rules else slice(None)
-        some, xi, w = cells[start : start + size], all_xi[at], all_w[at]
-        N = shape_functions(kind, xi)
-        volumes = w * gradients(points, some, kind, xi)[1]  # (m, q)
-        if depth:  # of whole rings
-            volumes = volumes * (2.0 * np.pi / depth * interpolate(N, points[some][:, :, 0]))
-        X = (N @ points[some]).reshape(-1, 3) if callable(density) else None
-        volumes = volumes * (density if X is None else density(X).reshape(volumes.shape))  # masses from here on
-        share = interpolate(N.swapaxes(-1, -2), volumes)
+    for some, N, masses in _masses_at_points(points, cells, kind, density, depth, rules):
+        share = interpolate(N.swapaxes(-1, -2), masses)
         if how == "lumped":  # Hinton, Rock and Zienkiewicz (1976)
-            square = interpolate(N.swapaxes(-1, -2) ** 2, volumes)
-            share = square * (volumes.sum(axis=1) / square.sum(axis=1))[:, None]
+            square = interpolate(N.swapaxes(-1, -2) ** 2, masses)
+            share = square * (masses.sum(axis=1) / square.sum(axis=1))[:, None]
         carried += np.bincount(some.ravel(), share.ravel(), minlength=nodes)
     return carried
 
@@ -87,20 +78,32 @@ def affine_mass_forces(
 
     `field` returns it (k, 3) at points (k, 3). `density` is a number, kg/m^3, or a function of undeformed points.
     """
-    all_xi, all_w = rules or _mass_rule(kind)
     found = np.zeros_like(points)
+    for some, N, masses in _masses_at_points(points, cells, kind, density, depth, rules):
+        on = masses[:, :, None] * field((N @ positions[some]).reshape(-1, 3)).reshape(*masses.shape, 3)
+        np.add.at(found, some, N.swapaxes(-1, -2) @ on)
+    return found
+
+
+def _masses_at_points(
+    points: Floats, cells: Ints, kind: str, density: Any, depth: float, rules: Any
+) -> Iterator[tuple[Ints, Floats, Floats]]:
+    """Yield some cells (m, a), shape functions (q, a) or (m, q, a), and masses (m, q), kg, at quadrature points.
+
+    `rules` are local points and weights, of all cells or of each; None stands for the rule of the mass. With a `depth`,
+    m, of a slice through a body of revolution, the masses are those of whole rings.
+    """
+    all_xi, all_w = rules or _mass_rule(kind)
     size = max(1, CHUNK // all_xi.shape[-2])
     for start in range(0, len(cells), size):
-        at = slice(start, start + size) if rules else slice(None)
+        at = slice(start, start + size) if all_xi.ndim == 3 else slice(None)
         some, xi, w = cells[start : start + size], all_xi[at], all_w[at]
         N = shape_functions(kind, xi)
-        masses = w * gradients(points, some, kind, xi)[1]  # (m, q), volumes so far
+        masses = w * gradients(points, some, kind, xi)[1]  # volumes so far
         if depth:
             masses = masses * (2.0 * np.pi / depth * interpolate(N, points[some][:, :, 0]))
         if callable(density):
             masses = masses * density((N @ points[some]).reshape(-1, 3)).reshape(masses.shape)
         else:
             masses = masses * density
-        on = masses[:, :, None] * field((N @ positions[some]).reshape(-1, 3)).reshape(*masses.shape, 3)
-        np.add.at(found, some, N.swapaxes(-1, -2) @ on)
-    return found
+        yield some, N, masses

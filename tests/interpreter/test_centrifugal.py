@@ -107,8 +107,8 @@ metric u = displacement(tip, along = +x)
 
 def test_a_wrong_mass_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """The independent check does not share the masses of the solver."""
-    right = load_setup._cell_masses
-    monkeypatch.setattr(load_setup, "_cell_masses", lambda *args: 1.01 * right(*args))
+    right = load_setup._cell_mass_matrices
+    monkeypatch.setattr(load_setup, "_cell_mass_matrices", lambda *args: 1.01 * right(*args))
     law = "neo_hookean(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)"
     report = softmark.loads(BAR.format(law=law, speed=50, model="hex8, strain = finite, size = 4 mm")).run()
     assert report.models["one"].status != "converged"
@@ -123,7 +123,10 @@ def test_a_wrong_direction_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_state_scales_the_force() -> None:
-    """In the state of half the load a linear body has half the displacement, as load steps and limit loads count it."""
+    """Displacements of a linear body are half as large in the state of half the load.
+
+    Load steps and limit loads count fractions of the force in the same way.
+    """
     law = "linear_elastic(young = 1 MPa, poisson = 0, density = 1000 kg/m^3)"
     text = BAR.format(law=law, speed=10, model="hex8, strain = small, size = 4 mm")
     text = text.replace("speed = 10 rad/s)", "speed = 10 rad/s, amplitude = per_state)")

@@ -18,7 +18,7 @@ from softmark.interpreter.problem.symmetry_planes import must_not_act_on_axis, m
 from softmark.interpreter.vocabulary.loads.load import Matrix3, Vector3
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.external_loads import DeadForces, FaceMoment, FollowerPressure
+from softmark.solvers.energies.external_loads import AffineMassForces, DeadForces, FaceMoment, FollowerPressure
 from softmark.solvers.mesh.element_interpolation import Integration, locate_points
 from softmark.solvers.mesh.mesh import Mesh
 
@@ -82,13 +82,11 @@ class SolidLoads:
 
     def _affine_mass_forces(self, constant: Floats, gradient: Floats) -> Energy:
         """Return the energy of a force per mass that is affine in positions. Raises Fault."""
-        from softmark.solvers.energies.external_loads import AffineMassForces
-
         mesh, depth = self.mesh, self.case.depth
         regions = regions_by_material(self.case, mesh, self.parts)
         if self.mass == "consistent":
             cells = np.concatenate([own.mesh.cells for own in regions])
-            masses = np.concatenate([_cell_masses(own.mesh, own.density, depth) for own in regions])
+            masses = np.concatenate([_cell_mass_matrices(own.mesh, own.density, depth) for own in regions])
         else:
             cells = np.arange(len(mesh.points))[:, None]
             carried = sum(nodal_mass(own.mesh, own.parts, own.density, self.mass, depth) for own in regions)
@@ -210,12 +208,12 @@ def nodal_mass(mesh: Mesh, parts: Integration, density: Any, mass: Distribution,
     return carried
 
 
-def _cell_masses(mesh: Mesh, density: Any, depth: float) -> Floats:
+def _cell_mass_matrices(mesh: Mesh, density: Any, depth: float) -> Floats:
     """Return the mass couplings of the nodes of each cell (m, a, a), kg; with a `depth`, m, those of whole rings."""
+    from softmark.solvers.dynamics.mass_matrices import cell_mass_matrices
+
     N, w, density = _mass_quadrature(mesh, density)
-    w = density * _whole_rings(mesh, N, w, depth)
-    found: Floats = np.einsum("mq,qa,qb->mab", w, N, N) if N.ndim == 2 else N.swapaxes(1, 2) @ (w[:, :, None] * N)
-    return found
+    return cell_mass_matrices(N, _whole_rings(mesh, N, w, depth), density)
 
 
 def _whole_rings(mesh: Mesh, N: Floats, w: Floats, depth: float) -> Floats:

@@ -157,14 +157,6 @@ class Model:
                              f"`{declared.name}` supports only static analyses", "static model",
                              "use `fem(...)` or `beam6dof(...)` in a dynamic analysis")  # fmt: skip
         for load in case.loads:
-            if load.thing.action.in_dynamics and isinstance(case.analysis, Dynamic):
-                yield diagnostic("E501", load.at(), f"`{load.name}` is not available in a dynamic analysis",
-                                 load.thing.action.in_dynamics, "use `static()` or `quasistatic(...)`")  # fmt: skip
-            if load.thing.action.exclusive and load is not next(
-                other for other in case.loads if isinstance(other.thing.action, type(load.thing.action))
-            ):
-                yield diagnostic("E501", load.at(), f"`{case.body.name}` has another load of the kind of `{load.name}`",
-                                 "only one is allowed", "remove one: a body rotates about one axis")  # fmt: skip
             if not isinstance(load.thing.action, self.loads):
                 label, help = load.thing.action.unsupported or (UNKNOWN, self._supporting_models_help)
                 label = UNKNOWN if case.shape.wired else label  # which is no solid

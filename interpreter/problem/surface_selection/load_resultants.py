@@ -72,7 +72,7 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats)
         taken = float(np.linalg.norm(force)) / (float(np.linalg.norm(action.traction)) or 1.0)
         return Resultant(force, moment, taken, exact, taken / area if taken else 1.0)
     if known is None:
-        return Resultant(force, moment, None, exact, 1.0 if exact is None else _relative_force_error(force, exact))
+        return Resultant(force, moment, None, exact, 1.0 if exact is None else _force_ratio(force, exact))
     area = area or _converged_facet_area(case, action.surface, mesh)
     share = known.area / area if area else 1.0
     return Resultant(force, moment, known.area, exact, share, known.remainder, known.leaning)
@@ -104,10 +104,10 @@ def _revolved_resultant(case: Case, load: Declared, mesh: Any, f: Floats) -> Res
 
 def _resultant_at_points(action: Action, force: Vector, moment: Vector) -> Resultant:
     """Return the resultant of a point or line load, exact up to rounding on a mesh that contains its points."""
-    points = np.array([point for _, point in action.points])
-    length = float(np.linalg.norm(points[-1] - points[0])) if len(points) > 1 else None
-    at, exact = points.mean(axis=0), (1.0 if length is None else length) * np.array(action.vector)
-    share, turn = _relative_force_error(force, to_vector(exact)), to_vector(np.cross(at, exact))
+    length = action.length
+    at = np.mean([point for _, point in action.points], axis=0)
+    exact = (1.0 if length is None else length) * np.array(action.vector)
+    share, turn = _force_ratio(force, to_vector(exact)), to_vector(np.cross(at, exact))
     return Resultant(force, moment, None, to_vector(exact), share, exact_moment=turn, length=length)
 
 
@@ -117,7 +117,7 @@ def _moment_resultant(
     """Return the resultant of a moment load, for a solid with the area on which it acts, m^2."""
     nothing = (0.0, 0.0, 0.0)
     if known is None:
-        return Resultant(force, moment, area, nothing, _relative_force_error(moment, given), exact_moment=given)
+        return Resultant(force, moment, area, nothing, _force_ratio(moment, given), exact_moment=given)
     share = known.area / area if area else 1.0
     return Resultant(force, moment, known.area, nothing if area else None, share, known.remainder, known.leaning,
                      exact_moment=given)  # fmt: skip
@@ -149,7 +149,8 @@ class ExactCaseBody:
         return None if found is None else (found[0], to_vector(found[1]))
 
 
-def _relative_force_error(force: Vector, exact: Vector) -> float:
+def _force_ratio(force: Vector, exact: Vector) -> float:
+    """Return the component of a force along the exact one, relative to its size; 1 if the exact one is zero."""
     size = float(np.dot(exact, exact))
     return float(np.dot(force, exact)) / size if size else 1.0
 

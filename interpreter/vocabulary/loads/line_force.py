@@ -28,11 +28,6 @@ class LineForce(Action):
     force: Vector3  # N/m
 
     @property
-    def length(self) -> float:
-        """Length of the line, m."""
-        return math.dist(self.begin, self.end)
-
-    @property
     def points(self) -> tuple[tuple[str, Vector3], ...]:
         """Ends of the line, m."""
         return ("from", self.begin), ("to", self.end)
@@ -52,7 +47,7 @@ class LineForce(Action):
 
     def size(self, body: BodySize) -> float:
         """Return the magnitude of the whole force, N."""
-        return self.length * math.hypot(*self.force)
+        return math.dist(self.begin, self.end) * math.hypot(*self.force)
 
     def axial_fault(self, body: str) -> Reason | None:
         """Return the reason why a line of a body of revolution cannot carry it."""

@@ -1,6 +1,6 @@
 """Base classes of loads: `Load`, which a scene declares, and `Action`, the way in which a load acts on a body.
 
-A load is one file of this package and one line of the table `LOADS`. It holds the words of the scene, its forces on a
+A load is one file of this package and two lines at the table `LOADS`. It holds the words of the scene, its forces on a
 solid, a second formula for these forces, its resultant, and what it requires of planes, axes and symmetry. Models,
 checks and reports ask the load for these and name no kind of load; only models of beams, networks and single points,
 and references of one theory, list the actions that they support, and refuse all others.
@@ -12,6 +12,7 @@ facets and rings of bodies of revolution.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 from softmark.interpreter.vocabulary.values_in_states import in_state_of_value, scale_field
@@ -123,6 +124,11 @@ class Action:
         return ()
 
     @property
+    def length(self) -> float | None:
+        """Length of the line along which it acts, m; None if it does not act along a line."""
+        return math.dist(*(point for _, point in self.points)) if len(self.points) == 2 else None
+
+    @property
     def vector(self) -> Vector3:
         """Vector along the constant direction of the load; zero if it has none."""
         return NOTHING
@@ -171,11 +177,12 @@ class Action:
 
     def solid_energy(self, solid: SolidForces) -> Energy:
         """Return the energy of the load on a solid mesh, at full size."""
+        # models refuse such a load when a scene is checked
         raise NotImplementedError(f"{type(self).__name__} has no forces on a solid")
 
-    def independent_forces(self, check: IndependentForces) -> tuple[Floats, float]:
-        """Return its nodal forces (n, 3), N, by other formulas, and their uncertainty, N."""
-        raise NotImplementedError(f"{type(self).__name__} has no independent forces")
+    def independent_forces(self, check: IndependentForces) -> tuple[Floats, float] | None:
+        """Return its nodal forces (n, 3), N, by other formulas, and their uncertainty, N; None if there are none."""
+        return None
 
 
 class SolidAction(Action):
@@ -209,6 +216,7 @@ class Load:
     @property
     def action(self) -> Any:
         """Action of the load: an instance of one of the classes above, which models apply."""
+        # every load defines its action; a plugin without one is refused when it is loaded
         raise NotImplementedError(f"{type(self).__name__} does not say how it acts")
 
     def part(self, share: float) -> Self:
