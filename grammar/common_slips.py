@@ -257,7 +257,7 @@ def _report_wrong_closing_bracket(slip: Slip) -> Diagnostic | None:
     )
 
 
-def _report_empty_brackets(slip: Slip) -> Diagnostic | None:
+def _report_too_few_items(slip: Slip) -> Diagnostic | None:
     if slip.found.kind != "RPAR" or slip.in_call:
         return None
     if slip.kind(-1) == "COMMA":
@@ -442,7 +442,7 @@ CHECKS: tuple[Check, ...] = (
     _report_junk,
     _report_unclosed_bracket,
     _report_wrong_closing_bracket,
-    _report_empty_brackets,
+    _report_too_few_items,
     _report_misplaced_comma,
     _report_foreign_operator,
     _report_single_equals,

@@ -102,7 +102,7 @@ Scan = Callable[[str, int], "re.Match[str] | None"]
 @cache
 def _compile_patterns() -> tuple[Scan, Scan, list[str]]:
     """Return a pattern for most positions, a pattern for positions of a unit, and the token kinds of their groups."""
-    terminals = sorted(load().terminals, key=_terminal_priority)
+    terminals = sorted(load().terminals, key=_terminal_sort_key)
     kinds = {"NEWLINE": BREAK, "COMMENT": COMMENT} | FOREIGN_COMMENTS
     kinds |= {t.name: t.pattern for t in terminals if not t.literal.isalpha() and t.name != "UNIT"} | JUNK
     unit = next(t.pattern for t in terminals if t.name == "UNIT")
@@ -113,5 +113,5 @@ def _compile_patterns() -> tuple[Scan, Scan, list[str]]:
     return plain.match, after_value.match, ["", "UNIT", *kinds]
 
 
-def _terminal_priority(terminal: Terminal) -> tuple[int, bool, int]:
+def _terminal_sort_key(terminal: Terminal) -> tuple[int, bool, int]:
     return -terminal.priority, bool(terminal.literal), -len(terminal.literal)

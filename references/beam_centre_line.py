@@ -48,10 +48,10 @@ class CentreLine:
         from_root = points - np.asarray(self.cantilever.root)
         s = self._axis_positions(from_root @ a)  # (n,)
         y = from_root @ d
-        along, across = self._section_rotation(self.rotation(s))
+        along, across = self._offset_factors(self.rotation(s))
         return np.outer(self.axial(s) + y * along, a) + np.outer(self.transverse(s) + y * across, d)
 
-    def _section_rotation(self, phi: Array) -> tuple[Array, Array]:
+    def _offset_factors(self, phi: Array) -> tuple[Array, Array]:
         if self.linearised:
             return -phi, np.zeros_like(phi)
         return -np.sin(phi), -2 * np.sin(phi / 2) ** 2  # cos(phi) - 1 without cancellation

@@ -358,9 +358,9 @@ class FrameSolution:
     @cached_property
     def ends(self) -> list[tuple[Array, Array]]:
         """Motion of the start, and force and moment on the end (6,), of each member in its axes."""
-        return [self._member_end_state(member) for member in self.frame.members]
+        return [self._motion_and_force(member) for member in self.frame.members]
 
-    def _member_end_state(self, member: FrameMember) -> tuple[Array, Array]:
+    def _motion_and_force(self, member: FrameMember) -> tuple[Array, Array]:
         first, last = (member.turned @ self.d[n] for n in member.nodes)
         return first, np.linalg.solve(member.flexibility, last - member.shift @ first - member.sag)
 
@@ -424,7 +424,7 @@ class FrameTheory(Reference):
 
     body: Annotated[Any, "body", "the network"]
 
-    models_networks_only: ClassVar[bool] = True
+    supports_networks: ClassVar[bool] = True
     about: ClassVar[About] = "frame"
     means: ClassVar[str] = "linear"
     source: ClassVar[str] = "Livesley 1964, Matrix Methods of Structural Analysis"

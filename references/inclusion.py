@@ -190,7 +190,7 @@ class RoundCore:
         """
         if not math.isfinite(self.outer) or not any(self.stress):
             return 0.0
-        away, free, most = self._off_axis_directions, replace(self, outer=math.inf), 0.0
+        away, free, most = self._octant_directions, replace(self, outer=math.inf), 0.0
         for inside in self._border_sides:
             apart = (
                 self._scaled_gradient_and_stress(away, inside)[1] - free._scaled_gradient_and_stress(away, inside)[1]
@@ -201,9 +201,9 @@ class RoundCore:
     @cached_property
     def largest_gradient(self) -> float:
         """Largest norm of the displacement gradient at the borders of core (on both sides) and body."""
-        ends = [self._scaled_gradient_and_stress(self._off_axis_directions, inside)[0] for inside in self._border_sides]
+        ends = [self._scaled_gradient_and_stress(self._octant_directions, inside)[0] for inside in self._border_sides]
         if math.isfinite(self.outer):
-            ends.append(self._scaled_gradient_and_stress(self.outer / self.inner * self._off_axis_directions, False)[0])
+            ends.append(self._scaled_gradient_and_stress(self.outer / self.inner * self._octant_directions, False)[0])
         return max(float(np.linalg.norm(H, axis=(1, 2)).max()) for H in ends)
 
     @property
@@ -212,7 +212,7 @@ class RoundCore:
         return (False,) if self.core is None else (False, True)
 
     @property
-    def _off_axis_directions(self) -> Array:
+    def _octant_directions(self) -> Array:
         """Unit vectors (k, 3) in directions between the axes."""
         t = np.linspace(0.0, 0.5 * math.pi, 13)
         turn, tilt = (a.ravel() for a in np.meshgrid(t, t if self.n == 3 else t[:1]))

@@ -102,16 +102,16 @@ class Layer:
         if self.depth <= 0.0:
             return 0.0
         if self.tip.edge is not None:
-            return self._check_layer_thickness(self.tip.edge)
+            return self._check_contact_radius(self.tip.edge)
         low, high = self.tip.radius(self.depth) * 0.2, self.tip.radius(self.depth) * 2.5
-        self._check_layer_thickness(0.4 * high)
+        self._check_contact_radius(0.4 * high)
         while high - low > CLOSEST * high:
             middle = 0.5 * (low + high)
             one, other = self._solve_at_radius(middle)
             low, high = (middle, high) if self.depth * one[-1] + other[-1] > 0.0 else (low, middle)
-        return self._check_layer_thickness(low)
+        return self._check_contact_radius(low)
 
-    def _check_layer_thickness(self, a: float) -> float:
+    def _check_contact_radius(self, a: float) -> float:
         if a > THINNEST * self.thickness:
             raise NotApplicable(f"the contact radius is {a / self.thickness:.3g} times the thickness",
                           "use a thicker layer or a smaller depth")  # fmt: skip

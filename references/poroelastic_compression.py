@@ -72,7 +72,7 @@ class CompressedPorousBody:
         return self.half**2 / (self.modulus * self.permeability)
 
     @property
-    def _prescribed_load(self) -> float:
+    def _drive_amplitude(self) -> float:
         """Prescribed axial strain, or prescribed mean axial stress over the shear modulus."""
         return self.amount / (self.area * self.shear) if self.force else self.amount / self.length
 
@@ -136,7 +136,7 @@ class CompressedPorousBody:
         return found
 
     def _present_response(self, followed: ModalResponse) -> Array:
-        return self._prescribed_load * followed.at(self.driven, self._decay_rates, self.now)
+        return self._drive_amplitude * followed.at(self.driven, self._decay_rates, self.now)
 
     @property
     def axial(self) -> float:
@@ -203,15 +203,15 @@ class CompressedPorousBody:
         """Error of a displacement, m, due to modes beyond the last and to rounding."""
         swells = self._volume_strain_response(self._mean_mode_shapes(np.array([self.half])), np.zeros(1))
         missed = [f.missed(self.driven, self._decay_rates, self.now) for f in (swells, self._axial_strain_response())]
-        size = abs(self._prescribed_load) / (3.0 if self.force else 1.0)
-        return abs(self._prescribed_load) * (self.half * sum(missed) + self.length * missed[1]) + ROUNDING * size * (
+        size = abs(self._drive_amplitude) / (3.0 if self.force else 1.0)
+        return abs(self._drive_amplitude) * (self.half * sum(missed) + self.length * missed[1]) + ROUNDING * size * (
             self.length + self.half
         )
 
     @property
     def strained(self) -> float:
         """Largest strain in the final state under the whole amplitude."""
-        return abs(self._prescribed_load) * float(np.abs(self._axial_strain_response().lasting[0]))
+        return abs(self._drive_amplitude) * float(np.abs(self._axial_strain_response().lasting[0]))
 
 
 def find_mode_roots(dimension: int, g: float, force: bool, count: int) -> Array:

@@ -30,7 +30,7 @@ class Reference:
 
     how: ClassVar[How] = "solved"
     supports_varying_constants: ClassVar[bool] = False  # supports constants that vary in space, if it is solved
-    models_networks_only: ClassVar[bool] = False  # spring and beam networks, and no other bodies
+    supports_networks: ClassVar[bool] = False  # spring and beam networks, and no other bodies
     with_stress: ClassVar[bool] = False  # whether it gives stress and strain
     with_forces: ClassVar[bool] = False  # whether it gives reactions and energies
     with_displacements: ClassVar[bool] = True  # whether it gives displacements

@@ -77,7 +77,7 @@ class BlownBall:
     def _gauss_rule(self) -> tuple[Array, Array]:
         return np.polynomial.legendre.leggauss(POINTS)
 
-    def _pressure_at_stretch(self, e: float) -> float:
+    def _pressure_at_log(self, e: float) -> float:
         return float(self.at(np.array([e]))[0])
 
     @cached_property
@@ -102,9 +102,9 @@ class BlownBall:
             a, b = low + (high - low) / 3.0, high - (high - low) / 3.0
             if not low < a < b < high:
                 break
-            low, high = (a, high) if self._pressure_at_stretch(a) < self._pressure_at_stretch(b) else (low, b)
+            low, high = (a, high) if self._pressure_at_log(a) < self._pressure_at_log(b) else (low, b)
         top = 0.5 * (low + high)
-        return math.exp(top), self._pressure_at_stretch(top)
+        return math.exp(top), self._pressure_at_log(top)
 
     @cached_property
     def opened(self) -> float:
@@ -125,7 +125,7 @@ class BlownBall:
             middle = 0.5 * (low + high)
             if not low < middle < high:
                 break
-            low, high = (middle, high) if self._pressure_at_stretch(middle) < self.pressure else (low, middle)
+            low, high = (middle, high) if self._pressure_at_log(middle) < self.pressure else (low, middle)
         return 0.5 * (low + high)
 
     @property
@@ -137,7 +137,7 @@ class BlownBall:
     def estimated_error(self) -> float:
         """Error of the deformed inner radius, m, due to rounding; it is large near a pressure maximum."""
         e = self.opened
-        slope = (self._pressure_at_stretch(e + 1e-5) - self._pressure_at_stretch(e - 1e-5)) / 2e-5
+        slope = (self._pressure_at_log(e + 1e-5) - self._pressure_at_log(e - 1e-5)) / 2e-5
         least = ROUNDING * self.outer * self.stretch
         return least + ROUNDING * abs(self.pressure / slope) * self.inner * self.stretch if slope else math.inf
 

@@ -74,11 +74,11 @@ class ShearDeformableRod:
 
     def bending(self, s: Array, phi: Array) -> Array:
         """Return the scaled bending load g = k (1 - s) x' (n,)."""
-        return self.k * (1 - s) * np.cos(phi) * (1 + self._flexibility_difference(s) * np.sin(phi))
+        return self.k * (1 - s) * np.cos(phi) * (1 + self._strain_difference(s) * np.sin(phi))
 
     def bending_slope(self, s: Array, phi: Array) -> Array:
         """Return the derivative dg/dphi = k (1 - s) [-sin(phi) + (stretch - shear) (1 - s) cos(2 phi)] (n,)."""
-        return self.k * (1 - s) * (-np.sin(phi) + self._flexibility_difference(s) * np.cos(2 * phi))
+        return self.k * (1 - s) * (-np.sin(phi) + self._strain_difference(s) * np.cos(2 * phi))
 
     def strain(self, s: Array, phi: Array) -> tuple[Array, Array]:
         """Return x' - 1 and y' (n,), the derivatives of the displacements along the axis and along gravity.
@@ -88,8 +88,8 @@ class ShearDeformableRod:
         sin(phi), Gamma2 = shear (1 - s) cos(phi).
         """
         sin, cos = np.sin(phi), np.cos(phi)
-        axial = -2 * np.sin(phi / 2) ** 2 + self._flexibility_difference(s) * sin * cos
+        axial = -2 * np.sin(phi / 2) ** 2 + self._strain_difference(s) * sin * cos
         return axial, sin + (1 - s) * (self.stretch * sin**2 + self.shear * cos**2)
 
-    def _flexibility_difference(self, s: Array) -> Array:
+    def _strain_difference(self, s: Array) -> Array:
         return (self.stretch - self.shear) * (1 - s)

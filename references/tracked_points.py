@@ -140,15 +140,15 @@ class MarkerTable:
         if state not in self.states:
             listed = ", ".join(map(str, self.states))
             raise Unreadable(self.name, f"the table has no state {state}", f"its states are {listed}")
-        return np.stack([self._column_numbers(f"{axis}{state}") for axis in "xyz"], axis=1)
+        return np.stack([self._column_values(f"{axis}{state}") for axis in "xyz"], axis=1)
 
     def grid(self, kept: NDArray[np.bool_]) -> NDArray[np.int64] | None:
         """Return the indices i, j, k (n, 3) of the points selected by `kept`, None if the table has none."""
         if not all(c in self.columns for c in "ijk"):
             return None
-        return np.stack([self._column_numbers(c) for c in "ijk"], axis=1)[kept].astype(np.int64)
+        return np.stack([self._column_values(c) for c in "ijk"], axis=1)[kept].astype(np.int64)
 
-    def _column_numbers(self, column: str) -> Array:
+    def _column_values(self, column: str) -> Array:
         values = np.full(len(self.columns[column]), np.nan)
         for row, text in enumerate(self.columns[column]):
             try:

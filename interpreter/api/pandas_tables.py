@@ -48,11 +48,11 @@ def rows(report: Report) -> Iterator[Row]:
     verdicts = _verdicts(report)
     for result in report.outcomes:
         for name in result.metrics or ((None,) if result.name in report.models else ()):
-            own = _row_without_values(report, result, name) | {"verdict": verdicts.get((result.name, name))}
+            own = _result_row(report, result, name) | {"verdict": verdicts.get((result.name, name))}
             yield from _rows_of_states(result, name, own)
 
 
-def _row_without_values(report: Report, result: ModelResult | ReferenceResult, name: str | None) -> Row:
+def _result_row(report: Report, result: ModelResult | ReferenceResult, name: str | None) -> Row:
     row: Row = dict.fromkeys(COLUMNS) | {"model": result.name, "kind": "model", "status": result.status}
     if isinstance(result, ModelResult):
         clock = result.time.get("solve_s")

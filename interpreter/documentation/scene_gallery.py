@@ -136,7 +136,7 @@ def _table(record: Json) -> str:
     clocked = {m for m, found in measured if found.get("clock")}  # frame times are valid only for one machine
     metrics = [m for m in dict.fromkeys(m for m, _ in measured) if m not in clocked]
     columns = {
-        f"`{m}`": [_cell(own["metrics"].get(m), _largest_metric_value(everyone, m)) for own in everyone.values()]
+        f"`{m}`": [_cell(own["metrics"].get(m), _largest_magnitude(everyone, m)) for own in everyone.values()]
         for m in metrics
     }
     columns["CPU time"] = [_seconds(own.get("cpu")) for own in everyone.values()]
@@ -148,7 +148,7 @@ def _table(record: Json) -> str:
     return _markdown_table(["", *told], [list(row) for row in zip(names, *told.values(), strict=True)])
 
 
-def _largest_metric_value(everyone: dict[str, Json], metric: str) -> float:
+def _largest_magnitude(everyone: dict[str, Json], metric: str) -> float:
     own = (r["metrics"].get(metric, {}).get("value") for r in everyone.values())
     return max((abs(v) for v in own if v is not None), default=0.0)
 

@@ -187,7 +187,7 @@ class _Reader:
         """Accumulate supports and loads up to the end of the last static step. Raises DeckError."""
         if self.steps and not self.steps[-1].ended:
             raise self.steps[-1].card.error("the step that starts here has no *END STEP")
-        kept = [step for i, step in enumerate(self.steps) if self._is_imported(step, i)]
+        kept = [step for i, step in enumerate(self.steps) if self._accept_step(step, i)]
         total = sum(step.period for step in kept) or 1.0
         self.loads = AccumulatedLoads(self.amplitudes, StepTimes(0.0, total))
         for card in self.before:
@@ -205,7 +205,7 @@ class _Reader:
             )
         self.taken += self.loads.taken
 
-    def _is_imported(self, step: _Step, number: int) -> bool:
+    def _accept_step(self, step: _Step, number: int) -> bool:
         what = step.other
         if what is None and "PERTURBATION" in step.card.options:
             if number == 0 and step.static is not None:  # linear, and no load acts before it

@@ -112,7 +112,7 @@ class _Reader:
         own = self.top.find(tag)
         yield from () if own is None else own
 
-    def _skip(self, what: str, why: str) -> None:
+    def _note(self, what: str, why: str) -> None:
         self.left.append(NotImported(what, why))
 
     def _units(self) -> DeclaredUnits | None:
@@ -136,7 +136,7 @@ class _Reader:
             raise NotImportable(f"{self.name} uses the module `{kind[:40]}`", "only `solid` models are imported")
         self.static = (child_text(self.top.find("Control"), "analysis") or "STATIC").strip().upper() in ("STATIC", "0")
         if not self.static:
-            self._skip("a dynamic analysis", "only static analyses are imported")
+            self._note("a dynamic analysis", "only static analyses are imported")
 
     # ------------------------------------------------------------------ mesh
 
@@ -156,7 +156,7 @@ class _Reader:
         for elements in mesh.findall("Elements"):
             kind, name = elements.get("type", ""), elements.get("name", "")
             if kind not in KINDS:
-                self._skip(f"{len(elements)} elements `{kind[:40]}` (`{name[:60]}`)", "not supported as solid cells")
+                self._note(f"{len(elements)} elements `{kind[:40]}` (`{name[:60]}`)", "not supported as solid cells")
                 continue
             rows = blocks.setdefault(kind, [])
             first = len(rows)
@@ -185,7 +185,7 @@ class _Reader:
         of = {own.get("name", ""): own.get("mat", "") for own in self._section("MeshDomains")}
         for domain in self._section("MeshDomains"):
             for odd in (*sorted(domain.attrib.keys() - {"name", "mat"}), *(inner.tag for inner in domain)):
-                self._skip(
+                self._note(
                     f"`{odd[:40]}` of the domain `{domain.get('name', '')[:60]}`",
                     "cells use softmark's own formulation",
                 )
@@ -195,22 +195,22 @@ class _Reader:
         for name, cells in together_.items():
             own = materials.get(name)
             if own is None:
-                self._skip(f"the material of {len(cells)} cells", "not given in `MeshDomains`")
+                self._note(f"the material of {len(cells)} cells", "not given in `MeshDomains`")
             law = None if own is None else self._law(own)
             yield MaterialPart(name or "rest", np.array(cells, dtype=np.int64), law)
 
     def _law(self, own: ElementT) -> ImportedLaw | None:
         kind, name = own.get("type", ""), own.get("name", "")[:60]
         if kind not in LAWS:
-            self._skip(f"the material `{name}`, `{kind[:60]}`", "this law is not supported")
+            self._note(f"the material `{name}`, `{kind[:60]}`", "this law is not supported")
             return None
         word, stresses, plain, choices = LAWS[kind]
         known = {"density", *stresses, *plain}
         if odd := [c.tag for c in own if c.tag not in known or c.attrib]:
-            self._skip(f"the material `{name}`, `{kind}`", f"its `{odd[0]}` is not supported, or is not a number")
+            self._note(f"the material `{name}`, `{kind}`", f"its `{odd[0]}` is not supported, or is not a number")
             return None
         if missing := [n for n in (*stresses, *plain) if own.find(n) is None]:
-            self._skip(f"the material `{name}`, `{kind}`", f"`{missing[0]}` is missing")
+            self._note(f"the material `{name}`, `{kind}`", f"`{missing[0]}` is missing")
             return None
         density = child_text(own, "density")
         return ImportedLaw(
@@ -228,7 +228,7 @@ class _Reader:
             if all(apart):
                 found.formulation = "mean_dilatation"
             else:
-                self._skip("three fields of `Mooney-Rivlin` in hex8", "not supported for other materials")
+                self._note("three fields of `Mooney-Rivlin` in hex8", "not supported for other materials")
 
     # ------------------------------------------------------------------ sets
 
@@ -288,7 +288,7 @@ class _Reader:
         rows = np.array([f[:many] for f in facets if len(f) >= many], dtype=np.int64).reshape(-1, many)
         faces, foreign = found.sides.of(rows)
         if foreign:
-            self._skip(f"{foreign} facets of `{name[:60]}`", "they are not faces on the surface")
+            self._note(f"{foreign} facets of `{name[:60]}`", "they are not faces on the surface")
         return faces
 
     def _sets(self, found: Deck) -> None:
@@ -314,14 +314,14 @@ class _Reader:
                     found, name, np.zeros((0, 2), dtype=np.int64) if faces is None else faces
                 )
             elif own.tag not in ("Nodes", "Elements", "NodeSet", "Surface"):
-                self._skip(f"`{own.tag[:40]}` `{name[:60]}` of the mesh", "not supported")
+                self._note(f"`{own.tag[:40]}` `{name[:60]}` of the mesh", "not supported")
         for own in self._section("MeshData"):
             if own.tag != "NodeData":
-                self._skip(f"`{own.tag[:40]}` `{own.get('name', '')[:60]}`", "only nodal values are supported")
+                self._note(f"`{own.tag[:40]}` `{own.get('name', '')[:60]}`", "only nodal values are supported")
 
     # ------------------------------------------------------- what acts on it
 
-    def _element_numbers(self, node: ElementT | None) -> Floats | None:
+    def _values_at_time(self, node: ElementT | None) -> Floats | None:
         """Return the numbers of an XML element at the imported time; None if their load curve is unknown there."""
         if node is None:
             return None
@@ -356,7 +356,7 @@ class _Reader:
                 return None
             value = self._evaluate_curve_at(own, rows, end)
             if value is not None:
-                self._record_ended_load(number, value, rows[rows[:, 0] <= end * (1.0 + 1e-9)], end)
+                self._record_lower_load(number, value, rows[rows[:, 0] <= end * (1.0 + 1e-9)], end)
             return value
         return None
 
@@ -372,7 +372,7 @@ class _Reader:
         inside = rows[0, 0] <= end <= rows[-1, 0]
         return float(np.interp(end, rows[:, 0], rows[:, 1])) if straight and inside else None
 
-    def _record_ended_load(self, number: str, value: float, before: Floats, end: float) -> None:
+    def _record_lower_load(self, number: str, value: float, before: Floats, end: float) -> None:
         """Record a load curve that is smaller at the imported time than before; `before` are earlier points (n, 2)."""
         if not len(before):
             return
@@ -393,10 +393,10 @@ class _Reader:
             nodes = self._nodes_of_set(own.get("node_set", ""))
             acts = self._mapped_displacements(own) or self._prescribed_displacements(own)
             if own.tag != "bc" or nodes is None or acts is None:
-                self._skip(what, "not a nodal displacement in x, y or z")
+                self._note(what, "not a nodal displacement in x, y or z")
                 continue
             if (nodes < 0).any():
-                self._skip(f"{what} on nodes of no cell", "only nodes of cells are supported")
+                self._note(f"{what} on nodes of no cell", "only nodes of cells are supported")
             for component, values in acts.items():
                 for node, value in zip(nodes.tolist(), np.broadcast_to(values, len(nodes)).tolist(), strict=True):
                     if node < 0:
@@ -429,7 +429,7 @@ class _Reader:
             return {"xyz".index(d): 0.0 for d in dofs} if all(d in ("x", "y", "z") for d in dofs) else None
         if kind in ("prescribed displacement", "prescribe"):
             dof = (child_text(own, "dof") or "").strip()
-            value = self._element_numbers(own.find("value" if kind == "prescribed displacement" else "scale"))
+            value = self._values_at_time(own.find("value" if kind == "prescribed displacement" else "scale"))
             if dof not in ("x", "y", "z") or value is None or len(value) != 1:
                 return None
             return {"xyz".index(dof): float(value[0])}
@@ -444,15 +444,15 @@ class _Reader:
         elif own.tag == "body_load" and own.get("type") in ("const", "body force"):
             self._body_force(own, what, found)
         else:
-            self._skip(what, "only pressures, dead tractions, nodal forces and body forces are supported")
+            self._note(what, "only pressures, dead tractions, nodal forces and body forces are supported")
 
     def _read_nodal_force(self, own: ElementT, what: str, found: Deck) -> None:
         nodes, node = self._nodes_of_set(own.get("node_set", "")), own.find("value")
         mapped = self._map(node, own.get("node_set", ""))
-        one = self._element_numbers(node) if mapped is None and (node is None or node.get("type") != "map") else None
+        one = self._values_at_time(node) if mapped is None and (node is None or node.get("type") != "map") else None
         rows = mapped if one is None else one[None, :]
         if nodes is None or rows is None or rows.shape[1] != 3 or (nodes < 0).any():
-            self._skip(what, "its nodes or its final vectors are missing")
+            self._note(what, "its nodes or its final vectors are missing")
             return
         found.forces += group_equal_forces(
             zip(nodes.tolist(), np.broadcast_to(rows, (len(nodes), 3)).tolist(), strict=True)
@@ -462,21 +462,21 @@ class _Reader:
         kind, name = own.get("type", ""), own.get("surface", "")
         dead = (child_text(own, "linear") or "0").strip() in ("1", "true")
         if kind == "pressure" and not dead:
-            value, count = self._element_numbers(own.find("pressure")), 1
+            value, count = self._values_at_time(own.find("pressure")), 1
         elif kind == "traction" and dead:
-            scale = self._element_numbers(own.find("scale"))
-            vector = self._element_numbers(own.find("traction"))
+            scale = self._values_at_time(own.find("scale"))
+            vector = self._values_at_time(own.find("traction"))
             known = vector is not None and (scale is not None or own.find("scale") is None)
             value, count = (vector * (1.0 if scale is None else scale) if known and vector is not None else None), 3
         else:
             if kind not in ("pressure", "traction"):
-                self._skip(what, f"surface load `{kind[:40]}` is not supported, only pressures and tractions")
+                self._note(what, f"surface load `{kind[:40]}` is not supported, only pressures and tractions")
                 return
-            self._skip(what, "pressures must be follower loads (`linear` 0) and tractions dead loads (`linear` 1)")
+            self._note(what, "pressures must be follower loads (`linear` 0) and tractions dead loads (`linear` 1)")
             return
         faces = self._faces_of_surface(name, found)
         if value is None or len(value) != count or faces is None or not len(faces):
-            self._skip(what, "its surface or its final magnitude is missing")
+            self._note(what, "its surface or its final magnitude is missing")
             return
         x, *yz = value.tolist()
         if not any(value.tolist()):
@@ -485,12 +485,12 @@ class _Reader:
         found.pushes.append(push)
 
     def _body_force(self, own: ElementT, what: str, found: Deck) -> None:
-        vector = self._element_numbers(own.find("force"))
+        vector = self._values_at_time(own.find("force"))
         if own.find("force") is None:
-            each = [np.zeros(1) if own.find(c) is None else self._element_numbers(own.find(c)) for c in "xyz"]
+            each = [np.zeros(1) if own.find(c) is None else self._values_at_time(own.find(c)) for c in "xyz"]
             vector = None if any(e is None or len(e) != 1 for e in each) else np.concatenate(each)  # type: ignore[arg-type]
         if vector is None or len(vector) != 3 or own.get("elem_set"):
-            self._skip(what, "not a uniform vector on the whole body at the end")
+            self._note(what, "not a uniform vector on the whole body at the end")
             return
         x, y, z = (-vector).tolist()
         if any((x, y, z)):

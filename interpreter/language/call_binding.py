@@ -74,7 +74,7 @@ class Binder:
                 values[field.attribute] = self.value(field, *bound[field.name])
             except EvaluationError:
                 broken = True
-        broken |= self._has_missing_fields(constructor, {**bound, **dict.fromkeys(whole, (node, self.place))}, node)
+        broken |= self._report_missing_fields(constructor, {**bound, **dict.fromkeys(whole, (node, self.place))}, node)
         broken |= field_parsers.check_alternatives(self, constructor, bound, node)
         if broken:
             raise EvaluationError
@@ -209,7 +209,7 @@ class Binder:
             return f"`{constructor.name}` has no fields"
         return f"fields of `{constructor.name}`: " + ", ".join(f.name for f in constructor.fields)
 
-    def _has_missing_fields(self, constructor: Constructor, bound: dict[str, Bound], node: tree.Call) -> bool:
+    def _report_missing_fields(self, constructor: Constructor, bound: dict[str, Bound], node: tree.Call) -> bool:
         """Report missing required fields and return whether there are any; a misspelt field counts as given."""
         unknown = [a.name for a in node.arguments if a.name and constructor.field(a.name) is None]
         meant = [self._guess_field(constructor, name) for name in unknown]

@@ -269,7 +269,7 @@ def _is_comparison_satisfied(node: tree.Compare, evaluator: Evaluator) -> bool:
                 given = "one, or with a percentage"
             raise evaluator.place.fail(
                 "E204", operand.span, f"expected {due}, found {found}", found,
-                f"`{_text_operand(evaluator, node.operands[0])}` is {due}; compare it with {given}",
+                f"`{_operand_text(evaluator, node.operands[0])}` is {due}; compare it with {given}",
             )  # fmt: skip
     return all(
         _TESTS[operator](a.value, b.value)
@@ -277,5 +277,5 @@ def _is_comparison_satisfied(node: tree.Compare, evaluator: Evaluator) -> bool:
     )
 
 
-def _text_operand(evaluator: Evaluator, node: tree.Expression) -> str:
+def _operand_text(evaluator: Evaluator, node: tree.Expression) -> str:
     return evaluator.place.source.text[node.span.start : node.span.end]

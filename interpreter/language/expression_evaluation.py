@@ -166,7 +166,7 @@ class Evaluator:
     def _require_no_underflow(self, value: V, meant: bool, span: Span) -> V:
         """Return a value unless it underflowed to zero. Raises EvaluationError.
 
-        `meant` is true if zero is the correct value.
+        `meant` is true if a value other than zero is expected.
         """
         if meant and not any(value_components(value)):
             raise self.place.fail("E219", span, "the number is too small", "numbers go down to 4.9e-324",

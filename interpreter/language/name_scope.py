@@ -52,14 +52,14 @@ class Scope:
 
         Neither the name nor any of its dependencies may have changed.
         """
-        if self.known is None or full in self._changed_names:
+        if self.known is None or full in self._affected_names:
             return False
         self.needs[full] = needs = self.known.needs[full]
         self.used |= needs
         return True
 
     @cached_property
-    def _changed_names(self) -> set[str]:
+    def _affected_names(self) -> set[str]:
         """Return the changed names, and all names that depend on one of them directly or indirectly."""
         dependents: dict[str, list[str]] = {}
         for name, needs in (self.known.needs if self.known is not None else {}).items():

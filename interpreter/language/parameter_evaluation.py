@@ -142,12 +142,12 @@ class _Evaluation:
             return Parameter(self.full, value, location.text, location, interval=interval)
         place, node = self.override.place, self.override.node
         new = self.scope.evaluator(module, place).value(node)
-        self._check_same_kind(value, new, node, place)
+        self._check_dimension(value, new, node, place)
         self._check_range(new, interval, node, place)
         location = Location(place.source, node.span)
         return Parameter(self.full, new, location.text, location, overridden=True, interval=interval)
 
-    def _check_same_kind(self, value: Value, new: Value, node: tree.Expression, place: Place) -> None:
+    def _check_dimension(self, value: Value, new: Value, node: tree.Expression, place: Place) -> None:
         if new.dimension == value.dimension and len(value_components(new)) == len(value_components(value)):
             return
         found, due = describe_value(new), describe_value(value)

@@ -72,7 +72,7 @@ class LastReport:
         if said is None:
             return None
         text, more = said
-        marks = [*([] if self.same else ["of an earlier text"]), *self._overrides]
+        marks = [*([] if self.same else ["of an earlier text"]), *self._override_marks]
         if self.same and self.since:
             marks.insert(0, f"of an earlier {self.since}")
         return MeasuredHint(
@@ -82,7 +82,7 @@ class LastReport:
         )
 
     @property
-    def _overrides(self) -> list[str]:
+    def _override_marks(self) -> list[str]:
         """Overrides with which the run was started."""
         over = self.report["scene"].get("overrides") or []
         return [f"with {', '.join(map(str, over))}"] if over else []

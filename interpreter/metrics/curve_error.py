@@ -161,19 +161,19 @@ def _nonzero_divisor(value: float) -> float:
     return value
 
 
-def _rms_difference(o: Overlay, initial: float) -> tuple[float, float | None]:
+def _relative_rms_error(o: Overlay, initial: float) -> tuple[float, float | None]:
     """Return the root mean square difference relative to the reference, and its uncertainty."""
     size = _nonzero_divisor(curve_geometry.rms(o.x, o.r))
     return curve_geometry.rms(o.x, o.d) / size, curve_geometry.rms(o.x, o.u) / size
 
 
-def _largest_difference(o: Overlay, initial: float) -> tuple[float, float | None]:
+def _relative_max_error(o: Overlay, initial: float) -> tuple[float, float | None]:
     """Return the largest difference relative to the largest reference value, and its uncertainty."""
     size, at = _nonzero_divisor(float(np.abs(o.r).max())), int(np.abs(o.d).argmax())
     return float(np.abs(o.d[at])) / size, float(o.u[at]) / size
 
 
-def _area_between_curves(o: Overlay, initial: float) -> tuple[float, float | None]:
+def _relative_area_error(o: Overlay, initial: float) -> tuple[float, float | None]:
     """Return the area between the curves relative to the area below the reference, and its uncertainty."""
     size = _nonzero_divisor(curve_geometry.integrate_absolute(o.x, o.r))
     return curve_geometry.integrate_absolute(o.x, o.d) / size, curve_geometry.integrate(o.x, o.u) / size
@@ -201,7 +201,7 @@ def _explained_variance(o: Overlay) -> float | None:
         return None
 
 
-def _initial_slope_difference(o: Overlay, initial: float) -> tuple[float, float | None]:
+def _relative_slope_error(o: Overlay, initial: float) -> tuple[float, float | None]:
     """Return the difference of the initial slopes relative to that of the reference, and its uncertainty."""
     size = _nonzero_divisor(abs(curve_geometry.fit_initial_slope(o.x, o.r, initial)))
     return abs(curve_geometry.fit_initial_slope(o.x, o.d, initial)) / size, curve_geometry.bound_slope_change(
@@ -210,9 +210,9 @@ def _initial_slope_difference(o: Overlay, initial: float) -> tuple[float, float 
 
 
 _STATISTICS = {
-    "rms": _rms_difference,
-    "max": _largest_difference,
-    "area": _area_between_curves,
+    "rms": _relative_rms_error,
+    "max": _relative_max_error,
+    "area": _relative_area_error,
     "unexplained": _unexplained_variance,
-    "slope": _initial_slope_difference,
+    "slope": _relative_slope_error,
 }

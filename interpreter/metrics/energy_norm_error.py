@@ -65,8 +65,8 @@ class EnergyNormError(Metric):
         E = green_lagrange(known, seen.X, step)
         dE = green_lagrange(u, seen.X, step) - E
         error, size = (
-            _strain_energy_of_strain(dE, w, seen.case, seen.X),
-            _strain_energy_of_strain(E, w, seen.case, seen.X),
+            _squared_energy_norm(dE, w, seen.case, seen.X),
+            _squared_energy_norm(E, w, seen.case, seen.X),
         )
         if size == 0.0:
             raise Undefined("the reference is not strained, so there is no relative error")
@@ -108,7 +108,7 @@ def green_lagrange(u: Field, X: Floats, step: float) -> Floats:
     return E
 
 
-def _strain_energy_of_strain(E: Floats, w: Floats, case: Case, X: Floats) -> float:
+def _squared_energy_norm(E: Floats, w: Floats, case: Case, X: Floats) -> float:
     """Return sum w E : C : E, J, with the elastic moduli C at rest of the material at each point X (n, 3)."""
     materials = case.materials
     if not all(isinstance(material, Isotropic) for material in materials):

@@ -97,8 +97,8 @@ class Hysteresis(CurveMetric):
         shared = _is_unloading_on_loading_points(course, loop.turn, off, along)
         return {
             "states": _estimate_chord_error(course, loop),
-            self.of: _bound_lost_work_change(course, loop, off, shared),
-            self.over: _bound_lost_work_change(course, loop, along * _steepest_slopes(course), shared),
+            self.of: _bound_fraction_change(course, loop, off, shared),
+            self.over: _bound_fraction_change(course, loop, along * _steepest_slopes(course), shared),
         }
 
 
@@ -125,7 +125,7 @@ def _steepest_slopes(course: MetricCurve) -> Floats:
     return np.asarray(np.maximum(before, after))
 
 
-def _bound_lost_work_change(course: MetricCurve, loop: Loop, off: Floats, shared: bool) -> float:
+def _bound_fraction_change(course: MetricCurve, loop: Loop, off: Floats, shared: bool) -> float:
     """Return a bound of the change of the lost fraction of work if values have errors up to `off` (n,).
 
     If the works of loading W and of unloading U have errors up to w and u, the bound is (u + |U / W| w) / (|W| - w). If

@@ -53,13 +53,13 @@ class StrainEnergy(ForceMetric):
         """
         own = super().distance(rest, right)
 
-        theirs = {name: _scaled_force_and_moment(r, right.extent) for name, r in right.reactions.items()}
+        theirs = {name: _force_and_scaled_moment(r, right.extent) for name, r in right.reactions.items()}
         largest = max((float(np.linalg.norm(w, axis=1).max()) for w in theirs.values()), default=0.0)
-        gaps = (w - _scaled_force_and_moment(rest.reactions[name], right.extent) for name, w in theirs.items())
+        gaps = (w - _force_and_scaled_moment(rest.reactions[name], right.extent) for name, w in theirs.items())
         most = max((float(np.linalg.norm(gap, axis=1).max()) for gap in gaps), default=0.0)
         return max(own, most / largest * right.energy) if largest > 0.0 else own
 
 
-def _scaled_force_and_moment(reaction: Reaction, extent: float) -> Floats:
+def _force_and_scaled_moment(reaction: Reaction, extent: float) -> Floats:
     """Return the force of a reaction, N, and its moment divided by the body's `extent`, N, as rows (2, 3)."""
     return np.array([reaction.force, np.asarray(reaction.own_moment) / (extent or 1.0)])

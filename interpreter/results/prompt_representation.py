@@ -18,7 +18,7 @@ def represent_report(report: Any) -> str:
     said = [
         *_group_by_status("model", report.models),
         *_group_by_status("reference", report.references),
-        _count_met_expectations(report.expectations),
+        _met_count_phrase(report.expectations),
     ]
     unfinished = ", unfinished" if report.partial else ""
     return f"<{_class_name(report)} of {shorten(title)!r}{unfinished}: {'; '.join(said)}>"
@@ -37,7 +37,7 @@ def _status_text(result: Any) -> str:
     return f"{result.status} with inverted cells" if getattr(result, "inverted", 0) else str(result.status)
 
 
-def _count_met_expectations(expectations: Sequence[Any]) -> str:
+def _met_count_phrase(expectations: Sequence[Any]) -> str:
     if not expectations:
         return "no expectations"
     count = len(expectations)

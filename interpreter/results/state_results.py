@@ -61,10 +61,10 @@ def join_states(each: Sequence[Any], states: Sequence[float]) -> Any:
     if hasattr(last, "time"):
         more["solve"] = {**last.solve, **_collect_iterations(each)}
         more["time"] = {name: _sum_timings(name, each) for name in last.time | each[0].time}
-    return replace(last, **more, **_first_failed_state(each, states))
+    return replace(last, **more, **_combined_status(each, states))
 
 
-def _first_failed_state(each: Sequence[Any], states: Sequence[float]) -> dict[str, Any]:
+def _combined_status(each: Sequence[Any], states: Sequence[float]) -> dict[str, Any]:
     """Return the status and the number of the first failed state, as fields of the combined result."""
     wrong = next((i for i, r in enumerate(each) if r.status not in ANSWERED), None)
     if wrong is None:

@@ -155,7 +155,7 @@ def _tensor_metric_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
         help = "use `force(...)`, `displacement(...)`, or `pore_pressure(...)` of a fluid"
         return _Refusal("", message, "not available here", help)
     if not laws or not all(isinstance(law, str) for law in laws):
-        return _reference_model_refusal(scene, metric)
+        return _reference_stress_refusal(scene, metric)
     return _Refusal("", f"`{metric.name}` needs stress or strain, but no model here computes it: {laws[0]}",
                     "no model has stress",
                     "add one: `model solid = fem(tet10, strain = finite, size = 5 mm)`")  # fmt: skip
@@ -172,7 +172,7 @@ def _history_dependent_body(scene: Scene, model: Declared) -> str:
     return f"`{case.body.name}`, a viscoelastic body" if case.has_material_history else ""
 
 
-def _reference_model_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
+def _reference_stress_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
     """Return the refusal of a stress metric whose reference model has no stress, or None."""
     if (name := metric.thing.against) is None:
         return None

@@ -217,7 +217,7 @@ def _check_undeformed_bodies(scene: Scene, found: Found) -> Iterator[Diagnostic]
         return  # their effect is not known
     asked = (metric.thing for metric in scene.of_kind("metric").values())
     ringing = {thing.concerned for thing in asked if not isinstance(thing, ForceMetric)}
-    cases = (case for _, case in _cases(scene, "model") if not case.loads and not _has_deformation_source(case))
+    cases = (case for _, case in _cases(scene, "model") if not case.loads and not _deforms_without_loads(case))
     still = {case.body.name: case for case in cases if case.body.name not in ringing}
     for case in still.values():
         body = case.body.name
@@ -225,7 +225,7 @@ def _check_undeformed_bodies(scene: Scene, found: Found) -> Iterator[Diagnostic]
                          "add one, such as `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
 
 
-def _has_deformation_source(case: Case) -> bool:
+def _deforms_without_loads(case: Case) -> bool:
     moved = any(support.thing.moves for support in (*case.supports, *case.drains))
     away = case.analysis.disturbed != "none" or any(hasattr(m, "passive") for m in case.materials)  # active muscle
     moved |= any(touch.driven for touch in case.contacts)
@@ -267,7 +267,7 @@ def _check_models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 def _check_network(worker: Declared, case: Case) -> Iterator[Diagnostic]:
     """Check that models and references of spring and beam networks support networks."""
-    if case.shape.wired and not getattr(worker.thing, "models_networks_only", False):
+    if case.shape.wired and not getattr(worker.thing, "supports_networks", False):
         from softmark.interpreter.validation import frame_checks
 
         yield from (frame_checks.model if worker.kind == "model" else frame_checks.reference)(worker, case)
@@ -291,7 +291,7 @@ def _check_references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for reference, case in _cases(scene, "reference"):
         if reference.thing.how != "solved" or is_rigid(case.body):  # measured: independent of supports; E655
             continue
-        if case.shape.wired and not reference.thing.models_networks_only:
+        if case.shape.wired and not reference.thing.supports_networks:
             yield from _check_network(reference, case)
             continue
         loose = not case.supports and _has_error(case.body, found)
@@ -415,7 +415,7 @@ def _check_contacts(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         yield from contact_checks.faults(scene)
 
 
-def _check_rigid_body_contacts(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+def _check_friction_and_motion(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     if scene.of_kind("contact") or scene.of_kind("rigid"):
         from softmark.interpreter.validation import dynamic_contact_checks, free_body_checks, friction_checks
 
@@ -480,7 +480,7 @@ LOCAL: tuple[Check, ...] = (
     _check_selections, _check_points_inside, _check_mesh_node_probes, _check_values,
 )  # fmt: skip
 WHOLE: tuple[Check, ...] = (
-    _check_rigid_body_contacts, _check_bodies_of_models, _check_regions, _check_directions,
+    _check_friction_and_motion, _check_bodies_of_models, _check_regions, _check_directions,
     _check_varying_materials, given.faults, check_loads, _check_supports, _check_undeformed_bodies,
     _check_equilibrium_paths, _check_models, _check_references, _check_refinements, _check_metrics,
     _check_fluid_metrics, _check_comparisons, _check_curves, _check_amplitudes, _check_published_columns,

@@ -38,7 +38,7 @@ def state_of_largest_load(scene: Scene) -> Scene:
     if states:
         sizes = [_state_factor(scene, state) for state in states]
         return in_state(scene, sizes.index(max(sizes)))
-    full = {d.name: replace(d, thing=d.thing.in_state(0, 1.0)) for d in _loads_per_state(scene) if d.kind != "material"}
+    full = {d.name: replace(d, thing=d.thing.in_state(0, 1.0)) for d in _driven_by_state(scene) if d.kind != "material"}
     return replace(scene, declared={**scene.declared, **full}) if full else scene
 
 
@@ -59,7 +59,7 @@ def _has_times(scene: Scene) -> bool:
     return any(isinstance(a.thing, Quasistatic) for a in scene.of_kind("analysis").values())
 
 
-def _loads_per_state(scene: Scene) -> list[Declared]:
+def _driven_by_state(scene: Scene) -> list[Declared]:
     """Return the loads and supports whose amplitude is the value of the state."""
     return [d for d in find_time_dependent(scene) if isinstance(d.thing.amplitude, PerState)]
 
@@ -83,7 +83,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
         from softmark.interpreter.validation import friction_checks
 
         yield from friction_checks.check_rotations(scene)
-    driven = _loads_per_state(scene)
+    driven = _driven_by_state(scene)
     tables = [r for r in scene.of_kind("reference").values() if r.value("states") is not None]
     if any(a.value("states") is not None and not states for a in scene.of_kind("analysis").values()):
         return

@@ -33,7 +33,7 @@ class CurveUnderTest(ProbeResultUnderTest):
     @property
     def size(self) -> float:
         """Factor that converts an error relative to displacements into an error of the metric."""
-        return self._curve_distance(np.zeros_like(self._displacements_along_direction(self)))
+        return self._curve_distance(np.zeros_like(self._curve_values(self)))
 
     def change(self, other: ProbeResultUnderTest) -> float:
         """Return the difference that `apart` gives. Raises NoErrorEstimate."""
@@ -43,9 +43,9 @@ class CurveUnderTest(ProbeResultUnderTest):
         """Return a bound of the change of the metric if another solution replaces this one. Raises NoErrorEstimate."""
         if not np.all(np.isfinite(other.u)):
             raise NoErrorEstimate("another solution has values that are not finite")
-        return self._curve_distance(self._displacements_along_direction(other))
+        return self._curve_distance(self._curve_values(other))
 
-    def _displacements_along_direction(self, of: ProbeResultUnderTest) -> Floats:
+    def _curve_values(self, of: ProbeResultUnderTest) -> Floats:
         if self.contact is not None and self.times is not None:
             try:
                 course = force_history(self.contact, of.at_rest)
@@ -59,7 +59,7 @@ class CurveUnderTest(ProbeResultUnderTest):
         if not isinstance(self.metric, CurveError) or self.times is None or self.reference is None:
             raise NoErrorEstimate(NO_ERROR)
         try:
-            return self.metric.apart(self.times, self._displacements_along_direction(self), other, self.reference)
+            return self.metric.apart(self.times, self._curve_values(self), other, self.reference)
         except Undefined as undefined:
             raise NoErrorEstimate(f"{NO_ERROR}: {undefined}") from undefined
 

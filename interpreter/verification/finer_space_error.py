@@ -172,7 +172,7 @@ def _require_affordable_tangent(assembly: Assembly, solved: DeformedMesh, budget
         budget.must_hold((assembly.dofs / solved.displacement.size) ** FACTORS)
 
 
-def _require_elastic_material(case: Case) -> None:
+def _require_no_friction(case: Case) -> None:
     if case.has_friction:
         raise NoErrorEstimate("friction depends on the earlier states, which were not computed on the finer space")
 
@@ -243,7 +243,7 @@ def solve_on_same_mesh(
     from softmark.solvers.statics.finer_space_solve import StateLost, solve_with_known_tangent
     from softmark.solvers.statics.static_equilibrium import NotConverged, equilibrium
 
-    _require_elastic_material(case)
+    _require_no_friction(case)
     static, _ = build_static(declared.thing, declared, case, BuildContext(scene=scene), solved.mesh)
     u = np.ascontiguousarray(solved.displacement, dtype=np.float64).ravel()
     try:

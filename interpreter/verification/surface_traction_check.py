@@ -282,7 +282,7 @@ def _boundary(
                 total, pressure = total + t, pressure + p
         if doubtful[i]:
             continue
-        k = _free_face_slot(found, i, int(filled[i]), normal, total, pressure)
+        k = _new_face_slot(found, i, int(filled[i]), normal, total, pressure)
         if k is None:  # the face is known already, or its traction contradicts the known one
             continue
         filled[i] = k + 1
@@ -293,7 +293,7 @@ def _boundary(
     return Boundary(found.normals, found.tractions, found.pressures, found.free, names)
 
 
-def _free_face_slot(found: Boundary, i: int, filled: int, normal: Floats, total: Floats, pressure: float) -> int | None:
+def _new_face_slot(found: Boundary, i: int, filled: int, normal: Floats, total: Floats, pressure: float) -> int | None:
     """Return the slot for a new face of a point; None if the face is known already, or if no slot is left."""
     for k in range(filled):
         if found.normals[i, k] @ normal > 0.99:

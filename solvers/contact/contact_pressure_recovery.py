@@ -97,11 +97,11 @@ class ContactPressure:
             from softmark.solvers.energies.axisymmetric import circumference_in_slices
 
             dA = dA * circumference_in_slices(np.abs(X[:, :, 0]) @ N.T, self.depth)
-        found: Floats = (dA @ N) * self._loaded_corners
+        found: Floats = (dA @ N) * self._assigned_corners
         return found
 
     @cached_property
-    def _loaded_corners(self) -> Bools:
+    def _assigned_corners(self) -> Bools:
         """Mask (k, c) of the facet corners whose contact force acts on that facet."""
         c = self.x[self.corners]
         n = np.cross(
@@ -121,7 +121,7 @@ class ContactPressure:
 
         These are the facets on which contact forces act, and the facets that have no corner in contact.
         """
-        some = (self._loaded_corners & self.touching[self.corners]).any(axis=1) | ~self.touching[self.corners].any(
+        some = (self._assigned_corners & self.touching[self.corners]).any(axis=1) | ~self.touching[self.corners].any(
             axis=1
         )
         found: Ints = self.facets[some][:, np.array(self._facet_class.triangles)].reshape(-1, 3)

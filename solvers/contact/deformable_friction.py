@@ -264,12 +264,12 @@ class DeformableFriction(DynamicPatternEnergy):
         blocks = stiff[:, None, None] * (np.eye(d) - np.where(slip.slides[:, None, None], both, 0.0))
         K = hold.W.T @ (_block_diagonal(blocks) @ hold.W)
         if self.lag is None and not projected:
-            K = K + hold.W.T @ self._normal_force_tangent(x, hold, slip, u)
+            K = K + hold.W.T @ self._tangent_by_normal_force(x, hold, slip, u)
         K = K.tocsr()
         K.resize((len(x), len(x)))
         return self.pressing.matrix(x, projected) + K
 
-    def _normal_force_tangent(self, x: Floats, hold: TangentialCoupling, slip: Slip, u: Floats) -> Any:
+    def _tangent_by_normal_force(self, x: Floats, hold: TangentialCoupling, slip: Slip, u: Floats) -> Any:
         """Return the derivative (m d, dofs), N/m, of friction forces through the normal forces they depend on."""
         m, d = hold.n.shape
         v, rows = len(self.skin.X), np.repeat(np.arange(m), d)

@@ -91,10 +91,8 @@ class DynamicSystem:
             fixed = self.forces.fixed
             x = x.copy()
             x[fixed] = self.problem.rest[fixed] + self._support_increments(time)
-            if len(self._rotational_support_dofs) and (since := self._rotation_reference_time) is not None:
-                x[fixed[self._rotational_support_dofs]] -= self._support_increments(since)[
-                    self._rotational_support_dofs
-                ]
+            if len(self._rotating_support_rows) and (since := self._rotation_reference_time) is not None:
+                x[fixed[self._rotating_support_rows]] -= self._support_increments(since)[self._rotating_support_rows]
         return x
 
     @property
@@ -103,7 +101,7 @@ class DynamicSystem:
         return None if self.problem.turning is None else self.problem.turning.since
 
     @cached_property
-    def _rotational_support_dofs(self) -> Ints:
+    def _rotating_support_rows(self) -> Ints:
         """Indices (k,) of the fixed degrees of freedom that are rotations, if supports rotate."""
         turning, moved = self.problem.turning, np.flatnonzero(self.problem.target)
         found: Ints = np.flatnonzero(np.isin(self.forces.fixed, [] if turning is None else turning.where))

@@ -173,11 +173,11 @@ class _TimeIntegration:
         self.times.append(entry.motion.time)
         self.names, self.impulses = entry.names, entry.impulses
         energies = dict(zip(entry.names, entry.values, strict=True))
-        self.account.add(entry.motion.time, energies, self._rounding_work(entry.motion), self.system.swing)
+        self.account.add(entry.motion.time, energies, self._ignored_gain(entry.motion), self.system.swing)
         self.entries.append(entry.values)
         self.observed.append(self.observe(entry.motion))
 
-    def _rounding_work(self, motion: Motion) -> float:
+    def _ignored_gain(self, motion: Motion) -> float:
         """Return 10 000 times the work, J, that rounding errors of forces can do; gains below it are ignored."""
         way = max(float(np.abs(motion.x).max(initial=0.0)), self.step * float(np.abs(motion.v).max(initial=0.0)))
         return NOISE * self.system.forces.rounding(motion.x) * way

@@ -85,7 +85,7 @@ class Tri3(Triangle):
     nodes: ClassVar[int] = 3
     between: ClassVar[Rows] = ()
     triangles: ClassVar[Three] = Triangle.halves
-    area_vector_degree: ClassVar[int] = 1
+    integrand_degree: ClassVar[int] = 1
     bend: ClassVar[int] = 2
     monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1))
 
@@ -114,7 +114,7 @@ class Tri6(Triangle):
     nodes: ClassVar[int] = 6
     between: ClassVar[Rows] = ((0, 1), (1, 2), (2, 0))
     triangles: ClassVar[Three] = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
-    area_vector_degree: ClassVar[int] = 4
+    integrand_degree: ClassVar[int] = 4
     bend: ClassVar[int] = 2
     monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 
@@ -149,7 +149,7 @@ class Quad4(Quadrilateral):
     nodes: ClassVar[int] = 4
     between: ClassVar[Rows] = ()
     triangles: ClassVar[Three] = Quadrilateral.halves
-    area_vector_degree: ClassVar[int] = 2
+    integrand_degree: ClassVar[int] = 2
     bend: ClassVar[int] = 2
     monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1), (1, 1))
 
@@ -179,7 +179,7 @@ class Quad8(Quadrilateral):
     nodes: ClassVar[int] = 8
     between: ClassVar[Rows] = ((0, 1), (1, 2), (2, 3), (3, 0))
     triangles: ClassVar[Three] = ((0, 4, 7), (4, 1, 5), (5, 2, 6), (6, 3, 7), (4, 5, 7), (5, 6, 7))
-    area_vector_degree: ClassVar[int] = 5
+    integrand_degree: ClassVar[int] = 5
     bend: ClassVar[int] = 3
     monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2), (2, 1), (1, 2))
 
@@ -212,7 +212,7 @@ class Quad9(Quadrilateral):
     triangles: ClassVar[Three] = (
         (0, 4, 8), (4, 1, 8), (1, 5, 8), (5, 2, 8), (2, 6, 8), (6, 3, 8), (3, 7, 8), (7, 0, 8),
     )  # fmt: skip
-    area_vector_degree: ClassVar[int] = 5
+    integrand_degree: ClassVar[int] = 5
     bend: ClassVar[int] = 4
     monomials: ClassVar[Rows] = tuple(product(range(3), repeat=2))
 

@@ -24,7 +24,7 @@ class Facet(Protocol):
     nodes: ClassVar[int]
     between: ClassVar[Rows]  # for each node after the corners: the corners whose mean is its position
     triangles: ClassVar[tuple[tuple[int, int, int], ...]]  # split into triangles over its nodes, oriented alike
-    area_vector_degree: ClassVar[int]  # of shape function times area vector: total on triangles, else per coordinate
+    integrand_degree: ClassVar[int]  # of shape function times area vector: total on triangles, else per coordinate
     bend: ClassVar[int]  # degree of x over any triangle in local coordinates, at least two
     monomials: ClassVar[Rows]  # exponents of xi, eta of the monomials in its shape functions
 

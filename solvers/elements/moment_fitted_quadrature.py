@@ -26,13 +26,13 @@ def _monomial_exponents(nodes: int) -> Floats:
 
     The degree is the total degree on triangles and the degree in each coordinate on squares.
     """
-    return FACETS[nodes].powers(FACETS[nodes].area_vector_degree)
+    return FACETS[nodes].powers(FACETS[nodes].integrand_degree)
 
 
 @cache
 def point_positions(nodes: int) -> Floats:
     """Return the local coordinates (q, 2) of the quadrature points on a facet with `nodes` nodes."""
-    return FACETS[nodes].lattice(FACETS[nodes].area_vector_degree)
+    return FACETS[nodes].lattice(FACETS[nodes].integrand_degree)
 
 
 @cache

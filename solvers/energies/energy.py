@@ -35,7 +35,7 @@ class Energy(Protocol):
 
     @property
     def has_friction(self) -> bool:
-        """True if the energy contains friction, which has a potential only in its `lagged` form."""
+        """True if the energy contains friction that is not lagged yet: only its `lagged` form has a potential."""
         return False
 
     @property

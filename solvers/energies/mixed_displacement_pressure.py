@@ -209,7 +209,7 @@ class MeanDilatation(Energy):
         return self._shape.F(x)
 
     @cached_property
-    def _unit_volume_rounding_error(self) -> float:
+    def _unit_dilatation_rounding(self) -> float:
         """Machine epsilon times the norm of the nodal forces that a unit volume strain causes, N."""
         share = np.zeros(int(self.cells.max()) + 1)
         each = np.einsum("mq,mqa->ma", self.w, np.linalg.norm(self.dNdX, axis=3))
@@ -218,7 +218,7 @@ class MeanDilatation(Energy):
 
     def rounding(self, x: Floats) -> float:
         """Return the norm of the rounding error in the gradient, N."""
-        return self._shape.rounding(x) + self._unit_volume_rounding_error / self._shape.magnification(x)
+        return self._shape.rounding(x) + self._unit_dilatation_rounding / self._shape.magnification(x)
 
     @cached_property
     def _cell_volumes(self) -> Floats:

@@ -39,7 +39,7 @@ class CheckedRod:
     relaxed_strains: Floats | None = None
 
     @cached_property
-    def _rest_strains(self) -> tuple[Floats, Floats]:
+    def _rest_shape(self) -> tuple[Floats, Floats]:
         """Gamma + e1 and the rotation vectors of the elements at rest, (n - 1, 3) each."""
         if self.natural is None:
             return np.array([1.0, 0.0, 0.0]), np.zeros(3)
@@ -98,7 +98,7 @@ class CheckedRod:
         The first is that of fibres at distances `arms` (3,), m, from the axis.
         """
         middle = self.R[:-1] @ exponential(0.5 * self._relative_rotations)
-        Gamma = np.einsum("eki,ek->ei", middle, np.diff(self.x, axis=0)) / self.l[:, None] - self._rest_strains[0]
+        Gamma = np.einsum("eki,ek->ei", middle, np.diff(self.x, axis=0)) / self.l[:, None] - self._rest_shape[0]
         bent = np.linalg.norm(arms * self.curvatures, axis=1)
         return float(bent.max()), float(np.linalg.norm(Gamma, axis=1).max())
 
@@ -106,13 +106,13 @@ class CheckedRod:
     def strains(self) -> Floats:
         """Stretch and shears, no unit, and twist and bending curvatures, 1/m, of each element (n - 1, 6)."""
         _, _, middle, d, _ = self._element_kinematics
-        Gamma = np.einsum("eki,ek->ei", middle, d) / self.l[:, None] - self._rest_strains[0]
+        Gamma = np.einsum("eki,ek->ei", middle, d) / self.l[:, None] - self._rest_shape[0]
         return np.concatenate([Gamma, self.curvatures], axis=1)
 
     @property
     def curvatures(self) -> Floats:
         """Twist and curvatures of each element about e1, e2 and e3 (n - 1, 3), 1/m, minus those at rest."""
-        found: Floats = (self._relative_rotations - self._rest_strains[1]) / self.l[:, None]
+        found: Floats = (self._relative_rotations - self._rest_shape[1]) / self.l[:, None]
         return found
 
     @property

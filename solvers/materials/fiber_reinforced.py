@@ -57,10 +57,10 @@ class FiberLaw:
 
     def terms(self, E: Array) -> tuple[Array, Array, Array]:
         """Return psi, dpsi/dE and d2psi/dE2 (m,), Pa."""
-        psi, slope, curvature = self._exponential_derivatives(E)
+        psi, slope, curvature = self._energy_with_derivatives(E)
         if (onset := self.onset) is None:
             return psi, slope, curvature
-        (whole, end, steep), t = self._exponential_derivatives(np.array(onset)), np.clip(E / onset, 0.0, 1.0)
+        (whole, end, steep), t = self._energy_with_derivatives(np.array(onset)), np.clip(E / onset, 0.0, 1.0)
         b = steep * onset
         square, cube = 3.0 * end - b, b - 2.0 * end
         begun = onset * (square / 3.0 + cube / 4.0)
@@ -69,7 +69,7 @@ class FiberLaw:
         slope = np.where(far, slope, t * t * (square + cube * t))
         return psi, slope, np.where(far, curvature, np.where(some, t * (2.0 * square + 3.0 * cube * t) / onset, 0.0))
 
-    def _exponential_derivatives(self, E: Array) -> tuple[Array, Array, Array]:
+    def _energy_with_derivatives(self, E: Array) -> tuple[Array, Array, Array]:
         x = self.k2 * E * E
         grown = np.exp(x)
         psi = 0.5 * self.k1 * (np.expm1(x) / self.k2 if self.k2 else E * E)

@@ -106,7 +106,7 @@ class IsochoricInvariantLaw(Hyperelastic):
         s = s - 2.0 * first * (1.0 + i / 3.0) / J
         P: Array = a * f
         if second is not None:
-            P += (2.0 * second * J ** (-4.0 / 3.0)) * _second_invariant_gradient(f)
+            P += (2.0 * second * J ** (-4.0 / 3.0)) * _half_i2_gradient(f)
             s = s - 4.0 * second * (1.0 + k / 3.0) / J
         P += s * cofactor(f)
         return P
@@ -122,7 +122,7 @@ class IsochoricInvariantLaw(Hyperelastic):
         mixed = (-2.0 / 3.0 * a / J) * rows  # right factor of C, and by symmetry its left factor
         if second is not None:
             b, more = 2.0 * second * J ** (-4.0 / 3.0), (1.0 + k / 3.0) / J
-            B = _second_invariant_gradient(f)
+            B = _half_i2_gradient(f)
             s, d = s - 4.0 * second * more, d + 28.0 / 3.0 * second * more / J
             mixed += (-4.0 / 3.0 * b / J) * B.reshape(9, -1)
         set_outer(H, cofs, d * cofs + mixed)
@@ -191,7 +191,7 @@ class IsochoricInvariantLaw(Hyperelastic):
         return i, more + np.expm1(-4.0 / 3.0 * log) * (more + 3.0), j
 
 
-def _second_invariant_gradient(f: Array) -> Array:
+def _half_i2_gradient(f: Array) -> Array:
     """Return B = I1 F - F F^T F (3, 3, m): half of dI2/dF."""
     found: Array = inner(f, f) * f
     found -= product(f, product(transposed(f), f))

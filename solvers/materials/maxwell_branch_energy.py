@@ -108,7 +108,7 @@ class IsotropicBranch:
 
     def stored(self, C: Array, q: Array) -> Array:
         """Return the stored energy per unit share (n,), J/m^3, for C (n, 3, 3) and lost stress q (n, 3, 3), Pa."""
-        e, rest = self._rest_strain(q)
+        e, rest = self._rest_tensor(q)
         own = self.law.psi(_matrix_square_root(C)) - self.law.psi(_diagonal_matrices(np.exp(0.5 * e)))
         found: Array = own - 0.5 * np.einsum("nij,nij->n", q, C - rest)
         return found
@@ -117,17 +117,17 @@ class IsotropicBranch:
         """Return tau times the dissipation, divided by the share (n,), J/m^3: (C - C') : (S(0)(C) - q)/2."""
         F = _matrix_square_root(C)
         S = np.linalg.solve(F, self.law.P(F))
-        found: Array = 0.5 * np.einsum("nij,nij->n", C - self._rest_strain(q)[1], S - q)
+        found: Array = 0.5 * np.einsum("nij,nij->n", C - self._rest_tensor(q)[1], S - q)
         return found
 
-    def _rest_strain(self, q: Array) -> tuple[Array, Array]:
+    def _rest_tensor(self, q: Array) -> tuple[Array, Array]:
         """Return logarithms of the eigenvalues of C' (n, 3), and C' (n, 3, 3)."""
         values, axes = np.linalg.eigh(q)
         with np.errstate(all="ignore"):
-            e = self._rest_log_stretches(values)
+            e = self._log_eigenvalues(values)
         return e, (axes * np.exp(e)[:, None, :]) @ axes.swapaxes(1, 2)
 
-    def _rest_log_stretches(self, q: Array) -> Array:
+    def _log_eigenvalues(self, q: Array) -> Array:
         """Return logarithms of the eigenvalues of C' (n, 3) from those of q (n, 3), Pa."""
         ways = np.array(ACROSS if self.keeps else (*ACROSS, ALL))
         e, found = np.zeros_like(q), np.zeros(len(q), dtype=bool)

@@ -108,11 +108,11 @@ class TruncatedEllipsoidSection(EllipsoidalWall, PlaneRegion):
     @property
     def area(self) -> float:
         """Exact area, m^2."""
-        return self._half_ellipse_area(self.outer, self.outer_along) - self._half_ellipse_area(
+        return self._half_area_below_rim(self.outer, self.outer_along) - self._half_area_below_rim(
             self.inner, self.inner_along
         )
 
-    def _half_ellipse_area(self, a: float, b: float) -> float:
+    def _half_area_below_rim(self, a: float, b: float) -> float:
         q = self.rim / b
         return 0.5 * a * b * (0.5 * math.pi + math.asin(q) + q * math.sqrt(1.0 - q * q))
 

@@ -77,7 +77,7 @@ class CellTotals:
 
     def find_rough(self, parts: Parts, found: Integrals) -> Bools:
         """Return a mask (n,) of the parts that must be halved because their error or hidden integral is too large."""
-        share = self._part_tolerances(parts)
+        share = self._cell_tolerances(parts)
         part = found.volume / self.volumes[parts.cell]
         most = ALL_HIDDEN * self.tolerance * self.size
         much = (self.hidden_with(parts, found) > most)[:, parts.cell] & (found.hidden > ALL_HIDDEN * share * part)
@@ -88,7 +88,7 @@ class CellTotals:
 
     def excess(self, parts: Parts, found: Integrals) -> Floats:
         """Return the error plus hidden integral of each part, divided by the tolerance of the part, shape (n,)."""
-        worst: Floats = ((found.error + found.hidden) / self._part_tolerances(parts)).max(axis=0)
+        worst: Floats = ((found.error + found.hidden) / self._cell_tolerances(parts)).max(axis=0)
         return worst
 
     def accept(self, parts: Parts, found: Integrals) -> None:
@@ -117,7 +117,7 @@ class CellTotals:
         """Return the cells whose hidden integral may exceed the tolerance."""
         return np.flatnonzero((self.hidden > ALL_HIDDEN * self.tolerance * self.size).any(axis=0))
 
-    def _part_tolerances(self, parts: Parts) -> Floats:
+    def _cell_tolerances(self, parts: Parts) -> Floats:
         share: Floats = self.tolerance * self.size[:, parts.cell]
         return share
 

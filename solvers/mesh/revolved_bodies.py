@@ -135,7 +135,7 @@ class Revolved(Revolution):
         """Return why the polygon is invalid, or where it crosses the axis; "" if it is valid."""
         if any(r < 0.0 for r, _ in self.corners):
             return "its section extends beyond the axis: distances from the axis must not be negative"
-        return polygons.polygon_fault(self.corners) or _find_axis_pinch(polygons.orient_counterclockwise(self.corners))
+        return polygons.polygon_fault(self.corners) or _axis_pinch_fault(polygons.orient_counterclockwise(self.corners))
 
     @property
     def convex(self) -> bool:
@@ -187,7 +187,7 @@ def _corners_on_axis(outline: Corners) -> tuple[int, ...]:
 
 
 @lru_cache(maxsize=64)
-def _find_axis_pinch(outline: Corners) -> str:
+def _axis_pinch_fault(outline: Corners) -> str:
     """Return where a corner of a valid polygon touches the axis without a side along it; "" if nowhere."""
     there = set(_corners_on_axis(outline))
     n = len(outline)

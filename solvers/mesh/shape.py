@@ -412,7 +412,7 @@ class Prism(Swept):
     def slab(self, first: float, last: float) -> Bounds:
         """Return the lowest and highest coordinates of the part between two stations, m."""
         ends = zip(self.centre(first), self.centre(last), strict=True)
-        x, y, z = ((min(pair) - r, max(pair) + r) for pair, r in zip(ends, _largest_section_extent(self), strict=True))
+        x, y, z = ((min(pair) - r, max(pair) + r) for pair, r in zip(ends, _section_reach(self), strict=True))
         return (x[0], y[0], z[0]), (x[1], y[1], z[1])
 
     def section_coordinates(self, point: Vector3) -> Vector3:
@@ -429,7 +429,7 @@ class Prism(Swept):
 
 
 @lru_cache(maxsize=64)
-def _largest_section_extent(shape: Prism) -> Vector3:
+def _section_reach(shape: Prism) -> Vector3:
     """Return how far the sections extend from their centres along x, y and z, m."""
     return shape.section.reach(shape.axis)
 

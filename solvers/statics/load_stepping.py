@@ -57,7 +57,7 @@ def _next_equilibrium(newton: Newton, x: Floats, load: float, target: float) -> 
         return None
     if not (done and newton.problem.sound(there)):
         return None
-    lost = newton.problem.missing_rotation(there, target)
+    lost = newton.problem.lost_turn_message(there, target)
     if lost == COARSE:  # this happens on the path itself: shorter steps do not help
         raise CoarseTurn(f"at {100 * target:.4g} % of the load, {lost}", tuple(newton.history))
     return None if lost else there

@@ -331,7 +331,7 @@ def _solve_safely(problem: Statics, history: list[Iteration], systems: Systems, 
             there = _minimize_energy(newton, begun, target)
             if problem.way is not None and problem.bold and left_solution_branch(x, begun, there):
                 raise NotConverged("the rotation is lost: the body springs back to another state", tuple(history))
-            if lost := problem.missing_rotation(there, target):
+            if lost := problem.lost_turn_message(there, target):
                 raise NotConverged(lost, tuple(history))
             if not problem.sound(there):
                 raise NotConverged("the equilibrium has inverted cells", tuple(history))

@@ -177,7 +177,7 @@ class Newton:
                 break
             self._set_linear_tolerance(residual)
             d = self._newton_direction(x, g, self._factorise_tangent(x, load, projected=False))
-            self._record_step_size(x, g, d)
+            self._mark_small_step(x, g, d)
             x, length = self._step_within_domain(x, d, load)
             self._record_iteration(load, number, residual, length)
             if length < least:
@@ -284,7 +284,7 @@ class Newton:
         problem = self.problem
         if problem.way is not None and self.reached is not None and problem.jumped(self.reached, x):
             return "neighbouring nodes rotated past each other"
-        return problem.missing_rotation(x, load)
+        return problem.lost_turn_message(x, load)
 
     def _has_converged(self, x: Floats, g: Floats, residual: float) -> bool:
         """Return whether x has converged: the tolerance is met, or only rounding is left (see `Statics`)."""
@@ -299,7 +299,7 @@ class Newton:
         floor = 4.0 * self.assembly.rounding(x)
         return size <= 4.0 * max(before, floor) and (self._close or size <= floor)
 
-    def _record_step_size(self, x: Floats, g: Floats, d: Floats, projected: bool = False) -> None:
+    def _mark_small_step(self, x: Floats, g: Floats, d: Floats, projected: bool = False) -> None:
         """Record whether the energy norm error, sqrt(-g . d), and the Newton step d are small."""
         close = not self.assembly.saddle and bool(0.0 <= -(g @ d) <= 2.0 * self.strain(x) * self.problem.tolerance**2)
         tiny = bool(np.linalg.norm(d / self.problem.weights) <= TINY * self.moved)
@@ -351,7 +351,7 @@ class Newton:
                 self._close = self._tiny = False
                 continue
             d = self._newton_direction(x, g, factor)
-            self._record_step_size(x, g, d, projected)
+            self._mark_small_step(x, g, d, projected)
             if not projected and self._is_tangent_indefinite():  # conjugate gradients detect this while they solve
                 continue
             if self._close or self._tiny:  # energy differences are rounding errors now

@@ -106,7 +106,7 @@ class SupportPath(Protocol):
     def at(self, share: float) -> Floats:
         """Return the imposed increments from rest (c,), m or rad, at a load fraction `share`."""
 
-    def missing_rotation(self, x: Floats, share: float) -> str | None:
+    def lost_turn_message(self, x: Floats, share: float) -> str | None:
         """Return a message if a state does not show the whole turns of its supports; else None."""
 
 
@@ -201,12 +201,12 @@ class Statics:
         """Largest load step, as a fraction of the full load."""
         return 1.0 if self.way is None else min(1.0, self.way.longest)
 
-    def missing_rotation(self, x: Floats, load: float) -> str | None:
+    def lost_turn_message(self, x: Floats, load: float) -> str | None:
         """Return a message if a state at a load factor has lost rotations of its supports; else None.
 
         It is always None for small strain.
         """
-        return None if self.way is None or self.convex else self.way.missing_rotation(x, load)
+        return None if self.way is None or self.convex else self.way.lost_turn_message(x, load)
 
     def imposed(self, begin: float, end: float) -> Floats:
         """Return the support increments (c,), m or rad, between two load fractions."""

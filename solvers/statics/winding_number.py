@@ -42,7 +42,7 @@ class CellChain:
     first: tuple[float, float, float]
     last: tuple[float, float, float]
 
-    def missing_rotation(self, u: Floats, share: float) -> str | None:
+    def lost_turn_message(self, u: Floats, share: float) -> str | None:
         """Return a message if displacements u (n, 3), m, do not show the rotations of both supports; else None.
 
         The rotations are those at the load fraction `share`.

@@ -67,7 +67,7 @@ class PatchRecovery:
         nodes, N = where.nodes[:, :corners], np.clip(where.N[:, :corners], 0.0, None)
         total = N.sum(axis=1, keepdims=True)
         N = np.where(total > 0.0, N / np.where(total > 0.0, total, 1.0), 1.0 / corners)
-        return np.sqrt(self._interpolate_nodal_values(nodes, N, self._corner_fit_residuals))
+        return np.sqrt(self._interpolate_nodal_values(nodes, N, self._squared_residuals))
 
     def _interpolate_nodal_values(self, nodes: Ints, N: Floats, of: Callable[[Ints], Floats]) -> Floats:
         """Return nodal values of a function `of` node numbers, interpolated with shape functions N (n, a): (n, k)."""
@@ -75,7 +75,7 @@ class PatchRecovery:
         values: Floats = np.einsum("na,nak->nk", N, of(used)[place.reshape(nodes.shape)])
         return values
 
-    def _corner_fit_residuals(self, corners: Ints) -> Floats:
+    def _squared_residuals(self, corners: Ints) -> Floats:
         """Return mean square differences (c, k) between sampled and fitted values in patches of corners (c,)."""
         self._fit_corners(corners)
         return np.array([self._left[c] for c in corners.tolist()])
@@ -95,7 +95,7 @@ class PatchRecovery:
 
     def _recover_nodes(self, nodes: Ints) -> None:
         """Compute and store the values at nodes; nodes without cells get NaN."""
-        parents = {n: self._fitted_corners[n] for n in nodes.tolist() if n in self._fitted_corners}
+        parents = {n: self._parent_corners[n] for n in nodes.tolist() if n in self._parent_corners}
         if parents:
             self._fit_corners(np.unique(np.concatenate([*parents.values()])))
         for n, corners in parents.items():
@@ -114,7 +114,7 @@ class PatchRecovery:
         return value
 
     @cached_property
-    def _fitted_corners(self) -> dict[int, Ints]:
+    def _parent_corners(self) -> dict[int, Ints]:
         """Corners whose polynomials determine the value at each node; a corner has itself."""
         mesh, element = self.mesh, self.mesh.element
         found = {int(c): np.array([c]) for c in np.unique(mesh.cells[:, : element.corners])}

@@ -80,7 +80,7 @@ class DeformedState:
 
     def _displacement_gradients(self, rule: Rule) -> Floats:
         """Return the displacement gradients du_i/dX_J (m, q, 3, 3) at the points of a rule."""
-        H = self._nodal_displacement_gradients(integrate_cells(self.mesh, rule=rule))
+        H = self._gradients_from_nodes(integrate_cells(self.mesh, rule=rule))
         if self.material.thin:  # it grows thinner than its nodes show
             from softmark.solvers.materials.plane_stress import thickness
 
@@ -88,7 +88,7 @@ class DeformedState:
             H[..., 2, 2] = thickness(law, _deformation_gradients(H)).reshape(H.shape[:2]) - 1.0
         return H
 
-    def _nodal_displacement_gradients(self, parts: Integration) -> Floats:
+    def _gradients_from_nodes(self, parts: Integration) -> Floats:
         """Return du_i/dX_J (m, q, 3, 3) from the nodal displacements only."""
         H: Floats = np.einsum("mai,mqaJ->mqiJ", self.u[self.mesh.cells], parts.dNdX, optimize=True)
         if self.revolved:  # rings grow as they move out; on the axis by as much as along x
@@ -102,7 +102,7 @@ class DeformedState:
         laws = parts_for(self._material_at_rule(rule), self.strain) if self.way == "selective" else None
         if laws is not None:  # of shear at the point, and of the volume by the mean gradient of the cell
             of_volume = (parts_for(self._cell_mean_material(), self.strain) or laws)[1]
-            mean = self._nodal_displacement_gradients(mean_gradients(self.mesh, self.revolved))
+            mean = self._gradients_from_nodes(mean_gradients(self.mesh, self.revolved))
             volume = self._push_forward(_piola_stress(of_volume, mean), mean)  # (m, 1, 3, 3)
             return self._push_forward(_piola_stress(laws[0], H), H) + volume
         if self.way in ("full", "selective"):

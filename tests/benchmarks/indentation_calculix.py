@@ -27,8 +27,8 @@ from typing import Any
 import numpy as np
 from indentation_section import FINE, HEIGHT, LAM, MU, POISSON, RADIUS, TRAVELS, WIDTH, YOUNG, graded, hertz
 
+from softmark.interpreter.models.external.adapters.calculix import cards_of_set, nodes, version
 from softmark.interpreter.models.external.adapters.calculix import cells as cards
-from softmark.interpreter.models.external.adapters.calculix import nodes, set_cards, version
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -97,8 +97,8 @@ def section_deck(edge: float, k: float, finite: bool, travels: Any = TRAVELS) ->
     n, m = len(points), len(cells)
     lines = [*nodes(points, 1, "NBLOCK"), *nodes(ball, n + 1, "NBALL")]
     lines += [*elements("CAX8", cells, 1, 1, "BLOCK"), *elements("CAX8", shell, n + 1, m + 1, "BALL")]
-    lines += set_cards("NSET", "WALL", np.flatnonzero(points[:, 1] < 1e-9) + 1)
-    lines += set_cards("NSET", "AXIS", np.flatnonzero(points[:, 0] < 1e-9) + 1)
+    lines += cards_of_set("NSET", "WALL", np.flatnonzero(points[:, 1] < 1e-9) + 1)
+    lines += cards_of_set("NSET", "AXIS", np.flatnonzero(points[:, 0] < 1e-9) + 1)
     near = (points[cells[:, 3], 1] > HEIGHT - 1e-9) & (points[cells[:, 2], 0] < FINE + 1.0)
     lines += ["*SURFACE, NAME=TOP", *(f"{e},S3" for e in np.flatnonzero(near) + 1)]
     lines += ["*SURFACE, NAME=TIP", *(f"{m + 1 + e},S1" for e in range(len(shell)))]
@@ -172,7 +172,7 @@ def solid_deck(points: Floats, cells: Any, travels: Any, k: float, finite: bool,
     lines = [*nodes(points, 1, "NBLOCK"), *nodes(ball, n + 1, "NBALL")]
     lines += elements(kind, cells, 1, 1, "BLOCK")
     lines += elements("C3D20R", shell, n + 1, m + 1, "BALL")
-    lines += set_cards("NSET", "WALL", np.flatnonzero(points[:, 2] < points[:, 2].min() + 1e-6) + 1)
+    lines += cards_of_set("NSET", "WALL", np.flatnonzero(points[:, 2] < points[:, 2].min() + 1e-6) + 1)
     lines += ["*SURFACE, NAME=TOP", *(f"{e},S{s}" for e, s in top_sides(points, cells))]
     lines += ["*SURFACE, NAME=TIP", *(f"{m + 1 + e},S1" for e in range(len(shell)))]
     lines += [*materials(finite), *touching(k), "*BOUNDARY", "WALL,1,3", "NBALL,1,2"]
@@ -198,7 +198,7 @@ def block_deck(edge: float, k: float, finite: bool, growth: float = 1.3) -> str:
     lines = [*nodes(points, 1, "NBLOCK"), *nodes(ball, n + 1, "NBALL")]
     lines += elements("C3D20", cells, 1, 1, "BLOCK") + elements("C3D20R", shell, n + 1, m + 1, "BALL")
     for name, axis in (("SIDEX", 0), ("SIDEY", 1), ("WALL", 2)):
-        lines += set_cards("NSET", name, np.flatnonzero(points[:, axis] < 1e-9) + 1)
+        lines += cards_of_set("NSET", name, np.flatnonzero(points[:, axis] < 1e-9) + 1)
     corners = points[cells[:, 4:8]]
     near = (corners[:, :, 2] > HEIGHT - 1e-9).all(1) & (np.linalg.norm(corners[:, 0, :2], axis=1) < FINE + 1.0)
     lines += ["*SURFACE, NAME=TOP", *(f"{e},S2" for e in np.flatnonzero(near) + 1)]

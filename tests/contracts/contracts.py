@@ -299,7 +299,7 @@ def check_model(cls: type[Any], words: str, before: str = "") -> set[str]:
 
 def _body(words: str) -> str:
     """The body that a model is tried on."""
-    return NETWORK if MODELS[words.partition("(")[0]].models_networks_only else BODY
+    return NETWORK if MODELS[words.partition("(")[0]].supports_networks else BODY
 
 
 def _made(before: str, words: str) -> tuple[Declared, Case]:
@@ -324,7 +324,7 @@ def _says(declared: Declared, case: Case) -> None:
     assert all(order >= 1 for order in thing.orders().values())
     assert set(thing.shortcuts) <= fields
     assert thing.plain().shortcuts == ()
-    assert thing.accepted_iterations is None or (thing.may_be_unconverged and thing.shortcuts)
+    assert thing.iteration_cap is None or (thing.may_be_unconverged and thing.shortcuts)
     assert thing.own_mesh is None or isinstance(thing.own_mesh, Shape)
     assert thing.plain() == thing.plain().plain()
     assert type(thing.plain()) is type(thing)

@@ -318,7 +318,7 @@ def test_a_scene_without_any_loads_none_of_this() -> None:
 
 def test_energies_of_strains_take_the_moduli_of_each_point() -> None:
     """w (lam tr(E)^2 + 2 mu E : E) of the strain I, with E = 1 + z and nu of a part of its own: 9 lam + 6 mu."""
-    from softmark.interpreter.metrics.energy_norm_error import _strain_energy_of_strain
+    from softmark.interpreter.metrics.energy_norm_error import _squared_energy_norm
     from softmark.interpreter.problem.body_case import case_of
 
     more = """material other = linear_elastic(young = 30 kPa, poisson = 0.2 + 0.1 * z / 40 mm, density = 1000 kg/m^3)
@@ -330,7 +330,7 @@ model  m = fem(hex8, strain = small, size = 10 mm)"""
         e / (1.0 + nu) * (9.0 * nu / (1.0 - 2.0 * nu) + 3.0) * w
         for e, nu, w in ((12.5e3, 0.25, 2.0), (30e3, 0.275, 3.0))
     )
-    assert _strain_energy_of_strain(np.stack([np.eye(3)] * 2), np.array([2.0, 3.0]), case, X) == pytest.approx(
+    assert _squared_energy_norm(np.stack([np.eye(3)] * 2), np.array([2.0, 3.0]), case, X) == pytest.approx(
         exact, rel=1e-12
     )
 

@@ -280,7 +280,7 @@ class Straight:
     def at(self, share: float) -> np.ndarray:
         return share * self.target
 
-    def missing_rotation(self, x: np.ndarray, share: float) -> str | None:
+    def lost_turn_message(self, x: np.ndarray, share: float) -> str | None:
         return None
 
 

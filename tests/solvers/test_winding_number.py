@@ -39,10 +39,10 @@ def test_a_twist_is_told_from_one_that_a_whole_turn_is_missing_of(degrees: float
     ]
     (chain,) = find_cell_chains(points, cells, grips)
     assert np.array_equal(chain.cells, cells)
-    assert chain.missing_rotation(twisted(points, degrees), 1.0) is None
-    assert chain.missing_rotation(twisted(points, degrees - 360), 1.0) == LOST
-    assert chain.missing_rotation(twisted(points, degrees + 360), 1.0) == LOST
-    assert chain.missing_rotation(twisted(points, 0.5 * degrees), 0.5) is None
+    assert chain.lost_turn_message(twisted(points, degrees), 1.0) is None
+    assert chain.lost_turn_message(twisted(points, degrees - 360), 1.0) == LOST
+    assert chain.lost_turn_message(twisted(points, degrees + 360), 1.0) == LOST
+    assert chain.lost_turn_message(twisted(points, 0.5 * degrees), 0.5) is None
 
 
 def test_what_cells_cannot_show_is_told() -> None:
@@ -53,7 +53,7 @@ def test_what_cells_cannot_show_is_told() -> None:
             RotationSupport(layers[0], (0.0, 0.0, 0.0)),
             RotationSupport(layers[-1], (math.radians(degrees), 0.0, 0.0)),
         ]
-        assert find_cell_chains(points, cells, grips)[0].missing_rotation(twisted(points, degrees), 1.0) in told
+        assert find_cell_chains(points, cells, grips)[0].lost_turn_message(twisted(points, degrees), 1.0) in told
 
 
 def test_both_ends_may_turn_and_the_body_as_a_whole() -> None:
@@ -61,11 +61,11 @@ def test_both_ends_may_turn_and_the_body_as_a_whole() -> None:
     points, cells, layers = bar(LAYERS)
     grips = [RotationSupport(layers[0], (-math.pi, 0.0, 0.0)), RotationSupport(layers[-1], (math.pi, 0.0, 0.0))]
     half = twisted(points - [0.5, 0.0, 0.0], 360)
-    assert find_cell_chains(points, cells, grips)[0].missing_rotation(half, 1.0) is None
+    assert find_cell_chains(points, cells, grips)[0].lost_turn_message(half, 1.0) is None
     both = [RotationSupport(layers[0], (0.0, 0.0, 7.0)), RotationSupport(layers[-1], (0.0, 0.0, 7.0))]
     c, s = math.cos(7.0), math.sin(7.0)
     turned = points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) - points
-    assert find_cell_chains(points, cells, both)[0].missing_rotation(turned, 1.0) is None
+    assert find_cell_chains(points, cells, both)[0].lost_turn_message(turned, 1.0) is None
     assert find_cell_chains(points, cells, both[:1]) == ()
 
 
@@ -76,8 +76,8 @@ def test_a_strip_in_a_plane_bends_into_a_ring() -> None:
     a, r = 2.0 * math.pi * points[:, 0], 0.5 / math.pi - points[:, 1]
     ring = np.stack([r * np.sin(a), 0.5 / math.pi - r * np.cos(a), 0.0 * a], axis=1) - points
     (chain,) = find_cell_chains(points, cells, grips)
-    assert chain.missing_rotation(ring, 1.0) is None
-    assert chain.missing_rotation(np.zeros_like(points), 1.0) == LOST
+    assert chain.lost_turn_message(ring, 1.0) is None
+    assert chain.lost_turn_message(np.zeros_like(points), 1.0) == LOST
 
 
 def test_a_grip_of_one_edge_or_of_a_separate_piece_holds_no_chain() -> None:

@@ -37,13 +37,13 @@ def run(parsed: argparse.Namespace) -> int:
         if scene is None or has_errors(found):
             status = 2
         elif parsed.diagnostics == "text":
-            print(make_visible(f"{name}: {_count_declarations(scene)}"))
+            print(make_visible(f"{name}: {_describe_counts(scene)}"))
     if parsed.diagnostics != "text":
         print(format_diagnostics(parsed.diagnostics, told), end="")
     return status
 
 
-def _count_declarations(scene: object) -> str:
+def _describe_counts(scene: object) -> str:
     """Return the numbers of declarations in a scene as text: `4 models, 3 references, 5 metrics, 9 expectations`."""
     from softmark.interpreter.language.compiled_scene import Scene
 

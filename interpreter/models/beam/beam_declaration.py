@@ -94,7 +94,7 @@ class Beam6Dof(Model):
         found = [*self.refusals(declared, case), *self._unsupported_load_errors(declared, case)]
         found += self._unsupported_support_errors(declared, case)
         found += [
-            *([] if found else self._rigid_motion_errors(case)),
+            *([] if found else self._constraint_errors(case)),
             *self._slenderness_warnings(declared, case),
             *self._rigid_option_errors(declared, case),
         ]
@@ -109,7 +109,7 @@ class Beam6Dof(Model):
                 found.append(
                     diagnostic(
                         "E501",
-                        load.at(_position_field(load.thing.action, case)),
+                        load.at(_position_field_name(load.thing.action, case)),
                         f"`{declared.name}` cannot represent the load `{load.name}`",
                         reason,
                         "use gravity, tendons, tractions and torques on an end face, or forces and "
@@ -178,9 +178,9 @@ class Beam6Dof(Model):
                 )
         return found
 
-    def _rigid_motion_errors(self, case: Case) -> list[Diagnostic]:
+    def _constraint_errors(self, case: Case) -> list[Diagnostic]:
         """Return errors if supports conflict or leave the beam free to move."""
-        if not case.supports or self._has_free_middle_section(case):
+        if not case.supports or self._has_disjoint_clamps(case):
             return []  # none is said of the body
         from softmark.interpreter.models.beam.beam_supports import constrained_dofs
 
@@ -190,7 +190,7 @@ class Beam6Dof(Model):
             return [loose.diagnostic]
         return []
 
-    def _has_free_middle_section(self, case: Case) -> bool:
+    def _has_disjoint_clamps(self, case: Case) -> bool:
         """Return whether supports are clamps of different sections that leave a section free; one clamp counts."""
         if any(len(support.thing.components) < 3 for support in case.supports):
             return False
@@ -309,7 +309,7 @@ def _rotates_about_free_axis(case: Case, support: Declared) -> bool:
     return rotates_free_sections(case, support)
 
 
-def _position_field(action: Any, case: Case) -> str:
+def _position_field_name(action: Any, case: Case) -> str:
     """Return the name of the field that places a load; for a tendon, that of the end that lies beyond the beam."""
     if isinstance(action, TendonLoad):
         return (

@@ -88,10 +88,10 @@ class SectionStresses(AnalyticField):
         six, H, own = np.zeros((len(X), 6)), np.zeros((len(X), 9)), self.nearest(X)
         for number in np.unique(own).tolist():
             here = own == number
-            six[here], H[here] = self._stress_and_gradient(self.pieces[number], X[here])
+            six[here], H[here] = self._stress_and_displacement_gradient(self.pieces[number], X[here])
         return Tensors(six, H, False)
 
-    def _stress_and_gradient(self, piece: Piece, X: Floats) -> tuple[Floats, Floats]:
+    def _stress_and_displacement_gradient(self, piece: Piece, X: Floats) -> tuple[Floats, Floats]:
         """Return the stress (n, 6), Pa, and the gradient du/dX (n, 9) at points X (n, 3), m, of one piece."""
         s, u, v = piece.shape.coordinates(X)
         carried, start, R = piece.carried(s)
@@ -140,7 +140,7 @@ def _taper_rates(shape: Swept, section: Section) -> tuple[float, float]:
 
 
 def _section_sample_points(shape: Swept, stations: Floats) -> Floats:
-    """Return sample points (n, 3), m, in the sections at these stations, m."""
+    """Return sample points (n, 3), m, in the sections midway between these stations, m."""
     found = []
     for s in (0.5 * (stations[1:] + stations[:-1])).tolist():
         _, first, second = np.array(shape.frame(s))

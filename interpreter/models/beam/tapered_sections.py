@@ -43,7 +43,7 @@ def stiffnesses(shape: Swept, stations: Floats, material: Any) -> Floats:
     C = _properties_at_gauss_points(
         shape, stations, lambda section: _section_stiffnesses(section, material)
     )  # (e, g, 6)
-    found: Floats = 1.0 / np.einsum("g,egc->ec", _node_quadrature(len(C))[1], 1.0 / C)
+    found: Floats = 1.0 / np.einsum("g,egc->ec", _element_quadrature(len(C))[1], 1.0 / C)
     return found
 
 
@@ -52,7 +52,7 @@ def integrate_at_nodes(shape: Swept, stations: Floats, of: Callable[[Section], A
 
     `of` returns the c properties of a section.
     """
-    l, (parts, shares) = np.diff(stations), _node_quadrature(len(stations) - 1)
+    l, (parts, shares) = np.diff(stations), _element_quadrature(len(stations) - 1)
     values = _properties_at_gauss_points(shape, stations, of) * l[:, None, None]
     before, behind = (np.einsum("g,egc->ec", shares * part, values) for part in (1.0 - parts, parts))
     none = np.zeros((1, values.shape[2]))
@@ -60,7 +60,7 @@ def integrate_at_nodes(shape: Swept, stations: Floats, of: Callable[[Section], A
     return found
 
 
-def _node_quadrature(count: int) -> tuple[Floats, Floats]:
+def _element_quadrature(count: int) -> tuple[Floats, Floats]:
     """Return quadrature points and weights (g,) on the interval from 0 to 1, for a `count` of elements."""
     return _gauss(24 if count < MANY else 6)
 
@@ -74,7 +74,7 @@ def _gauss(places: int) -> tuple[Floats, Floats]:
 
 def _properties_at_gauss_points(shape: Swept, stations: Floats, of: Callable[[Section], Any]) -> Floats:
     """Return section properties at the Gauss points of each element (e, g, c); `of` returns those of a section."""
-    s = stations[:-1, None] + np.diff(stations)[:, None] * _node_quadrature(len(stations) - 1)[0]
+    s = stations[:-1, None] + np.diff(stations)[:, None] * _element_quadrature(len(stations) - 1)[0]
     if not shape.tapered:
         return np.tile(of(shape.section), (*s.shape, 1)).astype(np.float64)
     return np.array([[of(shape.section_at(at)) for at in row] for row in s.tolist()], dtype=np.float64)

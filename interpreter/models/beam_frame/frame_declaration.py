@@ -51,7 +51,7 @@ class Frame6Dof(Model):
 
     loads = (BodyForce, PointLoad, LineForce, MomentLoad)
     supports = (Fixed, Displaced, Pinned)
-    models_networks_only = True
+    supports_networks = True
     moves_by_sections = True
     resolution_fields = ("segments",)
 

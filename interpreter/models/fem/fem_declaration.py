@@ -181,7 +181,7 @@ class Fem(HasMaterial, Model):
         return self.material
 
     @property
-    def accepted_iterations(self) -> int | None:
+    def iteration_cap(self) -> int | None:
         """Number of Newton iterations after which an unconverged state is accepted; None if none is accepted."""
         return self.max_iterations
 

@@ -225,7 +225,7 @@ def _check_step_size(made: PreparedPoroelastic, drained: Ints) -> PreparedPoroel
 
     The limit applies to the cells at drained facets `drained` (f,).
     """
-    smallest = _smallest_stable_step(made, drained)
+    smallest = _smallest_smooth_step(made, drained)
     times = [t for t, _ in made.timed.grid()]
     steps = [b - a for a, b in pairwise(times) if b - a > SAME * made.analysis.step]
     if not steps or min(steps) >= smallest * (1.0 - SAME):
@@ -244,7 +244,7 @@ def _check_step_size(made: PreparedPoroelastic, drained: Ints) -> PreparedPoroel
     return replace(made, smallest=smallest, static=replace(static, notes=(*static.notes, note)))
 
 
-def _smallest_stable_step(made: PreparedPoroelastic, drained: Ints) -> float:
+def _smallest_smooth_step(made: PreparedPoroelastic, drained: Ints) -> float:
     """Return the smallest step without oscillations, s: h^2 / (6 c) over the implicit part of a stage.
 
     h is the height of cells at drained facets and c = k (lam + 2 mu) the consolidation coefficient.

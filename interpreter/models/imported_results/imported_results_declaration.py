@@ -42,7 +42,7 @@ class Results(Model):
 
     loads = (object,)
     supports = (object,)
-    supports_elastic_foundations = supports_rigid_contact = models_networks_only = supports_regions = (
+    supports_elastic_foundations = supports_rigid_contact = supports_networks = supports_regions = (
         supports_varying_constants
     ) = supports_anisotropy = supports_viscoelasticity = supports_poroelasticity = reads_file = True
     timed = False

@@ -30,12 +30,12 @@ def slice_of(X: Floats, told: ResultFile, depth: float) -> tuple[Mesh, Which] | 
         mesh = extrude_cells(X, cells, kind)
     except UnreadableMesh as error:
         raise Unmatched(f"its plane cells do not form a slice: {error}", error.remedy or LAYERS) from None
-    which = _file_points_of_nodes(mesh, X, cells)
+    which = _file_point_indices(mesh, X, cells)
     mesh.points[:, 2] *= depth / np.ptp(mesh.points[:, 2])
     return mesh, which
 
 
-def _file_points_of_nodes(mesh: Mesh, X: Floats, cells: Ints) -> Which:
+def _file_point_indices(mesh: Mesh, X: Floats, cells: Ints) -> Which:
     """Return the index of the file point with the x and y of each node of the slice, within the same cell."""
     which = np.empty(len(mesh.points), dtype=np.int64)
     for own, flat in zip(mesh.cells, cells, strict=True):

@@ -132,14 +132,14 @@ def _add_face_stress(found: ImposedOnFaces, load: Declared, model: str) -> None:
 
 def _whole_faces(case: Case, declared: Declared, where: Condition, model: str) -> list[Face]:
     """Return the whole faces that a condition selects. Raises Fault if it selects anything else."""
-    found = _selected_faces_or_none(case.shape, where)
+    found = _selected_faces(case.shape, where)
     if not found:
         raise _partial_face_fault(declared, model, "it does not select a whole face")
     return found
 
 
 @lru_cache(maxsize=256)  # each state and check needs the same result
-def _selected_faces_or_none(shape: Shape, where: Condition) -> list[Face]:
+def _selected_faces(shape: Shape, where: Condition) -> list[Face]:
     """Return the faces that a condition selects; none if it selects something else, or nothing."""
     extent, about = shape.diagonal, where.axes
     faces: dict[Face, bool] = {}
@@ -167,10 +167,10 @@ def _partial_face_fault(declared: Declared, model: str, why: str) -> Fault:
 @lru_cache(maxsize=16)
 def _points(shape: Shape) -> tuple[tuple[Vector3, tuple[Face, ...]], ...]:
     """Return sample points of the body, with the faces that each lies on."""
-    return tuple(_face_sample_points(shape))
+    return tuple(_sample_points(shape))
 
 
-def _face_sample_points(shape: Shape) -> Iterator[tuple[Vector3, tuple[Face, ...]]]:
+def _sample_points(shape: Shape) -> Iterator[tuple[Vector3, tuple[Face, ...]]]:
     assert shape.bounds is not None
     low, high = shape.bounds
     if isinstance(shape, Box):

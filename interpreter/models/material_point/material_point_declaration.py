@@ -90,9 +90,9 @@ class Homogeneous(Model):
                     "use a Poisson's ratio below 0.5, or leave a side free: `planar`",
                 )
             )
-        return found or list(self._imposed_state_errors(declared, case))
+        return found or list(self._state_diagnostics(declared, case))
 
-    def _imposed_state_errors(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    def _state_diagnostics(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
         """Yield an error if supports and loads impose a state of another kind.
 
         Otherwise yield a warning if the state violates the constraint of a support.
@@ -130,9 +130,9 @@ class Homogeneous(Model):
 
     def outline(self, case: Case) -> str:
         """Return a one-line description of the model for the plan, such as the imposed kind of strain."""
-        return f"{self._describe_state}, no mesh"
+        return f"{self._state_text}, no mesh"
 
     @property
-    def _describe_state(self) -> str:
+    def _state_text(self) -> str:
         measure = "" if self.strain == "finite" else f", {self.strain} strain"
         return f"one material point, {self.state.replace('_', ' ')}{measure}"

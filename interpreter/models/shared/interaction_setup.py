@@ -169,7 +169,7 @@ def describe_free_motions(
     from softmark.solvers.energies.energy import DynamicPatternEnergy
 
     pairs = {name: bed for name, bed in solid.beds.items() if isinstance(bed, DynamicPatternEnergy)}
-    notes, adrift = solid.loose.remaining_motion_warnings(solid.declared, {**contacts, **pairs}, x)
+    notes, adrift = solid.loose.warnings_and_motions(solid.declared, {**contacts, **pairs}, x)
     return notes, adrift
 
 

@@ -34,7 +34,7 @@ RENAMED = {  # earlier names of members that a plugin's model may still define, 
     "bedded": "supports_elastic_foundations",
     "touches": "supports_rigid_contact",
     "moves": "supports_dynamics",
-    "wired": "models_networks_only",
+    "wired": "supports_networks",
     "sectional": "moves_by_sections",
     "composite": "supports_regions",
     "graded": "supports_varying_constants",
@@ -42,6 +42,9 @@ RENAMED = {  # earlier names of members that a plugin's model may still define, 
     "remembers": "supports_viscoelasticity",
     "soaks": "supports_poroelasticity",
     "recovers": "supports_perturbed_starts",
+    "even": "homogeneous_strain",
+    "unsolved": "may_be_unconverged",
+    "capped_at": "iteration_cap",
     "forceless": "reason_without_forces",
     "unwalked": "reason_without_robustness",
     "finely": "resolution_fields",
@@ -61,7 +64,7 @@ class Model:
     supports_elastic_foundations = False
     supports_rigid_contact = False
     supports_dynamics = True
-    models_networks_only = False  # spring and beam networks
+    supports_networks = False  # spring and beam networks
     moves_by_sections = False  # moves by rigid sections along an axis
     supports_regions = False
     supports_varying_constants = False
@@ -82,9 +85,13 @@ class Model:
     resolution_fields: tuple[str, ...] = ()  # its fields that set the resolution
 
     def __init_subclass__(cls) -> None:
-        """Raise TypeError if a model defines a member by its earlier name, which nothing reads any more."""
+        """Raise TypeError if a model defines a member by its earlier name, which nothing reads any more.
+
+        Fields of scenes, which are annotated, may have these names.
+        """
+        fields = vars(cls).get("__annotations__", {})
         for old, new in RENAMED.items():
-            if old in vars(cls) or old in vars(cls).get("__annotations__", {}):
+            if old in vars(cls) and old not in fields:
                 raise TypeError(f"`{cls.__name__}` defines `{old}`, which is called `{new}` now")
 
     @property
@@ -98,7 +105,7 @@ class Model:
         return None
 
     @property
-    def accepted_iterations(self) -> int | None:
+    def iteration_cap(self) -> int | None:
         """Number of Newton iterations after which an unconverged state is accepted; None if none is accepted."""
         return None
 
@@ -199,7 +206,7 @@ class Model:
     @property
     def _supporting_models_help(self) -> str:
         """Help text that names models with support for the loads and supports that this model lacks."""
-        return OF_NETWORKS if self.models_networks_only else MOST
+        return OF_NETWORKS if self.supports_networks else MOST
 
     def history_refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
         """Yield errors if the model does not support the poroelastic or viscoelastic material of the body.

@@ -43,7 +43,7 @@ def check_perturbed_start(scene: Scene, declared: Declared, case: Case) -> list[
         does, why = few if model.reduces is not None else ("cannot be used with", "which starts undeformed")
         help_ = (
             "leave it out: networks start undeformed"
-            if model.models_networks_only
+            if model.supports_networks
             else "use `fem`, `mass_spring` or `beam6dof`"
         )
         return [

@@ -63,10 +63,10 @@ class RotationPath:
             found[own.places] = own.support.moved(own.X, share)[np.arange(len(own.along)), own.along]
         return found
 
-    def missing_rotation(self, x: Floats, share: float) -> str | None:
+    def lost_turn_message(self, x: Floats, share: float) -> str | None:
         """Return the reason why a state x (dofs,) lacks full turns that its supports have made; None if it has them."""
         u = x[: 3 * (len(x) // 3)].reshape(-1, 3)  # pressures come last
-        return next((why for chain in self.chains if (why := chain.missing_rotation(u, share))), None)
+        return next((why for chain in self.chains if (why := chain.lost_turn_message(u, share))), None)
 
 
 def rotation_path(owners: Mapping[int, Declared], held: Ints, points: Floats, per_node: int,

@@ -37,7 +37,7 @@ def refusals(surfaced: bool, declared: Declared, case: Case) -> Iterator[Diagnos
         elif isinstance(pair.thing, Tied) and isinstance(case.analysis, Dynamic):
             yield _error(pair, f"the tie constraint `{pair.name}` works only in static analyses",
                          "not in a dynamic analysis", "use `static(...)`, or make one piece: `union(...)`")  # fmt: skip
-        elif isinstance(case.analysis, Dynamic) and declared.thing.accepted_iterations is not None:
+        elif isinstance(case.analysis, Dynamic) and declared.thing.iteration_cap is not None:
             yield diagnostic(
                 "E651",
                 declared.at("max_iterations"),

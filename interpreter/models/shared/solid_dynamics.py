@@ -456,7 +456,7 @@ def build_solid_dynamics(
         analysis.tolerance,
         analysis.max_iterations,
         sound=next((e.has_no_inverted_cells for e in internal if isinstance(e, LaggedTangentEnergy)), rest.sound),
-        cap=(cap := declared.thing.accepted_iterations),
+        cap=(cap := declared.thing.iteration_cap),
         pulling=pulling,
         lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
         way=rest.way,

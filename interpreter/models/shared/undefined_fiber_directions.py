@@ -84,7 +84,7 @@ def _undefined_volume_by_intervals(rule: DirectionProfile, mesh: Mesh, axial: bo
         sound = np.any([one.sound for one in each], axis=0) & ~np.any([one.may for one in each], axis=0)
         none = np.all([one.zero for one in each], axis=0) | np.any([one.none for one in each], axis=0)
         if none.any():
-            size = _part_volumes(mesh, which[none], corners[none]) * (X[none][:, :, 0].mean(axis=1) if axial else 1.0)
+            size = _cell_volumes(mesh, which[none], corners[none]) * (X[none][:, :, 0].mean(axis=1) if axial else 1.0)
             without += float(size.sum()) / len(share) ** depth
             places = X[none].mean(axis=1)
         left = ~sound & ~none
@@ -126,7 +126,7 @@ def _positions(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
     return found
 
 
-def _part_volumes(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
+def _cell_volumes(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
     """Return the volumes (n,), m^3, that cells would have with the Jacobian at the centre of a part.
 
     A part has its local fraction of that volume.

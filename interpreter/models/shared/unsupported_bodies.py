@@ -50,7 +50,7 @@ class UnsupportedBody:
     pieces: Bools
     whole: bool
 
-    def remaining_motion_warnings(
+    def warnings_and_motions(
         self, declared: Declared, contacts: Mapping[str, Any], u: Floats
     ) -> tuple[tuple[Diagnostic, ...], str]:
         """Return warnings about free pieces in a state u (3 n,), m, and a description of motions that remain free.
@@ -58,10 +58,10 @@ class UnsupportedBody:
         A warning names the contacts that hold the piece. It has no numbers of the state, so that equal warnings of
         several states can be merged. The description is empty if contacts hold all pieces.
         """
-        each = [self._free_motions_of_piece(declared, contacts, u, piece) for piece in self.pieces]
+        each = [self._warning_and_motions(declared, contacts, u, piece) for piece in self.pieces]
         return tuple(note for note, _ in each), ", and to ".join(adrift for _, adrift in each if adrift)
 
-    def _free_motions_of_piece(
+    def _warning_and_motions(
         self, declared: Declared, contacts: Mapping[str, Any], u: Floats, piece: Bools
     ) -> tuple[Diagnostic, str]:
         """Return the warning and the remaining free motions of one piece, whose nodes `piece` (n,) marks."""

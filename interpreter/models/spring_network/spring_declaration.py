@@ -183,16 +183,16 @@ class MassSpring(Model):
     @property
     def _description_without_size(self) -> str:
         """Return a description of the network without its size."""
-        across = f" with diagonals of {self._describe_diagonals}" if element_of(self.network).diagonals[0] else ""
-        return f"springs{across}: {self._describe_stiffness_rule}"
+        across = f" with diagonals of {self._diagonal_kinds}" if element_of(self.network).diagonals[0] else ""
+        return f"springs{across}: {self._stiffness_rule_text}"
 
     @property
-    def _describe_diagonals(self) -> str:
+    def _diagonal_kinds(self) -> str:
         """Return the kinds of diagonals of hexahedra that have springs, as text."""
         return "faces" if self.diagonals == "faces" else "faces and body"
 
     @property
-    def _describe_stiffness_rule(self) -> str:
+    def _stiffness_rule_text(self) -> str:
         """Return a description of the rule of the stiffness."""
         match self.stiffness:
             case Uniform(value=k):

@@ -79,9 +79,7 @@ class LoadedSurface:
         t = np.einsum("pkj,pki->jpi", facet.gradient(self.xi), self.points[self.nodes])
         forces = self.w[:, None] * push(np.cross(t[0], t[1]))
         if depth:
-            forces *= _ring_circumferences((facet.shape(self.xi) * self.points[self.nodes, 0]).sum(axis=1), depth)[
-                :, None
-            ]
+            forces *= _slices_per_ring((facet.shape(self.xi) * self.points[self.nodes, 0]).sum(axis=1), depth)[:, None]
         np.add.at(dead, self.nodes, facet.shape(self.xi)[:, :, None] * forces[:, None])
 
     def _add_forces_of_whole_facets(
@@ -91,7 +89,7 @@ class LoadedSurface:
         t = np.einsum("qkj,fki->jfqi", facet.gradient(xi), self.points[facets])
         forces = push(np.cross(t[0], t[1]))
         if depth:
-            forces = forces * _ring_circumferences(self.points[facets, 0] @ facet.shape(xi).T, depth)[:, :, None]
+            forces = forces * _slices_per_ring(self.points[facets, 0] @ facet.shape(xi).T, depth)[:, :, None]
         np.add.at(dead, facets, np.einsum("q,qa,fqi->fai", weights, facet.shape(xi), forces, optimize=True))
 
     def products(self) -> tuple[Ints, Floats]:
@@ -146,7 +144,7 @@ class LoadedSurface:
         return np.concatenate([self.whole, faces]), np.concatenate([whole, weights])
 
 
-def _ring_circumferences(r: Floats, depth: float) -> Floats:
+def _slices_per_ring(r: Floats, depth: float) -> Floats:
     from softmark.solvers.energies.axisymmetric import circumference_in_slices  # only imported for such bodies
 
     return circumference_in_slices(r, depth)

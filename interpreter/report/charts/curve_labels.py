@@ -100,7 +100,7 @@ class _Room:
             return False
         if any(box[0] < o[2] and o[0] < box[2] and box[1] < o[3] and o[1] < box[3] for o in self.taken):
             return False
-        return not (_points_inside_box(self.points, box).any() or _points_inside_box(self.lines, box).any())
+        return not (_are_inside_box(self.points, box).any() or _are_inside_box(self.lines, box).any())
 
     def cost(self, index: int, place: LabelPlace) -> float:
         """Return the length of a leader line, pixels, plus a penalty for everything that it crosses."""
@@ -110,7 +110,7 @@ class _Room:
         others = self.owners != index
         crossed = len(np.unique(self.owners[others][_points_near(self.points[others], steps, 4.0)]))
         wrong = int(_points_near(self.ends[self.named != index], steps, 9.0).sum())
-        covered = sum(bool(_points_inside_box(steps, box).any()) for box in self.taken)
+        covered = sum(bool(_are_inside_box(steps, box).any()) for box in self.taken)
         tangled = bool(_points_near(self.lines, steps, 5.0).any())
         return _leader_line_length(place) + 12 * crossed + 40 * wrong + 200 * covered + 60 * tangled
 
@@ -119,7 +119,7 @@ def _leader_line_length(place: LabelPlace) -> float:
     return math.dist(*place.line) if place.line else 0.0
 
 
-def _points_inside_box(points: Any, box: Box) -> Any:
+def _are_inside_box(points: Any, box: Box) -> Any:
     """Return which of the points (n, 2), pixels, are inside a box, as booleans (n,)."""
     x, y = points[:, 0], points[:, 1]
     return (box[0] < x) & (x < box[2]) & (box[1] < y) & (y < box[3])

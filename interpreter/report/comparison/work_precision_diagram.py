@@ -128,10 +128,10 @@ class Diagram:
         low, high = min(s.q1 or s.median for s in efforts), max(s.q3 for s in efforts)
         if self.clock == UNKNOWNS:
             return _without_overhanging_label(
-                _error_decade_axis(low / 1.15, high * 1.15, self.effort_name, lambda v: group_digits(round(v)))
+                _decade_axis(low / 1.15, high * 1.15, self.effort_name, lambda v: group_digits(round(v)))
             )
         return _without_overhanging_label(
-            _error_decade_axis(low / 1.15, high * 1.15, self.effort_name, lambda v: format_quantity(v, "s", 3))
+            _decade_axis(low / 1.15, high * 1.15, self.effort_name, lambda v: format_quantity(v, "s", 3))
         )
 
     @cached_property
@@ -143,7 +143,7 @@ class Diagram:
         low = min([*positive, self.uncertainty or high] if near else positive, default=high)
         low = max(low, self.uncertainty / BELOW, high * 1e-12)
         name = f"{self.metric}, from {self.known.against}"
-        return _error_decade_axis(low / 1.3, high * 1.3, name, lambda v: self.view.amount(v, self.metric))
+        return _decade_axis(low / 1.3, high * 1.3, name, lambda v: self.view.amount(v, self.metric))
 
     def place(self, row: _Row) -> Place | None:
         """Return the position of a point in the plot; a point below the axis is drawn at its lower edge."""
@@ -248,7 +248,7 @@ def _group_names_by_reason(pairs: Iterable[tuple[str, str]]) -> str:
     return "; ".join(parts)
 
 
-def _error_decade_axis(low: float, high: float, name: str, said: Callable[[float], str]) -> Axis:
+def _decade_axis(low: float, high: float, name: str, said: Callable[[float], str]) -> Axis:
     """Return a logarithmic axis with ticks at powers of ten; with few powers also at 2 and 5 in between."""
     axis = logarithmic(low, high, name, "1")
     decades = math.log10(axis.high / axis.low)

@@ -170,7 +170,7 @@ def _heat_map_section(stress: Robustness) -> str:
     return section("maps", "Two at a time", *blocks) if any(blocks) else ""
 
 
-def _remedy_table(stress: Robustness) -> str:
+def _remedy_list(stress: Robustness) -> str:
     """Return the HTML section that lists why models are not right beyond their validity ranges, and the remedies.
 
     Each item names a quantity and the models with the same reason and remedy. The section is empty if there is none.
@@ -228,7 +228,7 @@ SECTIONS = (
     ("edges", _validity_range_section),
     ("walks", _strips),
     ("maps", _heat_map_section),
-    ("remedies", _remedy_table),
+    ("remedies", _remedy_list),
     ("points", _points),
     ("provenance", _provenance),
 )

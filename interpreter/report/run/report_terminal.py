@@ -108,17 +108,17 @@ class _Paint:
     def __init__(self, on: bool) -> None:
         self.on = on
 
-    def _apply_colour(self, text: str, code: str) -> str:
+    def _apply_style(self, text: str, code: str) -> str:
         return f"\x1b[{code}m{text}\x1b[0m" if self.on else text
 
     def bold(self, text: str) -> str:
-        return self._apply_colour(text, "1")
+        return self._apply_style(text, "1")
 
     def good(self, text: str) -> str:
-        return self._apply_colour(text, "32")
+        return self._apply_style(text, "32")
 
     def bad(self, text: str) -> str:
-        return self._apply_colour(text, "31")
+        return self._apply_style(text, "31")
 
 
 REFERENCE = "reference: "  # and its kind

@@ -295,7 +295,7 @@ def find_disagreements(judged: Mapping[str, JudgedPoints]) -> list[Disagreement]
     for (one, a), (two, b) in combinations(judged.items(), 2):
         shared = [key for key in a.candidates if key in b.candidates]
         pairs = list(combinations(shared, 2))
-        apart = sum(_error_order_sign(a, x, y) * _error_order_sign(b, x, y) < 0 for x, y in pairs)
+        apart = sum(_compare_errors(a, x, y) * _compare_errors(b, x, y) < 0 for x, y in pairs)
         first, second = _most_accurate_candidates(a, shared), _most_accurate_candidates(b, shared)
         if not first or not second or not apart or {c.model for c in first} & {c.model for c in second}:
             continue
@@ -307,7 +307,7 @@ def find_disagreements(judged: Mapping[str, JudgedPoints]) -> list[Disagreement]
     return found
 
 
-def _error_order_sign(judged: JudgedPoints, x: str, y: str) -> int:
+def _compare_errors(judged: JudgedPoints, x: str, y: str) -> int:
     a, b = judged.candidates[x].error, judged.candidates[y].error
     return (a > b) - (a < b)
 

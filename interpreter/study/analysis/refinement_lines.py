@@ -86,7 +86,7 @@ def refinement_name(members: Sequence[ComparedPoint]) -> str | None:
         for name, value in point.numbers.items():
             numbers.setdefault(name, set()).add(float(value))
     names = [name for name, values in numbers.items() if len(values) > 1]
-    for what in (_resolution, _unknown_count):
+    for what in (_resolution, _dof_count):
         found = next((name for name in names if _is_changed_by(members, name, what)), None)
         if found is not None:
             return found
@@ -96,7 +96,7 @@ def refinement_name(members: Sequence[ComparedPoint]) -> str | None:
 def resolution_names(points: Sequence[ComparedPoint]) -> set[str]:
     """Return the varied names that control the resolution of some model and not the problem that it solves."""
     names = dict.fromkeys(n for p in points for n in p.variation)
-    what = _resolution if any(_resolution(p) for p in points) else _unknown_count
+    what = _resolution if any(_resolution(p) for p in points) else _dof_count
     families = [[p for p in points if p.model == m] for m in dict.fromkeys(p.model for p in points)]
     return {n for n in names if any(_is_changed_by(own, n, what) for own in families)}
 
@@ -106,7 +106,7 @@ def _resolution(point: ComparedPoint) -> Hashable:
     return tuple(sorted(point.fineness.of.items())) if point.fineness else None
 
 
-def _unknown_count(point: ComparedPoint) -> Hashable:
+def _dof_count(point: ComparedPoint) -> Hashable:
     return point.dofs
 
 

@@ -174,7 +174,7 @@ def find_changes(old: Json, new: Json, names: tuple[str, str] = ("the old file",
         kind=kinds[0],
         files=names,
         environment=_fact_changes(old.get("environment") or {}, new.get("environment") or {}),
-        scenes=_fact_changes(_scene_digests(old), _scene_digests(new)),
+        scenes=_fact_changes(_scene_facts(old), _scene_facts(new)),
         added=[name for name in after if name not in before],
         removed=[name for name in before if name not in after],
         status=[StatusChange(n, a.status, b.status, b.message) for n, a, b in shared if a.status != b.status],
@@ -236,7 +236,7 @@ def _subjects_of_comparison(result: Json) -> Iterator[tuple[str, ComparedSubject
             yield said, ComparedSubject.from_json(reference, None)
 
 
-def _scene_digests(result: Json) -> Json:
+def _scene_facts(result: Json) -> Json:
     """Return the digests of scene texts and, for a report, the values of parameters."""
     if result["schema"] == COMPARISON:
         return {f"text of {s.get('file') or s.get('title')}": s.get("sha256") for s in result.get("scenes") or ()}

@@ -35,7 +35,7 @@ def key_of(scene: Scene, model: str) -> str:
     return h.hexdigest()
 
 
-def all_declaration_texts(scene: Scene) -> list[str]:
+def non_study_texts(scene: Scene) -> list[str]:
     """Return all declarations except studies as text, including models that only references refine."""
     return [declaration_text(declared) for declared in scene.declared.values() if declared.kind != "study"]
 

@@ -86,7 +86,7 @@ def remedy_of(
 Rule = Callable[[ClassifiedPoint, WalkedQuantity, ValidityEdge], str | None]
 
 
-def _remedy_for_model_limit(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
+def _remedy_for_setting(point: ClassifiedPoint, quantity: WalkedQuantity, edge: ValidityEdge) -> str | None:
     """Return the remedy for an edge in a setting of the model: a limit for its step, size, segments or tolerance."""
     attribute = quantity.name.rpartition(".")[2]
     own = attribute in ("step", "size", "segments", "tolerance", "quality")
@@ -144,7 +144,7 @@ def _remedy_from_message(point: ClassifiedPoint, quantity: WalkedQuantity, edge:
 
 RULES: tuple[Rule, ...] = (
     _remedy_for_cost,
-    _remedy_for_model_limit,
+    _remedy_for_setting,
     _remedy_for_incompressibility,
     _remedy_for_largest_error_part,
     _remedy_for_code,

@@ -41,7 +41,7 @@ def read_saved(folder: Path, key: str) -> tuple[Any, Mapping[int, np.ndarray]] |
     """
     path = _path(folder, key)
     try:
-        data = read_regular(path, LARGEST) if _is_real_folder(folder) else b""
+        data = read_regular(path, LARGEST) if _is_not_symlink(folder) else b""
     except FileNotFoundError:
         return None
     except OSError as error:
@@ -75,7 +75,7 @@ def write_saved(folder: Path, key: str, value: Any, arrays: Sequence[np.ndarray]
 
 def prune_folder(folder: Path, used: Collection[str]) -> None:
     """Remove the least recently used files until the folder is within its limits; files of `used` keys are kept."""
-    if not _is_real_folder(folder):
+    if not _is_not_symlink(folder):
         return
     own = {_path(folder, key) for key in used}
     found = sorted(((*_last_use_and_size(p), p) for p in folder.glob(f"*{SUFFIX}") if p not in own), reverse=True)
@@ -96,7 +96,7 @@ def _last_use_and_size(path: Path) -> tuple[int, int]:
     return found.st_mtime_ns, found.st_size
 
 
-def _is_real_folder(folder: Path) -> bool:
+def _is_not_symlink(folder: Path) -> bool:
     """Return whether the folder is not a symbolic link; through a link nothing is read, written or removed."""
     return not folder.is_symlink()
 

@@ -93,7 +93,7 @@ class FolderRunCache:
         Nothing is saved if a reference failed, because it may succeed the next time.
         """
         place = self._folder_and_scene
-        if place is None or _has_references(works) or not self._is_reliable(works):
+        if place is None or _is_fully_saved(works) or not self._is_reliable(works):
             return
         with self._report_os_errors():
             for name in works[0].plan.models:
@@ -166,7 +166,7 @@ class FolderRunCache:
         cache_folder.write_saved(folder, self.keys[name], own, writer.arrays)
 
 
-def _has_references(works: Sequence[StateRun]) -> bool:
+def _is_fully_saved(works: Sequence[StateRun]) -> bool:
     return works[0].known.references is not None
 
 

@@ -59,7 +59,7 @@ def keys_of(scene: Scene, plan: Plan, options: RunOptions) -> dict[str, str]:
     if any(name not in found for name in behind):  # models that all others are compared with
         return {}
     if all(name in found for name in plan.models):
-        found[""] = _digest(base, *found.values(), *configuration_keys.all_declaration_texts(scene))
+        found[""] = _digest(base, *found.values(), *configuration_keys.non_study_texts(scene))
     return found
 
 

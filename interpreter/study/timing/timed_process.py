@@ -190,7 +190,7 @@ def _prepare_model(job: TimingJob, scene: Scene, declared: Declared, case: Case)
     from softmark.interpreter.models import model_builders
 
     model_builders.load(declared.thing)
-    before, compiling, begin = memory_use()["now"], _count_compilations(), time.perf_counter()
+    before, compiling, begin = memory_use()["now"], _compilation_counter(), time.perf_counter()
     prepared, setup = _build_model(scene, declared, case)
     if compiling() and time.perf_counter() - begin < job.patience_s:
         del prepared
@@ -271,7 +271,7 @@ def _time_solutions(prepared: Prepared, job: TimingJob, where: PhaseClock | None
     before, first = measure_pace(), _time_solution(prepared, where)
     if not first.good or first.wall > job.patience_s:
         return TimedSolutions([first], paces=[before, measure_pace()], during=first.during)
-    compiling = _count_compilations()
+    compiling = _compilation_counter()
     found = TimedSolutions([], warmed=True, paces=[measure_pace()])
     while not found.runs or sum(r.wall for r in found.runs) < job.least_s:
         found.runs.append(_time_solution(prepared, where))
@@ -312,7 +312,7 @@ def _ignore_iteration(iteration: object) -> None:
     """Do nothing; a callback for iterations that needs no output."""
 
 
-def _count_compilations() -> Callable[[], int]:
+def _compilation_counter() -> Callable[[], int]:
     """Start counting kernels that numba compiles or loads.
 
     Return a function that stops counting and returns the number.

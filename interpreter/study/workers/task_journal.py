@@ -61,13 +61,13 @@ class Journal:
         journal = cls(folder / NAME)
         journal._lock = _lock_journal(folder / LOCK)
         try:
-            journal._load_entries(fresh)
+            journal._open_and_load(fresh)
         except BaseException:
             journal.close()
             raise
         return journal
 
-    def _load_entries(self, fresh: bool) -> None:
+    def _open_and_load(self, fresh: bool) -> None:
         data = b"" if fresh else _read_journal_bytes(self.path)
         whole = data[: data.rfind(b"\n") + 1]  # an incomplete last line
         lines = list(_parse_lines(whole))
@@ -84,7 +84,7 @@ class Journal:
         for entry in lines[1:]:
             if not _has_identity(entry):
                 continue
-            if _is_authentic_entry(entry):
+            if _pop_authentic_code(entry):
                 self.entries.setdefault(identity(entry), entry)
             else:
                 self.foreign += 1
@@ -142,7 +142,7 @@ class Journal:
         return {
             str(line["key"])
             for line in lines
-            if line.get("kind") == kind and "key" in line and _is_authentic_entry(line)
+            if line.get("kind") == kind and "key" in line and _pop_authentic_code(line)
         }
 
     def close(self) -> None:
@@ -165,7 +165,7 @@ def _has_identity(entry: Json) -> bool:
     return named and type(entry.get("repeat", 0)) is int
 
 
-def _is_authentic_entry(entry: Json) -> bool:
+def _pop_authentic_code(entry: Json) -> bool:
     """Remove the authentication code from an entry, and return whether it is a valid code of this user."""
     code = entry.pop(CODE, "")
     try:

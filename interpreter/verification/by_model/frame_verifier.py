@@ -141,13 +141,13 @@ class DeformedNetwork:
                 case MomentLoad(where=where, moment=moment):
                     at = self.network.points[frame_selection.select_points_and_members(where, self.network)[0][0]]
                     ends = [i for i in (0, -1) if np.allclose(X[i], at, rtol=0.0, atol=1e-9 * member.length)]
-                    if ends and number == self._place_number_at(at):
+                    if ends and number == self._first_member_at(at):
                         found[ends[0], 3:] = moment
                 case _:
                     raise NoIndependentFormula(f"no independent formula is available for the load `{load.name}`")
             yield found
 
-    def _place_number_at(self, point: tuple[float, float, float]) -> int:
+    def _first_member_at(self, point: tuple[float, float, float]) -> int:
         near = (i for i, m in enumerate(self.network.members) if point in (m.begin, m.end))
         return next(near)
 

@@ -65,7 +65,7 @@ def check_reduced_solution(declared: Declared, solution: Solution) -> Solution:
     reduced = (solution.facts.get("reduced") or {}) | error.facts
     facts = solution.facts | {"reduced": to_plain_json(reduced)}
     of = declared.thing.reduces
-    if _is_residual_too_large(error):
+    if _is_error_too_large(error):
         reason = (
             f"the reduced basis cannot represent this state: {_format_reduction_error(error, of)}; "
             f"{MEASURES.format(of=of)}"
@@ -74,7 +74,7 @@ def check_reduced_solution(declared: Declared, solution: Solution) -> Solution:
     return replace(solution, facts=facts, notes=(*solution.notes, *_residual_warning(declared, error, of)))
 
 
-def _is_residual_too_large(error: ReductionError) -> bool:
+def _is_error_too_large(error: ReductionError) -> bool:
     if error.relative is None:
         return not error.residual <= LARGEST_RESIDUAL
     return not error.relative <= LARGEST

@@ -110,9 +110,9 @@ class SolidState:
 
     def _compute_internal_forces(self, chosen: Any) -> tuple[Floats, float, float]:
         if self.case.porous:
-            return self._compute_porous_forces
+            return self._porous_forces
         if self.model.formulation != "displacement":
-            return self._compute_mixed_forces
+            return self._mixed_forces
         near = _cells_around(chosen, self.mesh)
         found, noise = np.zeros_like(self.mesh.points), 0.0
         for own, which in split_by_material(self.case, self.mesh):
@@ -140,7 +140,7 @@ class SolidState:
         )
 
     @cached_property
-    def _compute_porous_forces(self) -> tuple[Floats, float, float]:
+    def _porous_forces(self) -> tuple[Floats, float, float]:
         """Return the internal forces of skeleton and fluid in a porous body, with their residual and rounding."""
         from softmark.interpreter.verification import poroelastic_forces_check
 
@@ -159,7 +159,7 @@ class SolidState:
         return f + fluid, lacking, noise + more
 
     @cached_property
-    def _compute_mixed_forces(self) -> tuple[Floats, float, float]:
+    def _mixed_forces(self) -> tuple[Floats, float, float]:
         found, lacking, noise = np.zeros_like(self.mesh.points), 0.0, 0.0
         for own, which in split_by_material(self.case, self.mesh):
             f, less, left = self._add_deformation_history(own, mixed_solid(self.model, own, self.mesh, which)).forces()

@@ -350,17 +350,17 @@ class SolidVerifier(SizedMeshVerifier):
         Raises NoErrorEstimate.
         """
         thing: Fem = answer.solid.thing
-        best = self._best_strain_measure(answer, thing)
+        best = self._best_field_changes(answer, thing)
         if best == {}:
             return 0.0
         if _needs_full_solve(answer, seen):
-            return self._measure_error_with_history(answer, seen, thing, best)
+            return self._history_measure_distance(answer, seen, thing, best)
         apart = self._distance_to_best_measure(
             answer, seen, thing, best
         )  # before a finer space takes what is left to spend
         return ALIKE * self._grown(answer, seen) * apart if apart > 0.0 else 0.0
 
-    def _measure_error_with_history(
+    def _history_measure_distance(
         self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, thing: Fem, best: Mapping[str, Any]
     ) -> float:
         """Return the difference from the best strain measure for history-dependent states. Raises NoErrorEstimate.
@@ -376,11 +376,11 @@ class SolidVerifier(SizedMeshVerifier):
             if str(unknown) == NOT_ASKED:
                 raise
         try:
-            return THEORY * self._measure_error_on_coarser_mesh(answer, seen, best)
+            return THEORY * self._coarse_measure_distance(answer, seen, best)
         except NoErrorEstimate:
-            return self._measure_error_bound(answer) * seen.size
+            return self._strain_measure_bound(answer) * seen.size
 
-    def _measure_error_bound(self, answer: SolutionUnderTest) -> float:
+    def _strain_measure_bound(self, answer: SolutionUnderTest) -> float:
         """Return a bound of the relative error of the strain measure, computed from the strain in the answer.
 
         Raises NoErrorEstimate.
@@ -390,7 +390,7 @@ class SolidVerifier(SizedMeshVerifier):
             raise NoErrorEstimate("another measure of strain could not be solved in time, and its strain is not small")
         return THEORY * float(strain)
 
-    def _best_strain_measure(self, answer: SolutionUnderTest, thing: Fem) -> dict[str, Any]:
+    def _best_field_changes(self, answer: SolutionUnderTest, thing: Fem) -> dict[str, Any]:
         """Return the changes of fields that give the model its best strain measure; empty if it already has that."""
         whole = answer.own  # with the material that the model takes: another law is another question
         materials = whole.materials
@@ -460,7 +460,7 @@ class SolidVerifier(SizedMeshVerifier):
         own = float(np.linalg.norm(seen.u))
         return max(1.0, (float(np.linalg.norm(fine.u)) / own) ** 2) if own > 0.0 else 1.0
 
-    def _measure_error_on_coarser_mesh(
+    def _coarse_measure_distance(
         self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, best: Mapping[str, Any]
     ) -> float:
         """Return the distance between the model's strain measure and the best one, both on a coarser mesh.

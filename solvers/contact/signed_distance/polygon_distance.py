@@ -84,7 +84,7 @@ class PolygonDistance:
         rows = np.arange(len(p))
         return side, off[rows, side], t[rows, side]
 
-    def _gaps_with_closest_points(self, p: Floats) -> tuple[Floats, Floats, Floats, Floats, NDArray[np.bool_]]:
+    def _gaps_with_pseudonormals(self, p: Floats) -> tuple[Floats, Floats, Floats, Floats, NDArray[np.bool_]]:
         """Return gaps, vectors from the polygon, their lengths, pseudonormals, and corner masks for points p (n, 2), m.
 
         The shapes are (n,), (n, 2), (n,), (n, 2) and (n,). The sign of a gap is that of the scalar product of the
@@ -106,14 +106,14 @@ class PolygonDistance:
 
     def gap(self, p: Floats) -> Floats:
         """Return the gaps (n,), m, at points p (n, 2), m: negative inside the polygon."""
-        return self._gaps_with_closest_points(p)[0]
+        return self._gaps_with_pseudonormals(p)[0]
 
     def look(self, p: Floats) -> tuple[Floats, Floats, Floats]:
         """Return gaps (n,), m, gradients (n, 2), and second derivatives (n,), 1/m, at points p (n, 2), m.
 
         The second derivative is the one perpendicular to the gradient.
         """
-        g, off, d, pseudo, corner = self._gaps_with_closest_points(p)
+        g, off, d, pseudo, corner = self._gaps_with_pseudonormals(p)
         at = corner & (d > NONE * self.size)
         sign = np.where(g < 0.0, -1.0, 1.0)
         safe = np.where(at, d, 1.0)

@@ -53,7 +53,7 @@ def read_slice(path: str, unit: float, coincident: str = "refuse") -> Mesh:
     )
     _require_plane(points, number)
     edges = _edge_blocks(data)
-    points, cells, ends = _check_coincident_nodes(points, cells, number, [own for _, own in edges], coincident)
+    points, cells, ends = _treat_coincident_nodes(points, cells, number, [own for _, own in edges], coincident)
     cells = _orient_cells(points, cells, _corner_count(kind))
     mesh = _build_slice(points, cells, kind)
     return replace(
@@ -142,7 +142,7 @@ def _edge_blocks(data: Any) -> list[tuple[int, Ints]]:
     return [(i, block.data[:, :2].astype(np.int64)) for i, block in enumerate(data.cells) if block.type in EDGES]
 
 
-def _check_coincident_nodes(points: Floats, cells: Ints, number: Ints, edges: list[Ints], coincident: str
+def _treat_coincident_nodes(points: Floats, cells: Ints, number: Ints, edges: list[Ints], coincident: str
            ) -> tuple[Floats, Ints, list[Ints]]:  # fmt: skip
     """Return points, cells and edges, with coincident nodes refused or merged. Raises UnreadableMesh.
 

@@ -232,7 +232,7 @@ def _cap_holes(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Flo
     ends = edges_of_triangles(triangles)[count[number] == 1]
     if not len(ends):
         return points, triangles, 0.0
-    loops = _close_edge_loops(ends[:, ::-1])
+    loops = _trace_edge_loops(ends[:, ::-1])
     new, fans = [points], [triangles]
     for loop in loops:
         ring = np.array(loop)
@@ -251,7 +251,7 @@ def _cap_holes(points: Floats, triangles: Ints, repairs: list[str]) -> tuple[Flo
     return *found, missing
 
 
-def _close_edge_loops(ends: Ints) -> list[list[int]]:
+def _trace_edge_loops(ends: Ints) -> list[list[int]]:
     """Return directed edges (e, 2) as closed loops of points.
 
     Chains that end at an edge of three triangles are closed, too.

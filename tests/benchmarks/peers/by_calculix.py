@@ -26,7 +26,7 @@ def deck(problem: Problem, first: float) -> str:
     lines = calculix.nodes(1e3 * problem.points, 1, "ALL")
     kind, numbers = "C3D10" if problem.quadratic else "C3D4", range(1, len(problem.cells) + 1)
     lines += calculix.cells(kind, problem.cells, 1, numbers, "BODY")
-    lines += [*calculix.set_cards("NSET", "WALL", problem.clamped + 1), "*BOUNDARY", "WALL,1,3"]
+    lines += [*calculix.cards_of_set("NSET", "WALL", problem.clamped + 1), "*BOUNDARY", "WALL,1,3"]
     lines += ["*MATERIAL, NAME=M", "*HYPERELASTIC, NEO HOOKE", f"{problem.mu / 2:.12e},{2 / bulk:.12e}"]
     lines += ["*DENSITY", f"{1e-6 * problem.density:.12e}", "*SOLID SECTION, ELSET=BODY, MATERIAL=M"]
     lines += ["*STEP, NLGEOM, INC=1000", "*STATIC", f"{first:g},1.,1e-6,{first:g}"]

@@ -142,7 +142,7 @@ def cells(kind: str, members: Ints, node: int, numbers: Ints | Sequence[int], na
     return lines
 
 
-def set_cards(kind: str, name: str, numbers: Ints | Sequence[int]) -> list[str]:
+def cards_of_set(kind: str, name: str, numbers: Ints | Sequence[int]) -> list[str]:
     """Return the cards of a set of nodes (kind NSET) or elements (kind ELSET)."""
     return [f"*{kind}, {kind}={name}", *map(str, np.asarray(numbers).tolist())]
 
@@ -180,7 +180,7 @@ def _sets(problem: Problem) -> Iterator[str]:
     for c in range(3):
         still = problem.held[(problem.held[:, 1] == c) & (problem.values == 0.0), 0]
         if len(still):
-            yield from set_cards("NSET", f"HELD{c + 1}", still + 1)
+            yield from cards_of_set("NSET", f"HELD{c + 1}", still + 1)
             yield from ("*BOUNDARY", f"HELD{c + 1},{c + 1},{c + 1}")
 
 
@@ -215,8 +215,10 @@ def _step(problem: Problem, share: float, period: float) -> Iterator[str]:
 def export(problem: Problem, named: Named, folder: Path) -> list[str]:
     """Write the deck with sets of nodes and elements that are named as in the scene. Return the file names."""
     known = [("NSET", "S", named.supports), ("ELSET", "P", named.parts)]
-    sets = [line for kind, letter, each in known for i, (name, own) in enumerate(each.items(), start=1)
-            for line in set_cards(kind, f"{letter}{i}_{re.sub(r'[^A-Za-z0-9]', '_', name)[:60]}", own + 1)]  # fmt: skip
+    sets = []
+    for kind, letter, each in known:
+        for i, (name, own) in enumerate(each.items(), start=1):
+            sets += cards_of_set(kind, f"{letter}{i}_{re.sub(r'[^A-Za-z0-9]', '_', name)[:60]}", own + 1)
     (folder / f"{JOB}.inp").write_text("\n".join([*deck(problem, sets), ""]), encoding="ascii")
     return [f"{JOB}.inp"]
 

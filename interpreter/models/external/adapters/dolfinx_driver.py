@@ -320,7 +320,7 @@ class Newton:
         snes = PETSc.SNES().create(self.K.getComm())
         snes.setFunction(self._residual, self.r)
         snes.setJacobian(self._tangent, self.K)
-        snes.setConvergenceTest(self._has_converged)
+        snes.setConvergenceTest(self._convergence_reason)
         snes.setType("newtonls")
         PETSc.Options()["snes_linesearch_type"] = "basic"  # full steps
         snes.setTolerances(max_it=MOST)
@@ -353,7 +353,7 @@ class Newton:
         P.assemble()
         P.zeroRows(self.fixed, 1.0)
 
-    def _has_converged(self, snes: Any, iteration: int, norms: Any) -> Any:
+    def _convergence_reason(self, snes: Any, iteration: int, norms: Any) -> Any:
         """Return whether residual forces are small relative to the larger of loads and reactions, as in softmark."""
         from petsc4py import PETSc
 

@@ -123,13 +123,13 @@ class Newton:
             with np.errstate(all="ignore"):
                 felupe.newtonraphson(
                     items=self.items, x0=self.field, ext0=share * self.problem.values[self.order],
-                    check=self._check_convergence, tol=self.problem.tolerance, **known,
+                    check=self._test_convergence, tol=self.problem.tolerance, **known,
                 )  # fmt: skip
         except (ValueError, ArithmeticError, RuntimeError, np.linalg.LinAlgError):  # its own errors are ValueErrors
             return False
         return bool(np.all(np.isfinite(self.u)))
 
-    def _check_convergence(self, dx: Any, x: Any, f: Any, ftol: float, **others: Any) -> tuple[float, float, bool]:
+    def _test_convergence(self, dx: Any, x: Any, f: Any, ftol: float, **others: Any) -> tuple[float, float, bool]:
         """Return the norm of the correction, the residual forces relative to the loads, and whether both are small.
 
         Residual forces are compared with the larger of loads and reactions.

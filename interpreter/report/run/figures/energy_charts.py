@@ -29,7 +29,7 @@ SUM = "total"  # the energy whose drift is told
 def energy_plates(findings: ReportSummary) -> str:
     """Return the HTML of the charts with a legend; empty if no model has energies."""
     known = [(n, m, model_look(i)) for i, (n, m) in enumerate(findings.report.models.items())]
-    found = [e for n, m, look in known if (e := _energy_chart_of_model(n, m, look)) is not None]
+    found = [e for n, m, look in known if (e := _energies_of_model(n, m, look)) is not None]
     if not found:
         return ""
     names = list(dict.fromkeys(name for e in found for name in e.values))
@@ -39,7 +39,7 @@ def energy_plates(findings: ReportSummary) -> str:
     return tag("h3", "Energies") + key + charts
 
 
-def _energy_chart_of_model(name: str, model: ModelResult, look: CurveStyle) -> _Energies | None:
+def _energies_of_model(name: str, model: ModelResult, look: CurveStyle) -> _Energies | None:
     """Return the energies of a model; None if it has none that match its times."""
     times = np.asarray(model.solve.get("times") or (), dtype=float)
     given = model.solve.get("energies") or {}

@@ -107,7 +107,7 @@ class _Distribution:
         chart = Chart(
             f"distribution-{self.number}-{index}", f"Errors of {name}, {self.metric.name}",
             f"{name}: {self._statistics_phrase(name)}",
-            x, y, WIDTH, HEIGHT, (self._curve(name, look),), under=self._statistics_svg(name, look, x, y), labels=False,
+            x, y, WIDTH, HEIGHT, (self._curve(name, look),), under=self._histogram_svg(name, look, x, y), labels=False,
             left=LEFT, top=TOP, right=14.0,
         )  # fmt: skip
         return figure_block(
@@ -137,7 +137,7 @@ class _Distribution:
         mean = format_quantity(float(s.mean()), self.unit, 3)
         return f"mean {mean}, median {median}, 95 % below {high}, largest {most}{cut}{tip}."
 
-    def _statistics_svg(self, name: str, look: CurveStyle, x: Axis, y: Axis) -> str:
+    def _histogram_svg(self, name: str, look: CurveStyle, x: Axis, y: Axis) -> str:
         """Return the SVG of one histogram, with lines for the statistics and a band for the uncertainty."""
         s, base = self.samples[name], TOP + HEIGHT
         steps, width = [f"M{LEFT:.1f} {base:.1f}"], WIDTH / BINS

@@ -145,7 +145,7 @@ class _Source:
         if file in above or len(above) >= DEPTH:
             why = "it includes itself" if file in above else f"its files are nested more than {DEPTH} deep"
             raise DeckError(place, why, "write all into one file")
-        self._limit_repeated_lines(file, place)
+        self._limit_repeated_files(file, place)
         data = read_regular(file)
         if b"\0" in data:
             raise DeckError(path.name, "it is not a text file", "name an Abaqus or CalculiX deck")
@@ -162,8 +162,8 @@ class _Source:
             else:
                 yield text, number, path.name
 
-    def _limit_repeated_lines(self, file: Path, place: str) -> None:
-        """Count lines, and raise DeckError if repeated inclusion of the same files makes too many."""
+    def _limit_repeated_files(self, file: Path, place: str) -> None:
+        """Count the bytes of files that are included again; raise DeckError if they are too many."""
         if file in self.seen:
             self.repeated += file.stat().st_size + 1024
             if self.repeated > REPEATED:
