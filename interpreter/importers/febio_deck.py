@@ -112,7 +112,8 @@ class _Reader:
         own = self.top.find(tag)
         yield from () if own is None else own
 
-    def _note(self, what: str, why: str) -> None:
+    def _omit(self, what: str, why: str) -> None:
+        """Add a thing that is not imported, and the reason, to the list that the user sees."""
         self.left.append(NotImported(what, why))
 
     def _units(self) -> DeclaredUnits | None:
@@ -136,7 +137,7 @@ class _Reader:
             raise NotImportable(f"{self.name} uses the module `{kind[:40]}`", "only `solid` models are imported")
         self.static = (child_text(self.top.find("Control"), "analysis") or "STATIC").strip().upper() in ("STATIC", "0")
         if not self.static:
-            self._note("a dynamic analysis", "only static analyses are imported")
+            self._omit("a dynamic analysis", "only static analyses are imported")
 
     # ------------------------------------------------------------------ mesh
 
@@ -156,7 +157,7 @@ class _Reader:
         for elements in mesh.findall("Elements"):
             kind, name = elements.get("type", ""), elements.get("name", "")
             if kind not in KINDS:
-                self._note(f"{len(elements)} elements `{kind[:40]}` (`{name[:60]}`)", "not supported as solid cells")
+                self._omit(f"{len(elements)} elements `{kind[:40]}` (`{name[:60]}`)", "not supported as solid cells")
                 continue
             rows = blocks.setdefault(kind, [])
             first = len(rows)
@@ -185,7 +186,7 @@ class _Reader:
         of = {own.get("name", ""): own.get("mat", "") for own in self._section("MeshDomains")}
         for domain in self._section("MeshDomains"):
             for odd in (*sorted(domain.attrib.keys() - {"name", "mat"}), *(inner.tag for inner in domain)):
-                self._note(
+                self._omit(
                     f"`{odd[:40]}` of the domain `{domain.get('name', '')[:60]}`",
                     "cells use softmark's own formulation",
                 )
@@ -195,22 +196,22 @@ class _Reader:
         for name, cells in together_.items():
             own = materials.get(name)
             if own is None:
-                self._note(f"the material of {len(cells)} cells", "not given in `MeshDomains`")
+                self._omit(f"the material of {len(cells)} cells", "not given in `MeshDomains`")
             law = None if own is None else self._law(own)
             yield MaterialPart(name or "rest", np.array(cells, dtype=np.int64), law)
 
     def _law(self, own: ElementT) -> ImportedLaw | None:
         kind, name = own.get("type", ""), own.get("name", "")[:60]
         if kind not in LAWS:
-            self._note(f"the material `{name}`, `{kind[:60]}`", "this law is not supported")
+            self._omit(f"the material `{name}`, `{kind[:60]}`", "this law is not supported")
             return None
         word, stresses, plain, choices = LAWS[kind]
         known = {"density", *stresses, *plain}
         if odd := [c.tag for c in own if c.tag not in known or c.attrib]:
-            self._note(f"the material `{name}`, `{kind}`", f"its `{odd[0]}` is not supported, or is not a number")
+            self._omit(f"the material `{name}`, `{kind}`", f"its `{odd[0]}` is not supported, or is not a number")
             return None
         if missing := [n for n in (*stresses, *plain) if own.find(n) is None]:
-            self._note(f"the material `{name}`, `{kind}`", f"`{missing[0]}` is missing")
+            self._omit(f"the material `{name}`, `{kind}`", f"`{missing[0]}` is missing")
             return None
         density = child_text(own, "density")
         return ImportedLaw(
@@ -228,7 +229,7 @@ class _Reader:
             if all(apart):
                 found.formulation = "mean_dilatation"
             else:
-                self._note("three fields of `Mooney-Rivlin` in hex8", "not supported for other materials")
+                self._omit("three fields of `Mooney-Rivlin` in hex8", "not supported for other materials")
 
     # ------------------------------------------------------------------ sets
 
@@ -288,7 +289,7 @@ class _Reader:
         rows = np.array([f[:many] for f in facets if len(f) >= many], dtype=np.int64).reshape(-1, many)
         faces, foreign = found.sides.of(rows)
         if foreign:
-            self._note(f"{foreign} facets of `{name[:60]}`", "they are not faces on the surface")
+            self._omit(f"{foreign} facets of `{name[:60]}`", "they are not faces on the surface")
         return faces
 
     def _sets(self, found: Deck) -> None:
@@ -314,10 +315,10 @@ class _Reader:
                     found, name, np.zeros((0, 2), dtype=np.int64) if faces is None else faces
                 )
             elif own.tag not in ("Nodes", "Elements", "NodeSet", "Surface"):
-                self._note(f"`{own.tag[:40]}` `{name[:60]}` of the mesh", "not supported")
+                self._omit(f"`{own.tag[:40]}` `{name[:60]}` of the mesh", "not supported")
         for own in self._section("MeshData"):
             if own.tag != "NodeData":
-                self._note(f"`{own.tag[:40]}` `{own.get('name', '')[:60]}`", "only nodal values are supported")
+                self._omit(f"`{own.tag[:40]}` `{own.get('name', '')[:60]}`", "only nodal values are supported")
 
     # ------------------------------------------------------- what acts on it
 
@@ -393,10 +394,10 @@ class _Reader:
             nodes = self._nodes_of_set(own.get("node_set", ""))
             acts = self._mapped_displacements(own) or self._prescribed_displacements(own)
             if own.tag != "bc" or nodes is None or acts is None:
-                self._note(what, "not a nodal displacement in x, y or z")
+                self._omit(what, "not a nodal displacement in x, y or z")
                 continue
             if (nodes < 0).any():
-                self._note(f"{what} on nodes of no cell", "only nodes of cells are supported")
+                self._omit(f"{what} on nodes of no cell", "only nodes of cells are supported")
             for component, values in acts.items():
                 for node, value in zip(nodes.tolist(), np.broadcast_to(values, len(nodes)).tolist(), strict=True):
                     if node < 0:
@@ -444,7 +445,7 @@ class _Reader:
         elif own.tag == "body_load" and own.get("type") in ("const", "body force"):
             self._body_force(own, what, found)
         else:
-            self._note(what, "only pressures, dead tractions, nodal forces and body forces are supported")
+            self._omit(what, "only pressures, dead tractions, nodal forces and body forces are supported")
 
     def _read_nodal_force(self, own: ElementT, what: str, found: Deck) -> None:
         nodes, node = self._nodes_of_set(own.get("node_set", "")), own.find("value")
@@ -452,7 +453,7 @@ class _Reader:
         one = self._values_at_time(node) if mapped is None and (node is None or node.get("type") != "map") else None
         rows = mapped if one is None else one[None, :]
         if nodes is None or rows is None or rows.shape[1] != 3 or (nodes < 0).any():
-            self._note(what, "its nodes or its final vectors are missing")
+            self._omit(what, "its nodes or its final vectors are missing")
             return
         found.forces += group_equal_forces(
             zip(nodes.tolist(), np.broadcast_to(rows, (len(nodes), 3)).tolist(), strict=True)
@@ -470,13 +471,13 @@ class _Reader:
             value, count = (vector * (1.0 if scale is None else scale) if known and vector is not None else None), 3
         else:
             if kind not in ("pressure", "traction"):
-                self._note(what, f"surface load `{kind[:40]}` is not supported, only pressures and tractions")
+                self._omit(what, f"surface load `{kind[:40]}` is not supported, only pressures and tractions")
                 return
-            self._note(what, "pressures must be follower loads (`linear` 0) and tractions dead loads (`linear` 1)")
+            self._omit(what, "pressures must be follower loads (`linear` 0) and tractions dead loads (`linear` 1)")
             return
         faces = self._faces_of_surface(name, found)
         if value is None or len(value) != count or faces is None or not len(faces):
-            self._note(what, "its surface or its final magnitude is missing")
+            self._omit(what, "its surface or its final magnitude is missing")
             return
         x, *yz = value.tolist()
         if not any(value.tolist()):
@@ -490,7 +491,7 @@ class _Reader:
             each = [np.zeros(1) if own.find(c) is None else self._values_at_time(own.find(c)) for c in "xyz"]
             vector = None if any(e is None or len(e) != 1 for e in each) else np.concatenate(each)  # type: ignore[arg-type]
         if vector is None or len(vector) != 3 or own.get("elem_set"):
-            self._note(what, "not a uniform vector on the whole body at the end")
+            self._omit(what, "not a uniform vector on the whole body at the end")
             return
         x, y, z = (-vector).tolist()
         if any((x, y, z)):

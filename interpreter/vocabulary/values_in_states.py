@@ -40,5 +40,5 @@ class HasMaterial:
         """Return the body or region in one state of a static analysis, which has this number and value."""
         if getattr(self.material, "amplitude", None) is None:
             return self
-        made: Self = replace(self, material=in_state_of_value(self.material, value))  # type: ignore[type-var]
+        made: Self = replace(self, material=in_state_of_value(self.material, value))  # type: ignore[type-var]  # all are dataclasses
         return made

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import make_visible
@@ -60,10 +61,7 @@ Rows = list[tuple[str, str]]
 
 
 def _topics(words: Vocabulary) -> dict[str, Callable[[], Rows]]:
-    found: dict[str, Callable[[], Rows]] = {
-        _plural(kind): (lambda kind=kind: _constructors(words, kind))  # type: ignore[misc]
-        for kind in words
-    }
+    found: dict[str, Callable[[], Rows]] = {_plural(kind): partial(_constructors, words, kind) for kind in words}
     own: dict[str, Callable[[], Rows]] = {"elements": _elements, "scenes": _scenes, "codes": _codes, "data": _data}
     own["plugins"] = lambda: _plugins(words)
     return found | own | {"units": _units, "functions": _functions}

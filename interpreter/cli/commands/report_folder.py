@@ -11,6 +11,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -124,7 +125,7 @@ class ReportWriter:
             self._try_writing("--out", str(folder), lambda: write(report, folder, page))
         for option, place in self.files.items():
             text = report.dumps() if option == "--json" else junit_report.render(report)
-            self._try_writing(option, place, lambda place=place, text=text: write_named(Path(place), text))  # type: ignore[misc]
+            self._try_writing(option, place, partial(write_named, Path(place), text))
         self.count = len(report.models)
 
     @staticmethod

@@ -166,7 +166,7 @@ class Fem(HasMaterial, Model):
         return self.strain == "small"
 
     @property
-    def may_be_unconverged(self) -> bool:  # type: ignore[override]
+    def may_be_unconverged(self) -> bool:  # type: ignore[override]  # the default is a class attribute
         """True if the model may accept states that are not converged."""
         return self.max_iterations is not None or self.max_linear_iterations is not None
 

@@ -149,7 +149,7 @@ class Model:
 
     def plain(self, **changes: Any) -> Self:
         """Return the model without options that trade accuracy for speed; `changes` are new values of its fields."""
-        changed: Any = replace(self, **changes)  # type: ignore[type-var]
+        changed: Any = replace(self, **changes)  # type: ignore[type-var]  # models are dataclasses
         made: Self = changed
         return made
 

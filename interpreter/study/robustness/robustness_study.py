@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import field, replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -131,7 +132,7 @@ class StudyTrial:
     def start(self) -> None:
         """Request the result of every model in the unchanged scene; when it is available, its walks begin."""
         for model in self.asked.models:
-            self.look(model, {}, lambda found, model=model: self._start_walks(model, found))  # type: ignore[misc]
+            self.look(model, {}, partial(self._start_walks, model))
 
     def _start_walks(self, model: str, nominal: ClassifiedPoint) -> None:
         for quantity in self.asked.quantities:
