@@ -126,7 +126,7 @@ def test_a_name_of_another_file_changes_there_and_in_all_scenes_that_use_it(tmp_
 @pytest.mark.parametrize(
     ("text", "new", "reason"),
     [
-        ("param L<|> = 1 m\nparam R = 2 m", "R", "`R` is taken"),
+        ("param L<|> = 1 m\nparam R = 2 m", "R", "`R` is already a param"),
         ("param L<|> = 1 m", "in", "reserved word"),
         ("param L<|> = 1 m", "x", "predefined name"),
         ("param L<|> = 1 m", "2L", "is not a name"),

@@ -197,6 +197,15 @@ def test_narrow_and_wide_hold_the_conforming_answer_between_them(seed: int, tmp_
     assert wide * 0.96 < right < narrow * 1.04
 
 
+@pytest.mark.parametrize(("layer", "held"), [(0.05, 400 / 404), (1.0, 0.0)])  # 4 mm^2 of the sides
+def test_a_layer_under_a_selected_face_counts_if_cells_can_show_it(layer: float, held: float, tmp_path: Path) -> None:
+    """The face is held wholly. One percent of a cell below it changes nothing; a fifth of a cell stays free."""
+    shape = as_file(tmp_path, Box((0.06, 0.02, 0.02)), "hex8", 0.005)
+    own = gripped(text(f"x <= {layer} mm", "fem(hex8, strain = small)", shape), tmp_path)
+    assert own.held == pytest.approx(held)
+    assert own.missed == (held == 0.0)
+
+
 @pytest.mark.slow
 @pytest.mark.long
 def test_a_missed_selection_is_a_doubt_and_a_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

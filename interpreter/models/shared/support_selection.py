@@ -95,7 +95,7 @@ def held_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, 
 def _support_selection_warning(declared: Declared, name: str, own: SupportSelection) -> Diagnostic:
     """Return the warning about one support whose held nodes differ from its selection."""
     at = declared.at("size" if declared.thing.own_mesh is None else "mesh")
-    if own.layer is not None and own.beyond > MISSED:
+    if own.layer is not None:
         asked, held = own.layer
         return diagnostic(
             "W375",
@@ -156,6 +156,9 @@ def _select_support_nodes(condition: Condition, mesh: Mesh) -> SupportSelection:
     wide = nodes.copy()
     volumes, areas = cells_of(mesh), _facets(mesh)
     looked = [(kind, fractions(condition, kind, mesh)) for kind in (volumes, areas)]
+    layer = _layer_fractions(*looked[0], nodes)
+    if layer is not None and not layer[1] and looked[0][1].max() < MISSED < looked[1][1].max():
+        looked, layer = looked[1:], None  # a selected surface, with a layer below it that is too thin to count
     for kind, f in looked:  # a selection without its border: what is held inside is held up to there
         nodes[_free_nodes_of_selected_cells(condition, kind.nodes[f >= 1.0 - WHOLE], nodes, mesh)] = True
     if not any(float(f @ kind.sizes) > SMALL * kind.sizes.sum() for kind, f in looked):
@@ -172,7 +175,7 @@ def _select_support_nodes(condition: Condition, mesh: Mesh) -> SupportSelection:
         wide | nodes,
         held,
         max((beyond for _, beyond in shares), default=0.0),
-        _layer_fractions(*looked[0], nodes),
+        layer,
     )
 
 
