@@ -1,6 +1,6 @@
 """Coulomb friction between two deformable surfaces, by return mapping with a regularised stick stiffness.
 
-Every sample of a surface has its own normal force and slides on the nearest face of the other surface. Its slip since
+Every sample of a surface has its own normal force and slides on the nearest faces of the other surface. Its slip since
 the last state is its displacement minus that of the closest point of the face, projected onto the tangent plane. The
 displacement that a rotation of the face causes across the gap is subtracted as well, so that friction causes no moment
 (`TangentialCoupling`).
@@ -28,8 +28,8 @@ from softmark.solvers.contact.rigid_friction import TINY, DualTractions, Slip
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints
 
 PRESSED = 1e-12  # of the largest force: smaller values are no contact
-ASIDE = 1e-6  # of a distance: bonus for a face that faces the point directly
-SAME = 1e-9  # of a distance: differences due to rounding
+BLEND = 1e-2  # of the distance to the nearest face: faces farther by no more than that share the friction of a sample
+EDGE_ON = 1e-12  # least weight of a face: one seen at an angle below 1e-6 has none
 STRIDE = 0.25  # of an edge length: longest slip in one step
 GRIP = 10.0  # stick stiffness over barrier stiffness per barrier distance
 
@@ -152,16 +152,16 @@ class DeformableFriction(DynamicPatternEnergy):
         n = _face_normals(V[skin.faces[skin.own]])
         N = np.abs(np.einsum("pi,pi->p", n, self.pressing.forces(x)[skin.corners :]))
         pairs = self.pressing.beside(x)
-        of = pairs[:, 0] - skin.corners
-        pairs = pairs[N[of] > PRESSED * N.max(initial=0.0)]
-        p, t = V[pairs[:, 0]], V[skin.faces[pairs[:, 1]]]
-        nearest, far = _select_nearest_faces(pairs, p, t)
-        pairs, p, t = pairs[nearest], p[nearest], t[nearest]
-        which = pairs[:, 0] - skin.corners
-        W = _slip_matrix(pairs[:, 0], skin.faces[pairs[:, 1]], p, t, n[which], len(V)) @ skin.M
+        pairs = pairs[N[pairs[:, 0] - skin.corners] > PRESSED * N.max(initial=0.0)]
+        chosen, of, weights, nearest, far = _weigh_nearest_faces(pairs, V[pairs[:, 0]], V[skin.faces[pairs[:, 1]]])
+        which, faces = pairs[nearest, 0] - skin.corners, skin.faces[pairs[chosen, 1]]
+        samples, d = pairs[chosen, 0], V.shape[1]
+        each = _slip_matrix(samples, faces, V[samples], V[faces], n[samples - skin.corners], len(V))
+        mean = sparse.csr_matrix((weights, (of, np.arange(len(of)))), shape=(len(which), len(of)))
+        W = sparse.kron(mean, sparse.identity(d), format="csr") @ each @ skin.M
         spring = HALF * self.spring * skin.A[which]
         return TangentialCoupling(
-            which, N[which], n[which], far, W, self._constant_slip(which, n[which], W), spring, pairs[:, 1]
+            which, N[which], n[which], far, W, self._constant_slip(which, n[which], W), spring, pairs[nearest, 1]
         )
 
     def _constant_slip(self, which: Ints, n: Floats, W: Any) -> Floats:
@@ -291,22 +291,25 @@ class DeformableFriction(DynamicPatternEnergy):
         return self.pressing.rounding(x) + float(np.finfo(np.float64).eps * size * np.linalg.norm(hold.spring))
 
 
-def _select_nearest_faces(pairs: Ints, p: Floats, t: Floats) -> tuple[Ints, Floats]:
-    """Return, for each sample, the index (m,) of the pair with its nearest face, and the distance (m,), m.
+def _weigh_nearest_faces(pairs: Ints, p: Floats, t: Floats) -> tuple[Ints, Ints, Floats, Ints, Floats]:
+    """Return pairs that carry friction (c,), their samples (c,), weights (c,), and the main pair of each sample (m,).
 
-    `pairs` (c, 2) are samples and faces, `p` (c, d), m, the samples and `t` (c, d, d), m, the faces. Among faces at
-    nearly the same distance, one that faces the sample directly is preferred. If distances differ only by rounding, as
-    for a sample exactly over an edge, the face with the lowest number is taken: a sample that switches between faces
-    would have no equilibrium.
+    `pairs` (a, 2) are samples and faces, `p` (a, d), m, the samples and `t` (a, d, d), m, the faces. The last result is
+    the distance (m,), m, of each main pair, which has the largest weight. The nearest face and all that are nearly as
+    near share the friction of a sample. Their weights fall to zero as they become farther, or are seen edge-on: if only the nearest counted,
+    friction would jump where a sample passes from face to face, and there might be no equilibrium.
     """
     r = vectors_from_closest_points(p, t)
     far = np.linalg.norm(r, axis=1)
     looks = np.abs(np.einsum("ci,ci->c", r, _face_normals(t))) / np.maximum(far, TINY)
-    felt = far * (1.0 + ASIDE * (1.0 - looks))
     of = np.unique(pairs[:, 0], return_inverse=True)[1].ravel()
-    best = felt[nearest_pair_of_each(of, felt)][of]
-    first = nearest_pair_of_each(of, np.where(felt <= (1.0 + SAME) * best, pairs[:, 1], np.inf))
-    return first, far[first]
+    least = far[nearest_pair_of_each(of, far)][of]
+    weights = looks**2 * np.maximum(1.0 - (far / least - 1.0) / BLEND, 0.0)
+    nearest = nearest_pair_of_each(of, -weights)
+    weights[nearest] = np.maximum(weights[nearest], TINY)  # if all are seen edge-on, one has to carry the friction
+    chosen = np.flatnonzero((weights > EDGE_ON) | np.isin(np.arange(len(of)), nearest))
+    of, weights = of[chosen], weights[chosen]
+    return chosen, of, weights / np.bincount(of, weights)[of], nearest, far[nearest]
 
 
 def _face_normals(t: Floats) -> Floats:

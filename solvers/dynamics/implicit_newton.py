@@ -34,6 +34,8 @@ EPS = float(np.finfo(np.float64).eps)
 MUCH = 0.25  # of the imbalance: a whole step that leaves less is kept without asking for the potential
 WORSE = 1.25  # times the imbalance that the best way to start had when all were tried: more, and all are tried again
 LESS = 0.97  # of it with every step, so that now and then they are
+CYCLE = 6  # iterations without a smaller residual: Newton's method cycles between states
+FLAT = 1e-6  # relative residual below which energy differences, its square, are rounding errors
 SHORTEST = 1e-5  # part of a Newton step that is tried
 LAGS = 40  # pressures that friction is tried with
 ROUGH, FINER = 1e-2, 0.05  # how well such a trial is worth solving: at most, and of what the last pressures left
@@ -99,6 +101,7 @@ class StageNewton:
         """Return the solution of the equations of a step by Newton's method from x. Raises StepFailed."""
         most, cap = self.system.problem.max_iterations, self.system.problem.cap
         trial, before, length = balance.start() if x is None else balance.trial(x), np.inf, 0.0
+        least, best, cycles = np.inf, 0, False
         for number in range((most if cap is None else cap) + 1):
             scale = max(trial.scale, self.scale)
             residual = trial.size / scale if scale else trial.size
@@ -108,10 +111,13 @@ class StageNewton:
             solved = balance.met(trial, scale, before)
             if solved or number == cap:
                 return trial, StepOutcome(number, residual, solved)
+            if residual < least:
+                least, best = residual, number
+            cycles = cycles or (number - best >= CYCLE and least < FLAT)
             if number < most or cap is not None:
                 before = trial.size
                 try:
-                    trial, length = balance.next_trial(trial, scale)
+                    trial, length = balance.next_trial(trial, scale, cycles)
                 except StepFailed:
                     if not balance.is_rounding_error(trial):
                         raise
@@ -343,8 +349,11 @@ class StageEquations:
 
     # ------------------------------------------------------------------ iteration
 
-    def next_trial(self, trial: StageTrial, scale: float) -> tuple[StageTrial, float]:
-        """Return the next trial and the accepted fraction of the Newton step. Raises StepFailed."""
+    def next_trial(self, trial: StageTrial, scale: float, cycles: bool) -> tuple[StageTrial, float]:
+        """Return the next trial and the accepted fraction of the Newton step. Raises StepFailed.
+
+        If Newton's method `cycles`, a step has to decrease the residual; the energy differences are rounding errors.
+        """
         goal = 0.1 * self.tolerance * scale / trial.size  # of the linear system: no more than needed
         reason = "no Newton step decreases the energy"
         for projected in (False, True):
@@ -354,7 +363,7 @@ class StageEquations:
                 reason = failure.reason
                 continue
             if projected or not self.forces.conservative or trial.r @ d < 0.0:
-                found = self._line_search(trial, d)
+                found = self._line_search(trial, d, cycles)
                 if found is not None:
                     return found
         raise StepFailed(reason)
@@ -385,7 +394,7 @@ class StageEquations:
             self.forces.add_blocks(J.data, turning.tangent(stage, x, v))
         return J if self.touches is None else self.touches.coupled(x, J, self.forces.free, stage.touch, projected)
 
-    def _line_search(self, trial: StageTrial, d: Floats) -> tuple[StageTrial, float] | None:
+    def _line_search(self, trial: StageTrial, d: Floats, cycles: bool) -> tuple[StageTrial, float] | None:
         """Return the trial after a step d, and the fraction of d that lowers the potential enough; None if there is
         none.
 
@@ -398,14 +407,14 @@ class StageEquations:
             there = self.trial(trial.x + length * way)
             if there.size <= MUCH * trial.size and length == 1.0 and math.isfinite(there.stored):
                 return there, length
-            if there.possible and self._is_enough_lower(trial, there, length * slope):
+            if there.possible and self._is_enough_lower(trial, there, length * slope, cycles):
                 return there, length
             length *= 0.5
         return None
 
-    def _is_enough_lower(self, trial: StageTrial, there: StageTrial, slope: float) -> bool:
+    def _is_enough_lower(self, trial: StageTrial, there: StageTrial, slope: float, cycles: bool) -> bool:
         """Return whether the trial `there` is enough lower than `trial`, for a directional derivative `slope`."""
-        if self.forces.conservative:
+        if self.forces.conservative and not cycles:
             noise = 1e-13 * (abs(trial.potential) + abs(there.potential) + abs(trial.stored) + abs(there.stored))
             return self.rise(trial, there) <= 1e-4 * slope + noise
         return there.size <= (1.0 - 1e-4) * trial.size

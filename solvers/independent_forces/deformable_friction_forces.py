@@ -16,8 +16,8 @@ from scipy.spatial import cKDTree
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 LEAST = 1e-300
-ALIKE = 1e-6  # relative to a distance: among equally near faces, the one that faces the point has friction
-SAME = 1e-9  # relative to a distance: equally near up to rounding; the first face is used
+FARTHER = 1e-2  # relative to the distance of the nearest face: a face that much farther has no friction
+FLAT = 1e-12  # squared cosine between gap and normal: a face seen edge-on has no friction
 
 
 def find_candidate_pairs(p: Floats, x: Floats, faces: Ints, reach: float) -> Ints:
@@ -126,8 +126,8 @@ def friction_forces(
 ) -> tuple[Floats, Floats]:
     """Return the friction forces on points p (s, d) and corners x (v, d), N, from springs with limited forces.
 
-    `pull` (s, d) are the spring forces and `most` (s,) their limits, N. The reaction acts on the face nearest to the
-    point, at the position of the point, without a net moment. To this end the corners also receive forces c r along the
+    `pull` (s, d) are the spring forces and `most` (s,) their limits, N. The reaction acts on the faces nearest to
+    the point, at the position of the point, without a net moment. To this end the corners also receive forces c r along the
     gap r, with sum c = 0 and, except for a part along r, sum c x = f: they balance the moment of the friction force f
     about the face.
     """
@@ -137,20 +137,16 @@ def friction_forces(
     pairs = pairs[size[pairs[:, 0]] > 0.0]
     t = x[faces[pairs[:, 1]]]
     r = p[pairs[:, 0]] - closest_points(p[pairs[:, 0]], t)
-    best: dict[int, tuple[float, int]] = {}
-    for number, key in enumerate(_friction_face_keys(r, t).tolist()):
-        one, face = pairs[number].tolist()
-        least, other = best.get(one, (np.inf, number))
-        if key < (1.0 - SAME) * least or (key <= (1.0 + SAME) * least and face < pairs[other, 1]):
-            best[one] = key, number
-    for one, (_, number) in best.items():
-        corners = faces[pairs[number, 1]]
+    for number, weight in enumerate(_friction_shares(pairs[:, 0], r, t).tolist()):
+        if not weight:
+            continue
+        one, corners = pairs[number, 0], faces[pairs[number, 1]]
         y, gap, k, d = x[corners], r[number], len(corners), x.shape[1]
         A = np.zeros((d + 1, k + 1))
         A[:d, :k], A[d, :k], A[:d, k] = y.T, 1.0, gap / np.linalg.norm(gap)
         share = np.linalg.solve(A, np.append(p[one] - gap, 1.0))[:k]
         c = np.linalg.solve(A, np.append(f[one], 0.0))[:k]
-        np.add.at(on, corners, np.outer(c, gap) - np.outer(share, f[one]))
+        np.add.at(on, corners, weight * (np.outer(c, gap) - np.outer(share, f[one])))
     return f, on
 
 
@@ -162,12 +158,22 @@ def normals(t: Floats) -> Floats:
     return found
 
 
-def _friction_face_keys(r: Floats, t: Floats) -> Floats:
-    """Return a key for each pair (c,); the face with the smallest key takes the friction of a point.
+def _friction_shares(of: Ints, r: Floats, t: Floats) -> Floats:
+    """Return the fraction of the friction of a point that the face of each pair takes (c,).
 
-    The key is the distance |r|. Among equal distances, faces whose normal is along the gap r (c, d) come first.
+    `of` (c,) is the point of each pair, `r` (c, d), m, the gap to the face, and `t` (c, d, d), m, the face. A fraction
+    is proportional to the squared cosine between gap and normal; it falls to zero linearly where a face is one percent
+    farther than the nearest face.
     """
-    far = np.sqrt((r**2).sum(axis=1))
-    looks = np.abs((r * normals(t)).sum(axis=1)) / np.maximum(far, LEAST)
-    found: Floats = far * (1.0 + ALIKE * (1.0 - looks))
-    return found
+    far, cosine = np.sqrt((r**2).sum(axis=1)), (r * normals(t)).sum(axis=1)
+    shares = np.zeros(len(of))
+    for one in np.unique(of):
+        own = np.flatnonzero(of == one)
+        near = far[own].min()
+        excess = (far[own] - near) / (FARTHER * near)
+        share = (cosine[own] / far[own]) ** 2 * np.clip(1.0 - excess, 0.0, 1.0)
+        share[share < FLAT] = 0.0
+        if not share.any():
+            share[np.argmin(far[own])] = 1.0
+        shares[own] = share / share.sum()
+    return shares

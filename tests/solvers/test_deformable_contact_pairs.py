@@ -183,3 +183,36 @@ def test_what_is_equally_near_is_the_first_face(law: Maker, elastic: Energies) -
     for seed in range(3):
         noise = 1e-15 * np.random.default_rng(seed).standard_normal(len(x))
         assert abs(sliding.tangential_coupling(x + noise).W - W).max() < 1e-9
+
+
+def test_friction_changes_continuously_where_a_sample_passes_from_face_to_face(law: Maker, elastic: Energies) -> None:
+    """A point slides down one side of a groove to the bottom, where the other side becomes the nearer one.
+
+    If only the nearest face had friction, the slip would jump there, and an equilibrium on the jump would not exist.
+    Forty bisections of 30 um find the largest jump of what the point slides on.
+    """
+    first, problem, _ = bars(elastic, law("small", poisson=0.0), "trapezoidal", 0.5)
+    sliding: Any = problem.meets[0]
+    skin, slope = sliding.skin, 0.4
+    mesh = DisjointShapes(Box((1.0, 0.25, 0.25)), Box((1.0, 0.25, 0.25), (1.001, 0.0, 0.0)), 1.0).mesh("hex8", 0.25)
+    x = np.zeros((len(mesh.points), 3))
+    x[first, 0] = 9.5e-4
+    x[:, 0] += slope * (0.125 - np.abs(mesh.points[:, 1] - 0.125))
+    P = skin.X[skin.corners :]
+    ahead = np.where((P[:, 0] == 1.0) & (P[:, 1] < 0.125), 0.125 - P[:, 1], np.inf)
+    sample = int(np.argmin(ahead))
+
+    def row(shift: float) -> Any:
+        """The slip of the sample, if the first bar is moved along one side of the groove."""
+        y = x.copy()
+        y[first, :2] += (slope * shift, shift)
+        hold = sliding.tangential_coupling(y.ravel())
+        return hold.W[3 * int(np.flatnonzero(hold.which == sample)[0]) :][:3].toarray()
+
+    low, high = ahead[sample] - 2e-5, ahead[sample] + 1e-5
+    assert np.abs(row(low) - row(high)).max() > 1e-4
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        jumps = [np.abs(row(middle) - row(end)).max() for end in (low, high)]
+        low, high = (low, middle) if jumps[0] > jumps[1] else (middle, high)
+    assert np.abs(row(high) - row(low)).max() < 1e-9
