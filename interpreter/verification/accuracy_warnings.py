@@ -14,7 +14,7 @@ DOUBTS: dict[str, str] = {
     "W304": "the beam is not slender",
     "W305": "the mesh has less volume than the body",
     "W306": "small strain was used with large rotations",
-    "W312": "the mesh is coarser than the body",
+    "W312": "the cells are larger than half the thickness of the body",
     "W314": "other equilibrium states may exist",
     "W318": "the energies do not balance",
     "W321": "the springs have a fixed Poisson's ratio of 0.25",

@@ -240,9 +240,11 @@ class ErrorEstimate(SolutionUnderTest):
         return displacement_of(self.mesh.mesh, step)
 
     def _time_step_error(self, seen: ProbeResultUnderTest) -> float:
-        """Error due to the time step of a motion, at least the time-step error of the vibrations at the probe.
+        """Return the error due to the time step of a motion, at least the time-step error of the vibrations at the
+        probe.
 
-        The order is that of the integrator, or one where contacts open and close, since motions are not smooth there.
+        The convergence order is that of the integrator. It is 1 where contacts open and close, since motions are not
+        smooth there.
         """
         analysis: Any = self.case.analysis
         smooth = not (self.case.contacts or self.case.pairs) and analysis.integrator not in FIRST_ORDER
@@ -254,7 +256,7 @@ class ErrorEstimate(SolutionUnderTest):
         )
 
     def _time_step_error_of_modes(self, seen: ProbeResultUnderTest) -> float:
-        """Error due to the time step in the vibrations at the probe.
+        """Return the error due to the time step in the vibrations at the probe.
 
         It is a lower bound, because solutions with two different steps may agree by chance.
         """
@@ -267,7 +269,7 @@ class ErrorEstimate(SolutionUnderTest):
         return MODAL * (found.relative * seen.size if own is None else own)
 
     def _time_step_error_by_refinement(self, seen: ProbeResultUnderTest, order: float, longer: bool = True) -> float:
-        """Error due to the time step, from a solution with half the step. Raises NoErrorEstimate.
+        """Return the error due to the time step, from a solution with half the step. Raises NoErrorEstimate.
 
         If that costs too much, solutions with steps two and four times as long are used. With `longer` false, only half
         the step is used.
@@ -306,7 +308,10 @@ class ErrorEstimate(SolutionUnderTest):
 
 
 def _largest_change(seen: ProbeResultUnderTest, step: Floats) -> float | None:
-    """Return the largest displacement change at the probe, from changes of the nodes (n, 3); None for other metrics."""
+    """Return the largest displacement of a Newton step `step` (n, 3), m, over all nodes, in the unit of the metric.
+
+    The result is None for metrics that do not measure displacements.
+    """
     if not seen.in_displacements or seen.unit == "s":
         return None
     largest = float(np.linalg.norm(step, axis=1).max(initial=0.0))
@@ -359,7 +364,10 @@ def estimate_errors(
 def _errors_of_given_values(
     scene: Scene, found: Mapping[str, StatedError], measured: Mapping[str, Any]
 ) -> dict[str, StatedError]:
-    """Return the stated errors of metrics that compare a value with a given one: the value's error, divided alike."""
+    """Return the stated errors of `value_error` metrics, which compare another metric with a given value.
+
+    Such an error is the stated error of the compared metric, divided by the same number as the difference.
+    """
     stated = {}
     for name, metric in scene.of_kind("metric").items():
         thing = metric.thing
@@ -425,7 +433,7 @@ def _requested_results(
 
 
 def _is_about_forces(scene: Scene, metric: Any, view: View) -> bool:
-    """Return whether a metric is about forces that a model's view contains."""
+    """Return whether a metric evaluates forces that are known in the results `view` of a model."""
     if not isinstance(metric, ForceMetric) or view.at_rest is None or not view.at_rest.knows(metric.concerned):
         return False
     return metric.body_in(scene) in (None, view.body)

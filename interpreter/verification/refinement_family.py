@@ -68,7 +68,10 @@ class ConvergedReference:
 
 @dataclass(frozen=True)
 class SamplePoints:
-    """Points X (n, 3), m, at which fields are compared; the first `len(weights)` of them have a volume, m^3, each."""
+    """Points X (n, 3), m, at which fields are compared, and the volumes that the first points represent.
+
+    `weights` (k,), m^3, are the volumes of the first k points; the other points have none.
+    """
 
     X: Floats
     weights: Floats

@@ -66,7 +66,7 @@ class DeformedNetwork:
 
     @cached_property
     def at(self) -> tuple[Floats, NDArray[np.int64]]:
-        """Distinct places of the nodes (p, 3), m, and the number of the place of every node (n,).
+        """Distinct positions of the nodes (p, 3), m, called places, and the index of the place of every node (n,).
 
         Nodes closer than a thousandth of a segment share a place.
         """
@@ -94,7 +94,7 @@ class DeformedNetwork:
 
     @cached_property
     def x(self) -> Floats:
-        """Deformed places (p, 3), m."""
+        """Deformed positions of the places (p, 3), m."""
         found = np.zeros_like(self.at[0])
         found[self.at[1]] = np.concatenate([rod.x for rod in self.rods])
         return found
@@ -170,7 +170,7 @@ class DeformedNetwork:
 
     @cached_property
     def hinged(self) -> dict[int, Floats]:
-        """Hinge axis and two axes normal to it, as rows (3, 3), by number of the place.
+        """Axis of the hinge at each place and two axes normal to it, as rows (3, 3), by index of the place.
 
         If a place has several hinges, the first one counts.
         """
@@ -183,7 +183,9 @@ class DeformedNetwork:
         return found
 
     def turned(self, forces: Floats) -> Floats:
-        """Return forces and moments (p, 6), with moments at hinges resolved along the hinge axis and normal to it."""
+        """Return forces and moments (p, 6) whose moments at hinges are components along the hinge axis and normal to
+        it.
+        """
         found = forces.copy()
         for i, rows in self.hinged.items():
             found[i, 3:] = rows @ forces[i, 3:]

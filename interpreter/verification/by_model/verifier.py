@@ -78,7 +78,7 @@ class Verifier:
         return error_from_coarser(self.coarser(answer), seen, self.order, answer)
 
     def loads_left(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest, missing: float) -> float:
-        """Return the part of the relative load error `missing` that the discretisation error does not contain."""
+        """Return the part of the relative load error `missing` that the discretisation error does not include."""
         return missing
 
     def is_singular(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> bool:
