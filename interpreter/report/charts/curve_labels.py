@@ -139,9 +139,11 @@ def _is_inside(point: Point, box: Box) -> bool:
 
 
 def _candidates(end: Point, crowd: bool, led: bool) -> Iterator[LabelPlace]:
-    """Yield candidate positions for a name next to the end of its curve.
+    """Yield candidate positions for a name next to the end point of its curve, pixels.
 
-    If the end is crowded by other curves, these are left out. With `led`, positions farther away are added.
+    With `crowd`, other curves end nearby, and the positions directly at the end point are left out. With `led`,
+    positions
+    farther away, with a leader line, are added.
     """
     x, y = end
     if not crowd:

@@ -289,7 +289,12 @@ def _name(name: str) -> str:
 
 
 def limit_cells(finest: float | None, found: ConvergenceEstimate, unit: str) -> list[str]:
-    """Return table cells with the finest value, the order, the limit with its index, and whether they are reliable."""
+    """Return five table cells on the convergence of a value with mesh refinement.
+
+    They are the value `finest` on the finest mesh, the order of convergence, the extrapolated limit, the grid
+    convergence
+    index, and whether the meshes are in the asymptotic range.
+    """
     mark = "" if found.asymptotic else " ‡"
     order = DASH if found.order is None else typeset_number(f"{found.order:.2f}") + mark
     below = "" if found.relative is None else typeset_number(f"{100 * found.relative:.2g} %")
@@ -320,7 +325,12 @@ def _error_order(entry: LineOrders, metric: str) -> str:
 
 
 def distances(view: SceneView) -> str:
-    """Return a table of the distances between all results; empty if there are fewer than two."""
+    """Return a table of the differences between the deformed shapes of all models and references.
+
+    A difference is the relative l2 norm of the displacement difference at shared points. The table is empty if there
+    are
+    fewer than two results.
+    """
     known = view.analysis.distances
     names = known.names
     if len(names) < 2:

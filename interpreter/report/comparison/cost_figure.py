@@ -97,7 +97,7 @@ def _csv_link(view: SceneView, split: Sequence[ComparedPoint], named: Sequence[s
 
 
 def quality(view: SceneView, allowed: bool = False) -> str:
-    """Return sentences on the reliability of the timings."""
+    """Return sentences on the reliability of the timings as HTML; `allowed` is true if disturbed timings count."""
     known = view.analysis.timing
     if not known.timed:
         return _callout("quiet", "No times were measured: configurations are compared by their number of unknowns.")
@@ -115,7 +115,7 @@ def quality(view: SceneView, allowed: bool = False) -> str:
 
 
 def _list_labels(labels: Sequence[str], of: int) -> str:
-    """Return `all`, or the first eight labels and the number of others."""
+    """Return `all` if there are `of` labels, else the first eight labels and the number of the others."""
     if len(labels) == of > 1:
         return "all"
     more = f" and {len(labels) - 8} more" if len(labels) > 8 else ""

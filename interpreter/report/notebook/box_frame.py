@@ -30,9 +30,9 @@ def isolated_frame(label: str, markup: str, styles: Sequence[str], scripts: Sequ
 
 
 def if_it_fits(drawn: str, rest: str, where: str) -> str:
-    """Return the HTML `drawn` if its size and that of the `rest` fit the limit.
+    """Return the HTML `drawn` if it has, together with the HTML `rest`, at most LARGEST characters.
 
-    Otherwise return a sentence that names the place `where` it is shown.
+    Otherwise return a sentence that the drawing is too large, and that the program or file `where` shows it.
     """
     if len(drawn) + len(rest) <= LARGEST:
         return drawn

@@ -20,7 +20,10 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Class:
-    """Display of a class of points: words, symbol and meaning; the symbol makes colour unnecessary."""
+    """Display of a verdict on a point, such as `right` or `diverged`: its words, symbol and meaning.
+
+    The symbol makes colour unnecessary.
+    """
 
     words: str
     sign: str
@@ -43,7 +46,7 @@ CLASSES: Mapping[str, Class] = {
 
 
 def class_of(name: object) -> Class:
-    """Return the display of a class of points; an unknown class is shown by its name."""
+    """Return the display of the verdict called `name`; an unknown verdict is shown by its name."""
     return CLASSES.get(str(name)) or Class(str(name).replace("_", " "), "?", "")
 
 
@@ -78,9 +81,11 @@ GAP_LIMIT, LEAST_GAP = 0.5, 1e-10  # for Poisson's ratio, the only quantity vari
 
 
 def place(kind: str, value: Any, marks: Sequence[Any]) -> float:
-    """Return the coordinate of a value on a scale of the given kind.
+    """Return the coordinate of a value on a scale of the given kind, which increases along the scale.
 
-    `marks` are the values of an evenly spaced scale.
+    Kinds: `log` and `linear`; `gap`, logarithmic in the distance to the limit GAP_LIMIT; `turn`, evenly spaced in the
+    order
+    of `marks`.
     """
     if kind == "turn":
         return float(list(marks).index(value)) if value in marks else 0.0

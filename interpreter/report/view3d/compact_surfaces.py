@@ -157,7 +157,7 @@ def bounds(shape: DrawnSurface) -> tuple[Floats, Floats]:
 
 
 def pack_surface(name: str, shape: DrawnSurface, mesh: int) -> dict[str, Any]:
-    """Return a surface as JSON that `shapes.js` reads.
+    """Return a surface as JSON that `shapes.js` reads; `mesh` is the index of its triangles on the page.
 
     Positions are in 1/65535 of the bounding box, errors in 1/65535 of the largest error.
     """

@@ -27,7 +27,10 @@ def error_statement(model: ModelResult) -> str | None:
 
 
 def amount(value: float, unit: str = "1", of: float | None = None) -> str:
-    """Return an error as text with two digits; it is raised to at least `DIGITS` times the value `of` of the metric."""
+    """Return an error as text with two digits.
+
+    It is raised to at least DIGITS times `of`, the value of the metric that has this error.
+    """
     shown: str = format_quantity(max(value, DIGITS * abs(of or 0.0)), unit, 2, percent=True)
     return shown
 
