@@ -82,7 +82,7 @@ class ErrorEstimate(SolutionUnderTest):
         parts: dict[str, float | None] = {}
         reasons: dict[str, list[str]] = {}
         asked = self._parts()
-        last = self.in_time or bool(self.case.contacts or self.case.pairs)  # where it costs as much as a finer space
+        last = self.in_time or bool(self.case.contacts or self.case.pairs)  # costs as much as a finer space
         for name in sorted(asked, key=lambda name: (name == "model") == last):
             part = asked[name]
             try:
@@ -321,7 +321,7 @@ def _largest_change(seen: ProbeResultUnderTest, step: Floats) -> float | None:
     return largest / size if size > 0.0 else None
 
 
-# ------------------------------------------------------------------ of a run
+# ------------------------------------------------------------------ errors of all results of a model
 
 
 def estimate_errors(

@@ -161,7 +161,7 @@ class FacetSweep:
         return told
 
     def _lattice(self, n: int, more: Floats) -> Floats:
-        """Return a lattice of n by n local points of a facet, including its sides, followed by the local points `more`."""
+        """Return n by n local points of a facet, including points on its sides, followed by the points `more`."""
         a, b = (t.ravel() for t in np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n), indexing="ij"))
         xi = np.stack([2 * b - 1, 2 * a - 1], axis=1) if self._square else np.stack([(1 - a) * b, a], axis=1)
         return np.concatenate([xi, more])

@@ -23,8 +23,8 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
 
-OTHERS = 0.8  # solutions that are kept for coarser meshes, where a finer space costs too much, and for other parts
-LONGER = 0.75  # solutions that are kept for steps of twice and four times the length
+OTHERS = 0.8  # solutions reserved for coarser meshes, if a finer space costs too much, and for other error parts
+LONGER = 0.75  # solutions reserved for time steps of twice and four times the length
 FACTORED = 300_000  # unknowns up to which a tangent is factored
 
 
@@ -60,7 +60,7 @@ class SolutionUnderTest:
 
     @property
     def others(self) -> float:
-        """Cost of further solutions that is reserved for other error parts than finer cells, relative to this solution."""
+        """Cost reserved for solutions that other error parts than finer cells need, relative to this solution."""
         return OTHERS + (LONGER if self.in_time else 0.0)
 
     @property

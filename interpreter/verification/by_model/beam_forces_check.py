@@ -186,7 +186,7 @@ def stiffness(section: Section, material: Any) -> Floats:
     return np.array([E * section.area, shear, shear, G * section.torsion, *(E * I for I in section.moments)])
 
 
-FINE, COARSE_RULE, MANY = 64, 16, 8  # places of the other rule in an element: of few elements, and of more than MANY
+FINE, COARSE_RULE, MANY = 64, 16, 8  # quadrature intervals in an element; COARSE_RULE from MANY stations on
 
 
 def stiffness_along(shape: Swept, s: Floats, material: Any) -> Floats:

@@ -40,7 +40,7 @@ from softmark.solvers.independent_forces.solid_forces import Floats, ForceBalanc
 from softmark.solvers.mesh.frame_shapes import Member, Network
 from softmark.solvers.mesh.shape import Swept, transverse
 
-ALIGNED = 1e-9  # of unit vectors: two axes of hinges that are one
+ALIGNED = 1e-9  # difference of unit vectors below which two hinge axes are the same
 JOINED = 3.0  # times half the depth of what a member ends in, over its length: bending goes with the cube of length
 
 
@@ -87,7 +87,7 @@ class DeformedNetwork:
 
     def _deform_member(self, number: int, member: Member) -> CheckedRod:
         X, across = self.X[number], np.array(member.frame(0.0))[None, 1:]
-        shifts: Any = self.found.solution.displacement  # of a network, which knows its members
+        shifts: Any = self.found.solution.displacement  # its method `of` gives that of one member
         x, R = deformed_axes(X, across, arm_of(member.section), partial(shifts.of, number))
         C = stiffness_along(member, np.linspace(0.0, member.length, len(X)), self.found.case.material)
         return CheckedRod(x, R, np.linalg.norm(np.diff(X, axis=0), axis=1), C)
