@@ -86,8 +86,9 @@ def _time_row(change: TimeChange) -> Row:
 
 
 def _noise(changes: Changes) -> str:
-    """Return a sentence that counts the changes below the uncertainty of their references and the times of unknown
-    noise.
+    """Return a sentence that counts the changes without a clear meaning.
+
+    These are changes below the uncertainty of their references, and changes of times whose noise is unknown.
     """
     below = sum(m.verdict not in SORT for m in changes.metrics)
     undecided = sum(t.verdict == "undecided" for t in changes.times)

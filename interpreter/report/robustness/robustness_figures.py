@@ -25,7 +25,7 @@ CELL, EDGE = 46.0, 74.0  # cell and margin of a heat map, pixels
 
 
 def key(study: RobustnessStudyRecord) -> str:
-    """Return the HTML legend of the verdicts that occur in a study, such as `right` and `diverged`, with their meaning."""
+    """Return the HTML legend of the verdicts that occur in a study, such as `right`, with their meaning."""
     found = dict.fromkeys(p.found.word for p in study.points)
     items = [
         tag("li", _class_disc(12, 10, name, 5.0, alone=True), tag("b", text(class_of(name).words)), ": ",
@@ -36,10 +36,9 @@ def key(study: RobustnessStudyRecord) -> str:
 
 
 def _class_disc(x: float, y: float, name: str, size: float, alone: bool = False, title: str = "") -> str:
-    """Return the SVG of a coloured disc with the symbol of a verdict `name`, such as `right`, centred at x and y,
-    pixels.
+    """Return the SVG of a coloured disc with the symbol of the verdict `name`, such as `right`.
 
-    With `alone` the disc is a picture of its own, for a legend.
+    Its centre is at x and y, pixels. With `alone` the disc is a picture of its own, for a legend.
     """
     said = tag("title", text(strip_backticks(title))) if title else ""
     disc = tag("circle", cx=f"{x:.1f}", cy=f"{y:.1f}", r=size + 2.5)

@@ -120,11 +120,11 @@ def time_bar(name: str) -> str:
 
 
 def colour_bar(most: float, clipped: float, name: str) -> str:
-    """Return the HTML of the colour bar of errors with three scales: up to the largest error, typical, and logarithmic.
+    """Return the HTML of the colour bar of errors with three scales.
 
-    The errors `most` (largest) and `clipped` (end of the typical range) are in m. The style sheet shows the scale that
-    the
-    reader chose.
+    They go up to the largest error `most`, m, up to the end of the typical range `clipped`, m, and over DECADES
+    decades. The
+    style sheet shows the scale that the reader chose.
     """
     top, cut = most or 1e-9, clipped or most or 1e-9
     scales = scale_below(linear(0.0, top, name, "m", 6), "full", "")

@@ -37,7 +37,7 @@ def row_head(name: str) -> str:
 
 
 def newtons(vector: Sequence[float], rounding: float, largest: float = 0.0) -> str:
-    """Return the components of a force, N, as text with five digits; round-off residues are shown as zero.
+    """Return the components of a force, N, as text with five digits; round-off residues are zero.
 
     A residue is at most `rounding` times the largest component, or times `largest`, N, if that is larger.
     """
