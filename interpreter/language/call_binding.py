@@ -61,7 +61,7 @@ class Binder:
     def call(self, kind: str, node: tree.Call, outermost: bool = True) -> tuple[Constructor, Any, dict[str, Location]]:
         """Return the constructor of a call, the created object, and the location of each field.
 
-        Raises EvaluationError.
+        Overrides apply only to the `outermost` call of a declaration. Raises EvaluationError.
         """
         constructor = self._find_constructor(kind, node)
         self._refuse_decimal_comma(constructor, node)

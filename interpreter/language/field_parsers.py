@@ -281,7 +281,10 @@ def check_alternatives(binder: Binder, constructor: Constructor, bound: Mapping[
 
 
 def default_selection(binder: Binder, constructor: Constructor, bound: Mapping[str, Bound]) -> dict[str, Any]:
-    """Return the default selection of a support on a rigid body, which has no parts to select; else nothing."""
+    """Return the field `where` with its default for a support on a rigid body, which has no parts to select.
+
+    For any other call the result is empty.
+    """
     given = bound.get("body")
     if constructor.kind != "support" or given is None or "where" in bound or not isinstance(given[0], tree.Name):
         return {}

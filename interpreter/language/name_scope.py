@@ -50,7 +50,8 @@ class Scope:
     def same(self, full: str) -> bool:
         """Return whether a name means the same as in the earlier compilation.
 
-        Neither the name nor any of its dependencies may have changed.
+        Neither the name nor any of its dependencies may have changed. If it is the same, its dependencies are recorded
+        again.
         """
         if self.known is None or full in self._affected_names:
             return False
