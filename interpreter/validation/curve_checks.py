@@ -108,7 +108,12 @@ def _check_column_units(reference: Declared) -> Iterator[Diagnostic]:
 
 
 def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
-    """Check that a metric has a curve over the reference's range, with its dimensions, and unloading for a loop."""
+    """Check one metric that is a curve, alone or compared with a measured curve.
+
+    It must have a curve, of the same dimensions as the measured one and over its range. A hysteresis metric also needs
+    a
+    measured curve with unloading.
+    """
     thing: CurveMetric = metric.thing
     reference, of = scene.declared.get(thing.measured_from or ""), scene.declared[thing.of]
     analysis = next((a.thing for a in scene.of_kind("analysis").values()), None)
@@ -164,7 +169,9 @@ def _check_dimensions(
 def _missing_curve_error(scene: Scene, metric: Declared, of: Declared, moving: bool, timed: bool) -> Diagnostic | None:
     """Return the error if a metric has no curve, or None.
 
-    Errors have none, in dynamics those without history, and in statics those without `over`.
+    There is no curve of a metric that is an error. In dynamics there is none of a metric without time history. In
+    statics
+    there is none without the field `over`.
     """
     thing: CurveMetric = metric.thing
     for field, other in (("of", of), ("over", scene.declared.get(thing.over or ""))):

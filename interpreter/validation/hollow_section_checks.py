@@ -21,7 +21,7 @@ INSTEAD = {"load": "apply a traction to the end face or to a strip of the wall",
 
 
 def axis_point_refusal(scene: Scene, declared: Declared) -> str | None:
-    """Return why a load or probe cannot lie on the axis of a hollow body, as a remedy; None if it can.
+    """Return the reason and remedy if a load or probe cannot lie on the axis of a hollow body, or None.
 
     It can lie there if all models of the body are beams, whose sections move and are loaded as wholes, and if no stress
     is requested.

@@ -104,7 +104,7 @@ def installed_plugins() -> dict[str, str]:
 
 @dataclass(frozen=True)
 class PluginSource:
-    """Text of a plugin, and the way to load it."""
+    """Text of a plugin, with the file or the module from which it is loaded."""
 
     asked: str
     source: Source

@@ -162,7 +162,11 @@ def _count(number: int, what: str) -> str:
 
 
 def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
-    """Check that a metric has no reference of its own, that dimensions agree, and that no value is zero."""
+    """Check one metric that compares another metric, `of`, with a given value.
+
+    The metric `of` must be neither an error nor a curve, the dimensions must agree, and a relative difference needs a
+    nonzero divisor.
+    """
     thing, of = metric.thing, scene.declared[metric.thing.of]
     reference = scene.declared[thing.against]
     if not isinstance(reference.thing, GivenValues):
