@@ -6,6 +6,7 @@ given.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -270,8 +271,11 @@ def check_alternatives(binder: Binder, constructor: Constructor, bound: Mapping[
         told = " or ".join(f"`{name}`" for name in names)
         if not given:
             fields = [f for name in names if (f := constructor.field(name)) is not None]
-            meanings = "; ".join(f.meaning + binder.unit_hint(f) for f in fields)
-            binder.place.fail("E351", node.function.span, f"`{constructor.name}` needs {told}", "incomplete", meanings)
+            each = (f"`{f.name}`, {re.split('[;,]', f.doc)[0]}{binder.unit_hint(f)}" for f in fields)
+            meanings = f"give one of them: {'; or '.join(each)}"
+            binder.place.fail(
+                "E351", node.function.span, f"`{constructor.name}` needs either {told}", "one is missing", meanings
+            )
         elif len(given) > 1:
             value, place = bound[given[-1]]
             problem = f"`{constructor.name}` takes {told}, not both"

@@ -235,7 +235,7 @@ def _check_supports(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
                     support.at(),
                     f"`{other.name}` and `{support.name}` both {what} `{body.name}`",
                     "conflicting supports",
-                    "keep one support: a rigid body first rotates about one axis, and then its displacements are added",
+                    "keep one of the two supports; a rotation may be combined with displacements, which follow it",
                 )
         before.append(support)
 
@@ -248,4 +248,4 @@ def _find_conflict(one: Fixed | Displaced | Rotated, other: Fixed | Displaced | 
     still, moving = (one, other) if isinstance(one, Fixed) else (other, one)
     if not isinstance(still, Fixed) or isinstance(moving, Fixed):
         return None
-    return "hold and move" if any(turns) or any(moving.imposed[i] for i in still.components) else None
+    return "prescribe the motion of" if any(turns) or any(moving.imposed[i] for i in still.components) else None

@@ -47,8 +47,8 @@ def _check_uncertainty(reference: Declared) -> Iterator[Diagnostic]:
         yield fault
     elif thing.uncertainty is None and not thing.beside_y and thing.repeats == 1:
         yield diagnostic("E408", reference.at(), f"`{reference.name}` has no uncertainty", "no uncertainty",
-                         "give `uncertainty = 2 %` or an amount, name a column with the uncertainty of each value "
-                         "with `deviation`, or give repeats: `path = [...]` or `y = [...]`")  # fmt: skip
+                         "give `uncertainty = 2 %` or an amount; or name the column of uncertainties with "
+                         "`deviation`; or give repeated measurements: `path = [...]` or `y = [...]`")  # fmt: skip
     for field, of in (("x_origin", "x"), ("y_origin", "y"), ("uncertainty", "y")):
         given, due = reference.value(field), reference.value(f"{of}_unit").dimension
         allowed = (due, units.NONE) if field == "uncertainty" else (due,)
@@ -188,8 +188,9 @@ def _missing_curve_error(scene: Scene, metric: Declared, of: Declared, moving: b
                           "no states", "use states that load and unload: `static(states = [25, 50, 75, 100, 75, 50, "
                                        "25] %)`")  # fmt: skip
     if moving and thing.over is not None:
-        return diagnostic("E509", metric.at("over"), f"in a dynamic analysis the curve of `{of.name}` is over time",
-                          "only in a static analysis", "remove `over`")  # fmt: skip
+        return diagnostic("E509", metric.at("over"),
+                          f"in a dynamic analysis the x axis of the curve of `{of.name}` is time",
+                          "only for static analyses", "remove `over`")  # fmt: skip
     if moving and of.thing.followed and not of.thing.in_time:
         return diagnostic(
             "E509",

@@ -187,9 +187,9 @@ def _check_free_direction(scene: Scene, body: Declared, other: Declared) -> Iter
         if other.thing.planar in ("plane_strain", "plane_stress"):
             yield (
                 body.at("density"),
-                f"the part of `{name}` whose weight acts on the slice is not known",
-                "weight on a slice",
-                "give the mass of that part: `mass = 4 g`",
+                f"the weight of `{name}` on the slice is unknown: a density gives the weight of the whole body",
+                "whole body or slice?",
+                "give the mass that acts on the slice: `mass = 4 g`",
             )
         elif not isinstance(body.thing.shape, HEAVY):
             yield (

@@ -255,7 +255,7 @@ def _curve_metric_refusal(metric: Declared, name: str, known: Known) -> _Refusal
     if known != "curve":
         return _Refusal("against", f"`{word}` compares curves, but `{name}` is {KNOWN[known]}", "not a curve",
                         'name a measured curve: `curve("pull.csv", ...)`')  # fmt: skip
-    return _Refusal("against", f"`{word}` cannot be computed from `{name}`, which is only a curve", "only a curve",
+    return _Refusal("against", f"`{word}` cannot be computed from `{name}`, which is a single curve", "only a curve",
                     f"compare a curve with it: `metric miss = curve_error(METRIC, against = {name})`")  # fmt: skip
 
 
@@ -265,7 +265,7 @@ def _value_metric_refusal(metric: Declared, name: str, known: Known) -> _Refusal
     if known != "value":
         return _Refusal("against", f"`{word}` needs a given value, but `{name}` is {KNOWN[known]}", "no value",
                         'compare with a number: `values(53.4 mm, uncertainty = 0.05 mm, source = "...")`')  # fmt: skip
-    return _Refusal("against", f"`{word}` cannot be computed from `{name}`, which is only a value", "only a value",
+    return _Refusal("against", f"`{word}` cannot be computed from `{name}`, which is a single value", "only a value",
                     f"compare a number with it: `metric miss = value_error(METRIC, against = {name})`")  # fmt: skip
 
 

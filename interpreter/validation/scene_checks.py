@@ -404,7 +404,8 @@ def _check_amplitudes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         if first.thing.amplitude != support.thing.amplitude:
             yield diagnostic("E501", support.at("amplitude"),
                              f"`{support.name}` and `{first.name}` have different amplitudes",
-                             "differs from the first", "give all supports that move the same `amplitude`")  # fmt: skip
+                             "differs from the first",
+                             "give the same `amplitude` to all supports that move")  # fmt: skip
     yield from check_amplitude_resolution(scene)
 
 

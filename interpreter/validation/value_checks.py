@@ -202,10 +202,12 @@ def _check_divisor(metric: Declared, reference: Declared) -> Iterator[Diagnostic
     if all(sizes):
         return
     banded = isinstance(reference.thing, Consensus)
-    one = "a value" if by_value else "a band with a side" if banded else "an uncertainty"
+    one = "value" if by_value else "band" if banded else "uncertainty"
+    side = " on one side" if banded and not by_value else ""
     help = "divide by the uncertainty instead: `relative_to = uncertainty`"
     if not by_value:
         help = f"give `{reference.name}` an uncertainty in the unit of its values, or remove `relative_to`"
         help = "give the band a width on both sides, or remove `relative_to`" if banded else help
-    yield diagnostic("E225", metric.at("against"), f"`{reference.name}` has {one} of zero, which cannot be the "
-                                                   "divisor", "zero", help)  # fmt: skip
+    yield diagnostic("E225", metric.at("against"), f"`{metric.name}` would be divided by the {one} of "
+                                                   f"`{reference.name}`, which is zero{side}",
+                     "zero divisor", help)  # fmt: skip

@@ -119,7 +119,7 @@ def _warn_of_idle_dashpots(scene: Scene) -> Iterator[Diagnostic]:
             where = f"in `{analysis.name}`" if analysis else "in a static analysis"
             problem = f"the dashpots of `{bed.name}` have no effect {where}"
             help = "declare `dynamic(...)`, or remove the damping: dashpots act on velocities"
-            yield diagnostic("W370", bed.at("damping"), problem, "for a dynamic analysis", help)
+            yield diagnostic("W370", bed.at("damping"), problem, "needs a dynamic analysis", help)
 
 
 def _warn_of_predetermined_results(scene: Scene) -> Iterator[Diagnostic]:

@@ -89,13 +89,13 @@ def curling_warning(declared: Declared, case: Case) -> Diagnostic | None:
         "W382",
         declared.at(),
         f"a section {wide / thin:.3g} times as wide as thick bends partly like a plate",
-        f"up to {100 * most:.2g} % stiffer than this model",
-        "clamps and sharp bends keep the section from curling across its width: compare with `fem(...)`",
+        f"the body may be {100 * most:.2g} % stiffer than this model",
+        "near clamps and sharp bends the section cannot curl across its width: compare with `fem(...)`",
     )
 
 
 def clamp_effect_on_bending(section: Section, length: float, poisson: float, spans: int, shear: bool) -> float:
-    """Return a conservative estimate of the relative effect of clamps and thickness that beam theory neglects.
+    """Return a conservative relative error of beam theory in bending, because it ignores clamps and thickness.
 
     A clamp keeps its section from changing shape over CLAMPED / 4 of the width, where the body is as stiff as a
     plate; this effect is larger for flat sections. The other effects decrease with the square of width over length,
@@ -108,7 +108,7 @@ def clamp_effect_on_bending(section: Section, length: float, poisson: float, spa
 
 
 def clamp_effect_on_torsion(section: Section, length: float, poisson: float, spans: int) -> float:
-    """Return a conservative estimate of the relative effect of clamps and thickness on the twist of a rod.
+    """Return a conservative relative error of the twist of a rod, because beam theory ignores clamps and thickness.
 
     A clamp keeps its section from warping, which removes the twist of a length sqrt(E C / (G J)). For a thin strip,
     with C = b^3 t^3 / 144 and J = b t^3 / 3, that length is the width times sqrt((1 + nu) / 24). Squares warp
@@ -123,7 +123,7 @@ def clamp_effect_on_torsion(section: Section, length: float, poisson: float, spa
 
 
 def clamp_effect_on_stretch(section: Section, length: float, poisson: float, spans: int) -> float:
-    """Return a conservative estimate of the relative effect of clamps on the stretch of a rod under tension.
+    """Return a conservative relative error of the stretch of a rod under tension, because beam theory ignores clamps.
 
     A clamp keeps its section from contracting. For round rods of any length this reduces the end displacement by
     0.27 plate(nu) width / length, and the displacement at half length by twice that, as axisymmetric solids show.
@@ -132,9 +132,11 @@ def clamp_effect_on_stretch(section: Section, length: float, poisson: float, spa
 
 
 def bending_share(section: Section, length: float, bent: float, stretched: float) -> float:
-    """Return the fraction of bending in the displacement of a rod, 0 to 1, from its bending and stretch strains.
+    """Return the ratio of a rod's displacements by bending and by stretch, at most 1.
 
-    For equal strains, bending displaces the rod by length over width times as much as stretch does.
+    `bent` and `stretched` are the strains of bending and of stretch. For equal strains, bending displaces the rod by
+    length
+    over width times as much as stretch does.
     """
     far = 4.0 * bent * length / max(section.extents)
     return min(1.0, far / stretched) if stretched > 0.0 else 1.0

@@ -106,8 +106,8 @@ class PreparedPoroelastic(PreparedViscoelastic):
         yield diagnostic(
             "W394",
             declared.at(),
-            f"the step that ends at {shown} does not resolve the fluid flow during it in `{declared.name}`",
-            "error of about 5 % of the fluid moved",
+            f"the step of `{declared.name}` that ends at {shown} is too long to resolve the fluid flow",
+            "error of about 5 % of the moved fluid",
             "use shorter steps, or evaluate later times: the first step after a load change is inaccurate",
         )
 

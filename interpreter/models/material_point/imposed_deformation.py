@@ -25,6 +25,9 @@ ACROSS = 9  # points along each direction in which faces are looked at
 AROUND = 16  # the same around a round body
 SAME = 1e-9  # relative: amounts that are nearer are one
 NAMES = "xyz"
+WHOLE = "a material point supports only whole faces of the body, such as `where = x <= 0 mm`"
+SHEARS = "remove the components along the face, or use `fem(...)`: a material point has no shear traction"
+OPPOSITE = "hold the opposite face along its normal, such as `fixed(..., components = x)`"
 NEEDS = {
     "uniaxial": "one pair of opposite faces held or pulled along its normal, and no others",
     "equibiaxial": "two pairs of opposite faces pulled equally along their normals, and the third pair free",
@@ -39,9 +42,9 @@ class ImposedState:
     """Homogeneous state along x, y and z that supports and loads impose.
 
     `stretches` are None along free axes, where `stresses` are the imposed nominal stresses, Pa. `shear` is an
-    off-diagonal entry (a, b) of F with its value. `driven` are the axes that are moved or loaded. Points move with
-    `anchors`, which are displaced by `shifts`, m. `let_go` are the constraints that such a state violates: names of
-    supports, and axes.
+    off-diagonal entry (a, b) of F with its value. `driven` are the axes that are moved or loaded. The point `anchors`
+    (x, y, z), m, is displaced by `shifts`, m; displacements of other points are relative to it. `let_go` are the
+    constraints that such a state violates: names of supports, and axes.
     """
 
     stretches: tuple[float | None, float | None, float | None]
@@ -121,11 +124,11 @@ def _add_face_stress(found: ImposedOnFaces, load: Declared, model: str) -> None:
     for axis, side in _whole_faces(found.case, load, action.where, model):
         slack = SAME * max(abs(t) for t in action.traction)
         if isinstance(found.case.shape, RoundPrism) and abs(found.case.prism.axis[axis]) < 0.5:
-            raise _partial_face_fault(load, model, "it pulls on a round side")
+            raise _partial_face_fault(load, model, "on a round side", "pull on an end face, along its normal")
         if any(abs(t) > slack for c, t in enumerate(action.traction) if c != axis):
-            raise _partial_face_fault(load, model, "it does not pull along the normal of the face")
+            raise _partial_face_fault(load, model, "not along the normal of the face", SHEARS)
         if ((axis, 1 - side), axis) not in found.held:
-            raise _partial_face_fault(load, model, "the opposite face is not held along its normal")
+            raise _partial_face_fault(load, model, "the opposite face is not held", OPPOSITE)
         pull = action.traction[axis] * (1.0 if side else -1.0)
         found.pulled[axis] = found.pulled.get(axis, 0.0) + pull
 
@@ -134,7 +137,7 @@ def _whole_faces(case: Case, declared: Declared, where: Condition, model: str) -
     """Return the whole faces that a condition selects. Raises Fault if it selects anything else."""
     found = _selected_faces(case.shape, where)
     if not found:
-        raise _partial_face_fault(declared, model, "it does not select a whole face")
+        raise _partial_face_fault(declared, model, "does not select a whole face")
     return found
 
 
@@ -157,11 +160,12 @@ def _selected_faces(shape: Shape, where: Condition) -> list[Face]:
     return found if all(set(own) & set(found) for own in inner) else []
 
 
-def _partial_face_fault(declared: Declared, model: str, why: str) -> Fault:
-    """Return the Fault for a support or load that does not select whole faces, for the reason `why`."""
+def _partial_face_fault(declared: Declared, model: str, why: str, help: str = WHOLE) -> Fault:
+    """Return the Fault for a support or load that a material point cannot represent, for the reason `why`."""
     kind = "load" if declared.kind == "load" else "support"
-    return fault("E356", declared.at("where"), f"`{model}` cannot represent the {kind} `{declared.name}`", why,
-                 "a material point supports only whole faces of the body, such as `where = x <= 0 mm`")  # fmt: skip
+    return fault(
+        "E356", declared.at("where"), f"`{model}` cannot represent the {kind} `{declared.name}`", why, help
+    )  # fmt: skip
 
 
 @lru_cache(maxsize=16)

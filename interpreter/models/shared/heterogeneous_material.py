@@ -70,7 +70,7 @@ def unreadable_constant(profile: Profile, error: Unreadable) -> Fault:
 
 
 class Part(Protocol):
-    """Interface of the cells of one material; `MaterialRegion` (material_regions.py) implements it."""
+    """Interface of a material region: the cells of one material. `MaterialRegion` (material_regions.py) implements it."""
 
     @property
     def case(self) -> Case:
@@ -95,7 +95,7 @@ Parts = Callable[[], Sequence[Part]]  # parts of a mesh, evaluated once because 
 def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | None]:
     """Return the case of one material with its varying constants evaluated at integration points. Raises Fault.
 
-    The second value is the integration at these points; it is None if they are the element's. With `pressures` as
+    The second value is the integration at these points, or None if they are those of the element. If `pressures` are
     unknowns, the inverse of the bulk modulus is integrated.
     """
     mesh, rule = own.mesh, _rule(own.mesh)
@@ -382,7 +382,7 @@ def _known_stiffness(case: Case, mesh: Mesh) -> CellQuadrature | None:
 
 
 def _stiffness_measure(profile: Profile, found: Floats) -> Floats:
-    """Return the constant whose change within a cell is judged; for Poisson's ratio, M / mu limited by HARD."""
+    """Return the values of a constant; for Poisson's ratio, of P-wave modulus / shear modulus, limited by HARD."""
     if profile.name != "poisson":
         return found
     told: Floats = 2.0 * (1.0 - found) / np.maximum(1.0 - 2.0 * found, 1.0 / HARD)
@@ -471,7 +471,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh, parts: Parts) -> Iterator[
             got = low if low == high else f"{low} to {high}"
             yield diagnostic(
                 "W336", profile.at, f"{100 * spread.outside:.3g} % of the volume of `{of}` lies outside the "
-                                    f"field of its `{profile.name}`", f"has the value {got} there",
+                                    f"field of its `{profile.name}`", f"`{profile.name}` is {got} there",
                 "the nearest value of the field is used outside it: check `origin`, `x`, `z` and `length` "
                 "of the field, and the position of the body",
             )  # fmt: skip

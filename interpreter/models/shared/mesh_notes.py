@@ -35,9 +35,9 @@ def distort_to_quality(mesh: Mesh, model: Fem, declared: Declared) -> Mesh:
         raise fault(
             "E508",
             declared.at("quality"),
-            f"the worst cell of the mesh of `{declared.name}` already has a quality of {has}",
+            f"`quality` can only make the mesh of `{declared.name}` worse, and its worst cell has a quality of {has}",
             f"{model.quality:g} is higher",
-            "write a smaller number, or remove `quality`: it only makes cells worse",
+            "write a smaller number, or remove `quality`",
         ) from has
 
 

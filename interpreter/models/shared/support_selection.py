@@ -100,8 +100,8 @@ def _support_selection_warning(declared: Declared, name: str, own: SupportSelect
         return diagnostic(
             "W375",
             at,
-            f"`{name}` selects {_percent(asked)} of the mesh of `{declared.name}`, a layer thinner than its "
-            f"cells, so {f'cells with {_percent(held)} are' if held else 'no whole cell is'} held",
+            f"`{name}` selects a layer thinner than the cells of `{declared.name}`: {_percent(asked)} of the mesh is "
+            f"selected, {_percent(held) if held else 'no whole cell'} is held",
             "cells with only held nodes cannot deform",
             "select only the surface, or use cells as thin as the layer; `--stated` reports the effect",
         )

@@ -31,8 +31,8 @@ install = "install the package `calculix-ccx` (Debian, Ubuntu), or see calculix.
 elements: Mapping[str, str] = {"tet4": "C3D4", "tet10": "C3D10", "hex8": "C3D8", "hex20": "C3D20"}
 laws = PROGRAMS["calculix"].laws
 others: Mapping[str, str] = {  # laws that have a namesake of its own, and why it is another one
-    "neo_hookean": "its *HYPERELASTIC, NEO HOOKE has mu/2 (J^(-2/3) tr C - 3) + K/2 (J - 1)^2, which is "
-    "`neo_hookean_isochoric`; `neo_hookean` has ln J",
+    "neo_hookean": "its *HYPERELASTIC, NEO HOOKE is another law, mu/2 (J^(-2/3) tr C - 3) + K/2 (J - 1)^2, which "
+    "is called `neo_hookean_isochoric` here",
     "ogden": "its *HYPERELASTIC, OGDEN (version 2.20) does not converge from the undeformed state, where "
     "stretches are equal",
     "arruda_boyce": "its *HYPERELASTIC, ARRUDA-BOYCE has the volumetric energy K/2 ((J^2 - 1)/2 - ln J)",
@@ -99,7 +99,7 @@ def write(problem: Problem, folder: Path) -> None:
 
 
 def deck(problem: Problem, sets: Sequence[str] = ()) -> Iterator[str]:
-    """Yield the lines of the input deck, including additional `sets`.
+    """Yield the lines of the input deck; `sets` are lines that define additional node and element sets.
 
     Raises ValueError for features that `refuses` returns.
     """
