@@ -1,6 +1,6 @@
 """Conditions with named groups of a mesh file, split into conditions on coordinates.
 
-There is one for each combination of groups. Conditions without groups stay unchanged.
+There is one condition for each combination of groups. Conditions without groups stay unchanged.
 """
 
 from __future__ import annotations

@@ -116,7 +116,7 @@ def _fixed_point(case: Case, root: Any) -> Any:
 
 
 def driven_by(amplitude: Any, now: float) -> Amplitude:
-    """Return the jumps and slopes of an amplitude up to the time `now`, s."""
+    """Return an amplitude up to the time `now`, s, as jumps and segments with a slope."""
     match amplitude:
         case None:
             return Amplitude([(0.0, 1.0)], [])

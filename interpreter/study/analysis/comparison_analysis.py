@@ -53,7 +53,7 @@ References = Mapping[str, SolvedReference]  # by name
 
 @dataclass(frozen=True)
 class ComparisonTerms(JsonRecord):
-    """Settings of an analysis: clock, frame rates, and whether disturbed timings count."""
+    """Settings of an analysis: clock of the computing times, frame rates, and whether disturbed timings count."""
 
     allow_contaminated: bool = False  # disturbed timings count as well
     rates: tuple[float, ...] = RATES  # Hz

@@ -89,8 +89,7 @@ class MetricChange(JsonRecord):
     """Change of the value of a metric, classified by `verdict`.
 
     Verdicts: `changed`, `changed by less than the uncertainty`, `lost` and `found` (of the value), `added` and
-    `removed`
-    (of the metric).
+    `removed` (of the metric).
     """
 
     name: str

@@ -30,8 +30,7 @@ def trace_references(scene: Scene, report: Report, model: str, errors: Mapping[s
     """Return for each reference of a model's errors a few numbers that identify it.
 
     They are |X|, |u| and weighted sums of X and u, m, for each probe with points X and displacements u. A reference
-    without
-    displacements, such as a surface, is identified by its declaration and its files.
+    without displacements, such as a surface, is identified by its declaration and its files.
     """
     found: dict[str, Trace] = {}
     for name in dict.fromkeys(e.against for e in errors.values() if e.against not in (None, model)):

@@ -28,8 +28,7 @@ def classify(
     """Return the class of an outcome of a task.
 
     A result is right if its error `metric` is at most `within` plus the relative `uncertainty` of the reference.
-    `doubt` is
-    the reason why the reference is invalid for this scene, or None.
+    `doubt` is the reason why the reference is invalid for this scene, or None.
     """
     point = outcome.point
     codes = tuple(dict.fromkeys(w.code for w in point.warnings))
