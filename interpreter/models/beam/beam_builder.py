@@ -159,11 +159,11 @@ def _solve_one_segment() -> None:
 
 
 def load(model: Beam6Dof) -> None:
-    """Do nothing: this module imports all that building needs."""
+    """Do nothing, because importing this module has already imported all libraries that `prepare` needs."""
 
 
 def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
-    """Build the static or dynamic beam model. Raises Fault."""
+    """Return the beam model of a case: a static one, or a dynamic one for a dynamic analysis. Raises Fault."""
     static = build_static(model, declared, case)
     if not isinstance(case.analysis, Dynamic):
         return static
@@ -174,7 +174,7 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: BuildCont
 
 
 def build_static(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
-    """Build a beam and its static problem. Raises Fault."""
+    """Return the static model of a beam, with its undeformed rod, supports and loads. Raises Fault."""
     shape = case.prism
     stations = np.array(model.stations(case))
     rest, nodes = beam_supports.undeformed_rod(case, stations), len(stations)

@@ -122,8 +122,7 @@ class Beam6Dof(Model):
         """Return the reason why no node is at a section that a load acts on, or "" if there is one.
 
         Tendons with guides and forces off the axis need a node within 1e-6 of the length from each guide or from the
-        force.
-        Other tendons must not wind too much within a segment.
+        force. Other tendons must not wind too much within a segment.
         """
         action = load.thing.action
         if isinstance(action, TendonLoad) and action.guides is None:

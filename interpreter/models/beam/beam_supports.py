@@ -82,7 +82,10 @@ def _support_constraints(case: Case, stations: Sequence[float], share: float) ->
 
 
 def rotates_free_sections(case: Case, support: Declared) -> bool:
-    """Return whether a support rotates sections about an axis along which their rotation is free."""
+    """Return whether a support prescribes a rotation of sections about an axis about which it does not hold them.
+
+    The displacement components that a support holds determine which rotations it prevents.
+    """
     left = set(range(3)) - set(_prevented_rotations(case.prism.axis, support.thing.components))
     return any(abs(support.thing.rotation[t]) > 0.0 for t in left)
 

@@ -135,8 +135,7 @@ def bending_share(section: Section, length: float, bent: float, stretched: float
     """Return the ratio of a rod's displacements by bending and by stretch, at most 1.
 
     `bent` and `stretched` are the strains of bending and of stretch. For equal strains, bending displaces the rod by
-    length
-    over width times as much as stretch does.
+    length over width times as much as stretch does.
     """
     far = 4.0 * bent * length / max(section.extents)
     return min(1.0, far / stretched) if stretched > 0.0 else 1.0

@@ -13,7 +13,10 @@ LEVEL = 1e-9  # of the largest singular value: less is nothing
 
 
 def point_rows(points: Floats, components: tuple[int, ...]) -> Floats:
-    """Return the displacement `components` of `points` (n, 3) in six rigid motions, as rows (n len(components), 6)."""
+    """Return the displacement `components` of `points` (n, 3) in six unit rigid motions (n len(components), 6).
+
+    The columns are three translations followed by three rotations.
+    """
     rows = np.zeros((len(points), 3, 6))
     rows[:, :, :3] = np.eye(3)
     x, y, z = points.T

@@ -111,11 +111,11 @@ def _loaded_interval_of_member(network: Network, member: int, line: LineForce) -
 
 
 def load(model: Frame6Dof) -> None:
-    """Do nothing: this module imports all that building needs."""
+    """Do nothing, because importing this module has already imported all libraries that `prepare` needs."""
 
 
 def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:
-    """Build the static or dynamic frame model. Raises Fault."""
+    """Return the frame model of a case: a static one, or a dynamic one for a dynamic analysis. Raises Fault."""
     layout = Layout.of(case, model.segments)
     fixed, target = layout.held()
     held = np.zeros((layout.count, 6), dtype=bool)

@@ -28,7 +28,7 @@ class ExternalNotConverged(NoAnswer):
 
 @dataclass(frozen=True)
 class ExternalMaterial:
-    """Material: the name of its law in the language, its constants in SI by name, and its cells (k,)."""
+    """Material of a problem: the name of its law in scenes, its constants in SI by name, and its cells (k,)."""
 
     law: str  # linear_elastic, neo_hookean, st_venant_kirchhoff, ...
     constants: Mapping[str, float]
@@ -63,7 +63,10 @@ class Motion:
 
 @dataclass(frozen=True)
 class Section:
-    """Constant cross-section of a rod; `axes` (3, 3) are e1, e2, e3 as columns, undeformed, with e1 along the rod."""
+    """Constant cross-section of a rod: area, stiffness and rotary inertia.
+
+    `axes` (3, 3) are the undeformed unit vectors e1, e2, e3 as columns, with e1 along the rod.
+    """
 
     area: float  # m^2
     stiffness: Floats  # (6,) to stretch, shears along e2 and e3, N; to twist, bendings about e2 and e3, N m^2

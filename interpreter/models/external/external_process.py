@@ -50,7 +50,7 @@ _MEMORY = re.compile(
 
 @dataclass(frozen=True)
 class End:
-    """Ending of a program: how it ended, its wall time and CPU time, s, and the last lines of its output."""
+    """Ending of an external program: how it ended, its wall time and CPU time, s, and the last lines of its output."""
 
     how: How
     code: int | None  # its exit status, or less than 0: the signal that ended it

@@ -33,7 +33,10 @@ def main() -> None:
 
 
 def limit(which: int, asked: int) -> None:
-    """Set a resource limit to `asked`, or to our own limit if that is lower, because only root may raise limits."""
+    """Set the resource limit `which` to `asked`, or to the present hard limit if that is lower.
+
+    Only root may raise a hard limit.
+    """
     _, own = resource.getrlimit(which)
     least = asked if own == resource.RLIM_INFINITY else min(asked, own)
     resource.setrlimit(which, (least, least))

@@ -73,7 +73,7 @@ GIVES_WAY = 3.0**-0.5  # of a length: where stress in uniaxial compression of a 
 class PreparedSolid(MeshBasedModel):
     """Finite element model on a mesh, with its elastic energies and its static problem.
 
-    `elastic` is the material law at all quadrature points.
+    `elastic` evaluates the material law at all quadrature points.
     """
 
     model: Fem
@@ -98,7 +98,7 @@ class PreparedSolid(MeshBasedModel):
 
     @property
     def driven(self) -> tuple[tuple[Declared, Energy], ...]:
-        """Loads and muscles, each separately, that is everything that amplitudes scale."""
+        """Energies of loads and muscles, one of each, which are all energies that an amplitude scales."""
         return (*self.applied, *self.muscles)
 
     def warm(self) -> None:
@@ -219,7 +219,7 @@ class PreparedSolid(MeshBasedModel):
         return replace(seen, carried=cache(lambda: self._nodal_forces(found.x, x, beside, met["rubbed"])))
 
     def carried_in(self, state: Floats) -> nodal_forces.NodalForces:
-        """Return the nodal forces in a state (dofs,), with the initial contacts and without friction history."""
+        """Return the nodal forces in a state (dofs,), with contacts as they are initially and no friction history."""
         return self._nodal_forces(state, self.unknowns.moved(state), self.contacts, {})
 
     def mass(self) -> Any:
@@ -304,7 +304,7 @@ def _one_cell(energy: AnyEnergy) -> AnyEnergy:
 
 
 def load(model: Fem) -> None:
-    """Import the modules that building needs."""
+    """Import the libraries that `prepare` needs, so that their import does not count as building time."""
     import softmark.solvers.mesh.structured_meshes  # noqa: F401
 
 
@@ -382,7 +382,10 @@ def build_static(
 
 
 def muscles(each: Sequence[MaterialRegion]) -> tuple[Sequence[MaterialRegion], list[tuple[Declared, Energy]]]:
-    """Return the regions with passive materials, and the active energy of each muscle, defined over the whole body."""
+    """Return the regions with the passive law of each muscle, and the active energy of each muscle.
+
+    An active energy is defined over all cells of the body.
+    """
     if not any(getattr(own.case.material, "pulls", False) for own in each):
         return each, []
     passive, tensions = [], list[tuple[Declared, Energy]]()

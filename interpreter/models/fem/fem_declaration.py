@@ -359,7 +359,7 @@ class Fem(HasMaterial, Model):
         )
 
     def coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
-        """Return an error if the mesh does not fit into memory, or a warning if its cells are too large for the body."""
+        """Return an error if the mesh does not fit into memory, or a warning if cells are too large for the body."""
         shape = case.shape
         if self.size is None or shape.bounds is None or not (volume := shape.least) or self._has_mesh_from_file(case):
             return None
@@ -405,8 +405,8 @@ class Fem(HasMaterial, Model):
         """Return the kind of the model: its description without mesh size, the mesh size, and Poisson's ratio.
 
         The description consists of the element and options. Poisson's ratio is None if it varies in the body. The
-        result is None
-        if the model has no mesh size or its mesh is read from a file. Models with equal descriptions are grouped.
+        result is None if the model has no mesh size or its mesh is read from a file. Models with equal descriptions are
+        grouped.
         """
         if self.size is None or self._has_mesh_from_file(case):
             return None

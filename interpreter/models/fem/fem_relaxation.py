@@ -203,7 +203,7 @@ class PreparedViscoelastic(MeshBasedModel):
         return nodal_forces.add_foundation_forces(found, self.static.beds) if self.static.beds else found
 
     def _doubts(self, state: StateInTime) -> Iterator[Diagnostic]:
-        """Yield a warning if the dissipated energy decreases in time."""
+        """Yield a warning if the dissipated energy decreases in time, which is physically impossible."""
         yield from dissipation_warnings(self.static.declared, np.array((0.0, *state.losses)), abs(state.work),
                              state.memories.unknown)  # fmt: skip
 

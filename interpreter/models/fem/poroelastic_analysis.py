@@ -250,8 +250,7 @@ def _smallest_smooth_step(made: PreparedPoroelastic, drained: Ints) -> float:
     h is the height of cells at drained facets and c = k (lam + 2 mu) the consolidation coefficient.
 
     Source: Vermeer and Verruijt (1981), "An accuracy condition for consolidation by finite elements", Int. J. Numer.
-    Anal.
-    Methods Geomech. 5:1.
+    Anal. Methods Geomech. 5:1.
     """
     material = made.case.material
     c: float = material.permeability * (material.lame_lambda + 2.0 * material.shear_modulus)

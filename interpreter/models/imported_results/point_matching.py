@@ -72,7 +72,11 @@ class Matched:
         return self.places(X)[2]
 
     def places(self, X: Floats) -> tuple[Any, Floats, Floats]:
-        """Return file points (k, a), weights (k, a) and distances outside (k,), m, to interpolate at X (k, 3), m."""
+        """Return the data for interpolation at points X (k, 3), m, from points of the file.
+
+        They are indices of file points (k, a), their weights (k, a), and the distances (k,), m, by which X lies
+        outside.
+        """
         X = self._project_to_slice(X)
         if self.mesh is None:
             return self._interpolation_without_cells(X)
@@ -86,7 +90,7 @@ class Matched:
         return np.column_stack([X[:, :2], np.full(len(X), 0.5 * (self.X[:, 2].min() + self.X[:, 2].max()))])
 
     def _interpolation_without_cells(self, X: Floats) -> tuple[Any, Floats, Floats]:
-        """Return the same as `places` for a file without cells.
+        """Return the results of `places` for a file without cells.
 
         A point X is interpolated from the coincident file point, from a simplex of file points, or from the nearest
         one.
@@ -122,7 +126,7 @@ class Matched:
 
     @property
     def ways(self) -> int:
-        """Number of dimensions that the points should span."""
+        """Dimension of the space that the points should span: 2 for a plane slice, else 3."""
         return 2 if self.flat else 3
 
     @cached_property
@@ -190,7 +194,11 @@ def match_points(
 
 
 def _displacements(told: ResultFile, at: str, rest: ResultFile | None) -> tuple[str, Floats, Floats]:
-    """Return the name of the vectors, undeformed points (n, 3) and displacements (t, n, 3), in the file's unit."""
+    """Return undeformed points (n, 3) and displacements (t, n, 3) in the file's unit, after the name of the latter.
+
+    `at` names the displacements in the file; `position` stands for moved points, whose undeformed positions are in the
+    file `rest`, or in the first state if that is None. Raises Unmatched.
+    """
     if at == POSITION:
         x = told.points[None] if told.moved is None else told.moved
         if rest is None and told.moved is None:

@@ -41,7 +41,11 @@ POWER = 0.1  # of a power of ten: a factor is taken for one
 
 @dataclass(frozen=True)
 class SupportCompliance:
-    """Compliance with one support: largest deviation `far`, m, prescribed displacement, and the ratio to it."""
+    """Compliance of imported displacements with one support.
+
+    `far` is the largest deviation from the prescribed displacements, m, and `told` the largest of these, m. `times` is
+    the ratio of found to prescribed displacements, by least squares.
+    """
 
     support: Declared
     far: float
@@ -80,14 +84,21 @@ def _largest_magnitude(u: Floats) -> float:
 
 
 def _final_amplitude(case: Case, thing: Any) -> float:
-    """Return the fraction of a support's full motion at the end; 1 in states, whose supports are scaled already."""
+    """Return the fraction of its full motion that a support has at the end of the analysis.
+
+    It is 1 in an analysis with states, whose supports are scaled already.
+    """
     if not isinstance(case.analysis, Dynamic) or thing.amplitude is None:
         return 1.0
     return float(thing.amplitude.at(case.analysis.duration))
 
 
 def _fully_interpolated(found: Matched, where: Condition, X: Floats) -> NDArray[np.bool_]:
-    """Return which points X (k, 3), m, of a support are interpolated only from points that the support also selects."""
+    """Return a mask (k,) of the points X (k, 3), m, of a support that are interpolated only from points of that
+    support.
+
+    `where` is the condition of the support.
+    """
     which, share = found.places(X)[:2]
     if not len(X):
         return np.zeros(0, dtype=np.bool_)

@@ -299,7 +299,7 @@ class HomogeneousStress(AnalyticField):
 
 
 def load(model: Homogeneous) -> None:
-    """Do nothing: this module imports all that building needs."""
+    """Do nothing, because importing this module has already imported all libraries that `prepare` needs."""
 
 
 def prepare(model: Homogeneous, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:

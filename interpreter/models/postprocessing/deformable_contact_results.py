@@ -41,9 +41,9 @@ def contact_result(
     """Return the result of a contact with nodes at x (n, 3), m, and displacements u (3 n,), m.
 
     `force` (n, 3), N, are the contact forces; by default those of this state. `own` is the history of friction; None
-    without friction. Pressures follow from the nodal forces of both surfaces, as for a rigid body (`Pressing`). The
-    area is half of the sum over both surfaces, unless a condition excludes the opposite one. The remaining gap is the
-    mean distance of pressed samples.
+    without friction. Pressures follow from the nodal forces of both surfaces, as for a rigid body (`ContactPressure`).
+    The area is half of the sum over both surfaces, unless a condition excludes the opposite one. The remaining gap is
+    the mean distance of pressed samples.
     """
     sliding = contact if isinstance(contact, DeformableFriction) else DeformableFriction(contact, 0.0)
     hold, pressing, skin = sliding.tangential_coupling(u), sliding.pressing, contact.skin

@@ -44,20 +44,25 @@ def _stress_without_mesh(solution: Solution) -> Callable[[], Stresses] | None:
 
 
 def stress_of(model: Model, case: Case, mesh: DeformedMesh) -> Callable[[], Stresses]:
-    """Return a function that computes the stress of a model on its mesh, once. It raises NoStress with a reason."""
+    """Return a function that computes the stress of a model on its mesh, once. It raises StressUnavailable with a
+    reason.
+    """
     return StressOfMesh(model, _case_at_end(case), mesh)
 
 
 @dataclass(frozen=True, eq=False)
 class StressOfMesh:
-    """Function that computes the stress on a mesh. Pickled for a report, it stores only the stress, not the case."""
+    """Function that computes the stress of a model on its mesh.
+
+    If it is pickled for a report, only the stress is stored, not the case.
+    """
 
     model: Model
     case: Case
     mesh: DeformedMesh
 
     def __call__(self) -> Stresses:
-        """Return the stress. Raises NoStress with a reason."""
+        """Return the stress. Raises StressUnavailable with a reason."""
         return self._computed_stress
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -106,7 +111,7 @@ class StoredStress:
     reason: str | None
 
     def __call__(self) -> Stresses:
-        """Return the stress. Raises NoStress with the reason."""
+        """Return the stress. Raises StressUnavailable with the reason."""
         if self.stress is None:
             from softmark.solvers.stress_recovery.sampling_point_stress import StressUnavailable
 

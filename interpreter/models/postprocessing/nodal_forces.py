@@ -194,7 +194,10 @@ def _without_moments(forces: Floats) -> Floats:
 
 
 def supported_nodes(case: Case, mesh: Mesh | None, thing: Any) -> list[SupportedNodes]:
-    """Return the nodes that each support holds, on a mesh or, without one, on beams, in the order of the scene."""
+    """Return the nodes that each support holds, in the order of the scene.
+
+    The nodes are those of the `mesh` or, if it is None, those of a beam or frame model, whose declaration is `thing`.
+    """
     if mesh is not None:
         return [_nodes_of_support(case, support, mesh) for support in case.supports]
     if case.shape.wired:

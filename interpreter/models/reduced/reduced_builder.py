@@ -355,7 +355,7 @@ class MovingReduced(PreparedMotion):
 
 
 def load(model: Modal | Pod) -> None:
-    """Do nothing: this module imports all that building needs."""
+    """Do nothing, because importing this module has already imported all libraries that `prepare` needs."""
 
 
 def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: BuildContext) -> Prepared:

@@ -70,7 +70,7 @@ def unreadable_constant(profile: Profile, error: Unreadable) -> Fault:
 
 
 class Part(Protocol):
-    """Interface of a material region: the cells of one material. `MaterialRegion` (material_regions.py) implements it."""
+    """Interface of a material region, the cells of one material; see `MaterialRegion` (material_regions.py)."""
 
     @property
     def case(self) -> Case:

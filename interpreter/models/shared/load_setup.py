@@ -95,9 +95,9 @@ class SolidLoads:
         return DeadForces(nodal_forces_at_rest(found, mesh.points).ravel()) if self.small else found
 
     def area_forces(self, where: Condition, push: Any, linear: bool) -> Energy:
-        """Return dead forces on the selected surface, from outward area vectors; `linear` if `push` is linear in them.
+        """Return the energy of dead forces on the part of the surface that a condition selects. Raises Fault.
 
-        Raises Fault.
+        `push` is a function from outward area vectors, m^2, to forces, N; `linear` states whether it is linear.
         """
         dead = np.zeros((len(self.mesh.points), 3))
         self._surface(where).spread(dead, push, linear, self.case.depth)

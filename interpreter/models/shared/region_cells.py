@@ -36,7 +36,7 @@ THIN = 0.25  # of a cell: more than that no curve leaves between nodes that foll
 
 @dataclass(frozen=True)
 class RegionVolume:
-    """Volumes of a material region, m^3, in the scene (`asked`) and of its cells on a mesh (`taken`).
+    """Volume of a material region, m^3: in the scene (`asked`), and of the cells that have its material (`taken`).
 
     `missed` is the part of the region in cells of another material; `beyond` is the part of its cells outside the
     region. `bent` is the part of both that lies between a curved border and the flat sides of cells along that border.
@@ -152,7 +152,11 @@ def _assign_materials(case: Case, mesh: Mesh) -> CellMaterials:
 
 
 def _follows_curve(where: Condition, mesh: Mesh, share: Floats) -> Bools:
-    """Return which cells (m,) have nodes on a border but none beyond it; a curve cuts only slivers off them."""
+    """Return a mask (m,) of the cells that follow a curved border of a region.
+
+    Such cells have nodes on the border but none beyond it, so that the curve cuts only slivers off them. `share` (m,)
+    is the fraction of each cell in the region.
+    """
     found = np.minimum(share, 1.0 - share) <= THIN
     on = np.zeros_like(found)
     for border in where.borders:
@@ -239,11 +243,12 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
 
 
 def region_errors(case: Case, prepared: Prepared) -> list[tuple[float, tuple[int, int]]]:
-    """Return the relative volume error of every region that cells do not follow, and how to bound its effect.
+    """Return, for every region whose border cells do not follow, its relative volume error and how to bound its effect.
 
-    The bound is a second solution with changed materials of cut cells, given as (index of the region, side) for
-    `_assign_cut_cells`; it is (0, 0), no change, if the error is negligible. The error is infinite if the border
-    cuts through cells; it is finite if only slivers are cut off, as between a circle and an inscribed polygon.
+    The effect is bounded by a second solution, in which cut cells have another material: (index of the region, side),
+    the arguments of `_assign_cut_cells`. It is (0, 0), no change, if the error is negligible. The error is infinite if
+    the border cuts through cells; it is finite if only slivers are cut off, as between a circle and an inscribed
+    polygon.
     """
     if not case.parts or prepared.mesh is None:
         return []

@@ -311,8 +311,8 @@ def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
 def _momentum(touched: ContactHistory) -> dict[str, Any]:
     """Return the momentum balance of the deformable body, N s: momentum change, and impulses of its causes.
 
-    `off` is the imbalance relative to the largest of these, about the solver tolerance. With supports, bdf2,
-    generalised-alpha and implicit Euler leave that of one step.
+    `off` is the imbalance relative to the largest of these, about the solver tolerance; with supports, bdf2,
+    generalised-alpha and implicit Euler add the impulse of one step.
     """
     each = dict(zip(("contacts_Ns", "loads_Ns", "supports_Ns", "damping_Ns"), touched.impulses, strict=True))
     missing = float(np.linalg.norm(touched.change - touched.impulses.sum(axis=0)))

@@ -61,7 +61,7 @@ class Moduli:
 
 
 def softness(mesh: Mesh, functions: Functions, seen: CellQuadrature) -> Softness:
-    """Return how far harmonic means of the modulus along lines are below its arithmetic means.
+    """Return how far harmonic means of Young's modulus along lines are below its arithmetic means, by cell.
 
     The result is cached in the mesh.
     """
@@ -73,7 +73,7 @@ def softness(mesh: Mesh, functions: Functions, seen: CellQuadrature) -> Softness
 
 
 def _softness(mesh: Mesh, functions: Functions, seen: CellQuadrature) -> Softness:
-    """Return how far harmonic means of the modulus along lines are below its arithmetic means."""
+    """Return how far harmonic means of Young's modulus along lines are below its arithmetic means, without a cache."""
     special = np.zeros(len(mesh.cells), dtype=bool) if seen.rule is None else seen.rule.special
     rng = np.random.default_rng(len(mesh.cells))
     every = np.flatnonzero(special)

@@ -52,7 +52,7 @@ def selected_nodes(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
 class Constraints:
     """Values that supports impose on degrees of freedom, with constraint rows that restrict rigid motions.
 
-    Each row (6,) gives one displacement component in terms of three translations and three rotations about
+    Each row (6,) gives one held displacement component in terms of three translations and three rotations about
     `centre`.
     """
 
@@ -158,8 +158,8 @@ def build_constraints(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> Co
 def left_free(held: Constraints, piece: NDArray[np.bool_], more: list[Floats]) -> list[str]:
     """Return descriptions of the rigid motions that remain free for a piece of the body.
 
-    `piece` (n,) marks the nodes of the piece. Supports and `more`, constraint rows (r, 6) about the same centre,
-    restrict the motions.
+    `piece` (n,) marks the nodes of the piece. `held` are the constraints of supports, and `more` are further constraint
+    rows (r, 6) about the same centre.
     """
     return free_motions(
         _scale_rotations(np.concatenate([held.of(piece), *more]), held.extent), held.centre, held.extent

@@ -35,7 +35,7 @@ BULGE = 0.1  # of the extents of a part: how far one with curved sides may reach
 
 @dataclass(frozen=True)
 class UndefinedDirections:
-    """Volume in which a direction is undefined.
+    """Part of the volume of a body in which a fibre direction is undefined.
 
     `without` is the volume fraction without a direction, and `touched` that of cells with a singularity. `place`
     (3,), m, is one such place.
@@ -147,7 +147,10 @@ def _direction_bounds(rule: DirectionProfile, X: Floats, curved: bool) -> list[V
 
 
 def _are_nearly_parallel(rule: DirectionProfile, X: Floats) -> Any:
-    """Return in which parts, with corners X (n, c, 3), m, directions at corners and centre nearly agree (n,)."""
+    """Return a mask (n,) of the parts of cells in which directions at corners and centre are nearly parallel.
+
+    X (n, c, 3), m, are the corners of the parts.
+    """
     at = np.concatenate([X, X.mean(axis=1, keepdims=True)], axis=1)
     with np.errstate(all="ignore"):
         d = rule.at(at.reshape(-1, 3), read_field).reshape(at.shape)

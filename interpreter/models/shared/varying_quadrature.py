@@ -266,7 +266,10 @@ def _choose_quadrature(mesh: Mesh, functions: Functions, own: Rule, mass: bool) 
 def _rule(
     mesh: Mesh, fine: FineRule, kept: int, own: Rule, w: Floats, special: Any, degree: int
 ) -> tuple[CellRule, Floats]:
-    """Return a rule with few points in special cells and the element's points in others, and its relative error."""
+    """Return a rule with few points in `special` cells and the element's points in others.
+
+    The second result is the relative error of the rule in each special cell.
+    """
     some = np.flatnonzero(special[fine.cell])
     numbers = np.cumsum(special) - 1
     cell = numbers[fine.cell[some]]

@@ -185,7 +185,7 @@ class MovingSprings(PreparedMotion):
 
 
 def load(model: MassSpring) -> None:
-    """Import the modules that building needs."""
+    """Import the libraries that `prepare` needs, so that their import does not count as building time."""
     import softmark.solvers.mesh.structured_meshes  # noqa: F401
 
     if isinstance(model.stiffness, Calibrated):  # its solutions are part of the preparation
@@ -285,7 +285,10 @@ def _metric_at_factor(factor: float, built: PreparedSprings, trial: Statics, tar
 
 @dataclass
 class _Patience:
-    """Limit on the iterations of one trial of the fit, because a collapsing network may need hundreds of them."""
+    """Limit on the Newton iterations of one trial of the stiffness fit.
+
+    A network that collapses may need hundreds of iterations.
+    """
 
     iterations: int = 0
 

@@ -14,7 +14,7 @@ def must_not_gain_energy(energies: Floats, work: Floats, step: float) -> None:
 
     `energies` (t,), J, and the `work` (t,), J, of dead loads are those since the start at rest. Steps that are too
     long create energy long before numbers overflow. Steps that are short enough create at most the fraction MADE of
-    it.
+    the largest work.
     """
     most = float(np.abs(work).max())
     made = float((energies - work).max())

@@ -38,7 +38,7 @@ UNIT = re.compile(r"(.*\S)\s*[\[(].*[\])]")
 
 
 def read(file: Path) -> ResultFile:
-    """Read all times. Raises Unreadable."""
+    """Return the points of a CSV table and their vectors at all times. Raises Unreadable."""
     with limited_resources(file):
         words = csv_tables.read_header(file)
         if len(words) > MOST:

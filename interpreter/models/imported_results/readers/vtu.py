@@ -50,12 +50,12 @@ LAGRANGE = {(69, 3): 5, (69, 6): 22, (70, 4): 9, (70, 9): 28, (71, 4): 10, (71, 
 
 
 def read(file: Path) -> ResultFile:
-    """Read one state. Raises Unreadable."""
+    """Return the points, cells and vectors of a VTU file, which has one state. Raises Unreadable."""
     return combine_states(file.name, [read_moment(file)])
 
 
 def read_moment(file: Path) -> Moment:
-    """Read one state of a series. Raises Unreadable."""
+    """Return the content of a VTU file as one state of a series. Raises Unreadable."""
     with limited_resources(file):
         data = read_regular(file)
         name, (root, appended) = file.name, _split_appended_data(data)

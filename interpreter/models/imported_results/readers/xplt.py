@@ -56,7 +56,7 @@ TYPES = {0: ("hexahedron", 8), 1: ("wedge", 6), 2: ("tetra", 4), 3: ("quad", 4),
 
 @dataclass(frozen=True)
 class Chunk:
-    """Chunk of a file: its content."""
+    """Chunk of a FEBio plot file: its bytes, and their byte order."""
 
     name: str  # of the file
     order: str  # of bytes: < or >
@@ -104,7 +104,7 @@ class Chunk:
 
 
 def read(file: Path) -> ResultFile:
-    """Read all states that converged. Raises Unreadable."""
+    """Return the nodes, cells and nodal vectors of a FEBio file in all states that converged. Raises Unreadable."""
     with limited_resources(file):
         data = memoryview(read_regular(file))
         order = {TAG.to_bytes(4, "little"): "<", TAG.to_bytes(4, "big"): ">"}.get(bytes(data[:4]))
