@@ -185,8 +185,7 @@ class RoundCore:
         """Relative effect of the body's finite size on the stress at the border of the core.
 
         It is the largest norm of the difference from an unbounded body, on both sides of the border and over directions
-        between
-        the axes, relative to the remote stress.
+        between the axes, relative to the remote stress.
         """
         if not math.isfinite(self.outer) or not any(self.stress):
             return 0.0

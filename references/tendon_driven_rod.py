@@ -56,9 +56,9 @@ class TendonRoute:
     tension: float
 
     def beside(self, s: Array) -> tuple[Array, Array, Array]:
-        """Return the tendon's position in the section (3, k), m, at distances s along the axis (k,), m.
+        """Return the tendon's position in the section (3, k), m, and its first and second derivatives by s.
 
-        The two other results are its first and second derivatives by s.
+        s (k,), m, are distances along the axis.
         """
         span = self.end - self.begin
         w, line = 1j * self.winding / span, complex(*self.first)
@@ -98,7 +98,7 @@ class DrivenRod:
 
 @dataclass(frozen=True)
 class RodSection:
-    """Part of the rod along which the same tendons run; its ends are scaled by the length of the rod."""
+    """Part of a tendon-driven rod along which the same tendons run; its ends are scaled by the length of the rod."""
 
     begin: float
     end: float
@@ -136,7 +136,7 @@ class RodEquations:
         return y.reshape(-1, len(z))
 
     def strains(self, y: Array) -> tuple[Array, Array]:
-        """Return the strains v and u (3, k) each of states y (13, k)."""
+        """Return the strains v (3, k) and u (3, k) of states y (13, k), in the notation of the module."""
         v, u = y[7:10] / self.C[:3, None], y[10:13] / self.C[3:, None]
         v[0] += 1.0
         return v, u
