@@ -179,11 +179,18 @@ class DeformableFriction(DynamicPatternEnergy):
         return found
 
     def lagged(self, x: Floats, before: DeformableFriction | None = None, grips: bool = False) -> DeformableFriction:
-        """Return the same friction with an energy: normal forces are constant, those of `before` (or itself) in x."""
+        """Return the same friction with constant normal forces, so that it has an energy.
+
+        The normal forces are those of the contact `before`, or of this one, in the state x. The argument `grips` has no
+        effect here.
+        """
         return replace(self, lag=(before or self).tangential_coupling(x), dual=DualTractions(), conservative=True)
 
     def with_lagged_pressures(self, x: Floats, before: DeformableFriction) -> DeformableFriction:
-        """Return the same friction with an energy and a primal-dual tangent, for one minimisation from x."""
+        """Return the same friction with constant normal forces and a primal-dual tangent, for one minimisation from x.
+
+        The normal forces are those of the contact `before` in the state x.
+        """
         return self.lagged(x, before)
 
     def with_scaled_stiffness(self, soft: float) -> DeformableFriction:

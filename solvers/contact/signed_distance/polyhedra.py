@@ -83,7 +83,7 @@ class BoxGap:
 class PrismGap:
     """Signed distance to a prism: a polygon, m, extruded along z from `base` to `base + height`, m.
 
-    `order` maps the coordinates of the prism to x, y and z.
+    `order` lists the coordinate axes (0 to 2 for x to z) in space of the prism's own coordinates.
     """
 
     section: polygons.Corners
