@@ -20,7 +20,7 @@ from softmark.records import dataclass
 from softmark.references.measured_curve import CurveFromFile
 from softmark.references.published_values import GivenValues
 
-TOLD = CurveFromFile | GivenValues  # valid only for the unchanged body, unless closed forms
+TOLD = CurveFromFile | GivenValues  # given data: valid only for the unchanged body, unless a closed form
 NUMERICAL = {  # fields that are numerical settings, not part of the problem
     "analysis": ("step", "tolerance", "max_iterations"),
     "contact": ("distance", "stiffness", "parts", "reach"),
@@ -48,7 +48,7 @@ class ResolvedStudy:
 
 
 def resolve_study(scene: Scene, study: Declared | None, only: tuple[str, ...] = ()) -> ResolvedStudy:
-    """Return a robustness study with all defaults filled in; without a `study`, one over every number of the scene.
+    """Return a robustness study with all defaults filled in; by default one over all numbers of the scene.
 
     `only` restricts the models. The scene must have no errors in its studies.
     """
@@ -132,7 +132,7 @@ def _studied_models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> t
     return tuple(found)
 
 
-# ------------------------------------------------------------------ what is wrong
+# ------------------------------------------------------------------ errors
 
 
 def find_study_errors(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
