@@ -90,7 +90,7 @@ class _ConditionInShape:
         chords = (self.shape.chord(b.plane) for b in self.condition.borders if b.plane)
         return found + [chord for chord in chords if chord is not None and self._changes_across_chord(chord, where)]
 
-    # -------------------------------------------------------------- where a border lies
+    # -------------------------------------------------------------- positions of borders
 
     def places(self, border: Border) -> Iterator[tuple[str, float]]:
         """Yield the name of each coordinate that is constant on a border, and its value there, m, inside the body."""
@@ -146,7 +146,7 @@ class _ConditionInShape:
                 found.append(_bisect(lambda t: border.at(*at(t)) > 0.0, a, b))
         return [] if pending else sorted(t for t in found if low + slack < t < high - slack)
 
-    # -------------------------------------------------------------- whether it matters
+    # -------------------------------------------------------------- changes of the selection
 
     def _holds(self, place: Place) -> bool:
         x, y, z = self.shape.place(**place)

@@ -103,7 +103,7 @@ class Face:
         return min(sides, default=math.inf)
 
 
-# ------------------------------------------------------------------ from the scene
+# ------------------------------------------------------------------ contact and supports of the scene
 
 
 def face_of(case: Case) -> tuple[Touch, Face]:
@@ -296,7 +296,7 @@ def _depth_and_shift(moving: list[Any], n: Vector, t: float) -> tuple[float, flo
     return down, math.hypot(*add_multiples(total, (-down, n)))
 
 
-# ------------------------------------------------------------------ what they say
+# ------------------------------------------------------------------ results of the theories
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ def _group_mask(of: str, mesh: Mesh, name: str) -> Mask:
     return found
 
 
-# ------------------------------------------------------------------ what may be wrong with them
+# ------------------------------------------------------------------ checks
 
 
 NAMELESS = (

@@ -238,7 +238,7 @@ def _joint_contacts(piled: BlockPile, number: int) -> list[Declared]:
     return found
 
 
-# ------------------------------------------------------------------ what holds and loads it
+# ------------------------------------------------------------------ supports and loads
 
 
 def _held_ends_and_sides(
@@ -357,7 +357,7 @@ def _traction_on_face(action: RemoteStress, n: Vector) -> Vector:
     return add_multiples(NONE, (action.stress * dot(action.direction, n), action.direction))
 
 
-# ------------------------------------------------------------------ what it says
+# ------------------------------------------------------------------ results of the theory
 
 
 @dataclass(frozen=True)

@@ -96,7 +96,7 @@ class ErrorEstimate(SolutionUnderTest):
         parts = {name: parts[name] for name in asked}
         known = [v for v in parts.values() if v is not None]
         value = to_plain_json(sum(known)) if len(known) == len(parts) else None
-        reason = "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
+        reason = "; ".join(f"{', '.join(names)} error: {why}" for why, names in reasons.items())
         return StatedError(value, seen.unit, parts, reason or None)
 
     def _parts(self) -> dict[str, Callable[[ProbeResultUnderTest], float]]:
@@ -240,8 +240,7 @@ class ErrorEstimate(SolutionUnderTest):
         return displacement_of(self.mesh.mesh, step)
 
     def _time_step_error(self, seen: ProbeResultUnderTest) -> float:
-        """Return the error due to the time step of a motion, at least the time-step error of the vibrations at the
-        probe.
+        """Return the error due to the time step of a motion, at least that of the vibrations at the probe.
 
         The convergence order is that of the integrator. It is 1 where contacts open and close, since motions are not
         smooth there.

@@ -128,7 +128,7 @@ class FacetSweep:
         whole = np.concatenate([np.flatnonzero(told > 0), open_[inside & ~cut]])
         return np.sort(whole), *self._swept(open_[cut])
 
-    # -------------------------------------------------------------- which facets are cut
+    # -------------------------------------------------------------- facets that borders cut
 
     def _places(self, f: Ints, xi: Floats) -> Any:
         """Return the coordinates x, y, z at local points xi (l, m, 2) of facets f (l,), m."""

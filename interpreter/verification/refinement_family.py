@@ -205,7 +205,7 @@ def combine_limits(limits: Sequence[Limit], where: SamplePoints) -> tuple[Limit,
     return limits[best], error
 
 
-# ------------------------------------------------------------------ the solutions
+# ------------------------------------------------------------------ solutions
 
 
 @dataclass(frozen=True)

@@ -70,7 +70,7 @@ class ComparisonTerms(JsonRecord):
         return {"allow_contaminated": self.allow_contaminated, "rates": self.rates}
 
 
-# ------------------------------------------------------------------ what is found
+# ------------------------------------------------------------------ results
 
 
 @dataclass(frozen=True)
@@ -196,7 +196,7 @@ class Analysis(JsonRecord):
         return {"options": self.options, "advice": self.advice, "scenes": self.scenes}
 
 
-# ------------------------------------------------------------------ how it is found
+# ------------------------------------------------------------------ analysis
 
 
 def analyse(

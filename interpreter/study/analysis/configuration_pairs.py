@@ -108,7 +108,7 @@ def _squared_distance(p: Sequence[float], q: Sequence[float]) -> float:
     return sum((x - y) ** 2 for x, y in zip(p, q, strict=True))
 
 
-# ------------------------------------------------------------------ levers
+# ------------------------------------------------------------------ effects of single changes
 
 
 @dataclass(frozen=True)

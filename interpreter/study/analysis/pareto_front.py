@@ -153,7 +153,7 @@ def find_pareto_front(candidates: Iterable[Candidate]) -> list[Candidate]:
     return front
 
 
-# ------------------------------------------------------------------ time to an error
+# ------------------------------------------------------------------ effort to reach an error
 
 
 @dataclass(frozen=True)
@@ -239,7 +239,7 @@ def nearest_round_number(value: float) -> float:
     return min(choices, key=lambda c: abs(math.log(c / value)))
 
 
-# ------------------------------------------------------------------ the error within a frame
+# ------------------------------------------------------------------ smallest error within a frame time
 
 
 @dataclass(frozen=True)

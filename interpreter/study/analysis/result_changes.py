@@ -62,7 +62,7 @@ def kind_of(found: Any, name: str) -> str:
     return str(schema)
 
 
-# ------------------------------------------------------------------ what is found
+# ------------------------------------------------------------------ changes
 
 
 @dataclass(frozen=True)
@@ -184,7 +184,7 @@ def find_changes(old: Json, new: Json, names: tuple[str, str] = ("the old file",
     )
 
 
-# ------------------------------------------------------------------ what is matched
+# ------------------------------------------------------------------ compared subjects
 
 
 @dataclass(frozen=True)
@@ -256,7 +256,7 @@ def _fact_changes(old: Json, new: Json) -> list[FactChange]:
     return [FactChange(n, old.get(n), new.get(n)) for n in names if old.get(n) != new.get(n)]
 
 
-# ------------------------------------------------------------------ what is compared
+# ------------------------------------------------------------------ comparison
 
 
 def _metric_changes(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[MetricChange]:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Trace = list[float] | str
 SAME = 1e-4  # relative difference below which references are equal up to solver tolerance
 
-# ------------------------------------------------------------------ what a truth is known by
+# ------------------------------------------------------------------ identification of references
 
 
 def trace_references(scene: Scene, report: Report, model: str, errors: Mapping[str, PointError]) -> dict[str, Trace]:
@@ -59,7 +59,7 @@ def _is_different(a: Trace, b: Trace) -> bool:
     return any(abs(x - y) > SAME * norms[i // 2] for i, (x, y) in enumerate(zip(a, b, strict=True)))
 
 
-# ------------------------------------------------------------------ which names change it
+# ------------------------------------------------------------------ names that change a reference
 
 
 def mark_problems(points: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

@@ -137,7 +137,7 @@ class PointOutcome(TaskAttempt):
         return str(self.point["status"])
 
 
-# ------------------------------------------------------------------ what of a point decides its class
+# ------------------------------------------------------------------ results of a point
 
 
 @dataclass(frozen=True)
@@ -167,8 +167,9 @@ class PointWarning(JsonRecord):
 
 @dataclass(frozen=True)
 class PointStated(StatedError):
-    """Error that a model states of the first relative error metric, `metric`; `of` has its stated errors of all
-    metrics.
+    """Error that a model states of the first relative error metric, and of all metrics.
+
+    `metric` is the name of that metric; `of` has the stated errors of all metrics.
     """
 
     SELDOM: ClassVar = ("unit", "metric", "of")

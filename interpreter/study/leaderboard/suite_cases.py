@@ -139,7 +139,7 @@ def subjects_of(cases: Sequence[BoardCase]) -> list[SceneSubject]:
     return list(found.values())
 
 
-# ------------------------------------------------------------------ who answers
+# ------------------------------------------------------------------ participating models
 
 
 def _board_case(case: Case, subject: SceneSubject) -> BoardCase:

@@ -62,7 +62,7 @@ def _first_sentence(text: str) -> str:
     return first if len(first) <= LONGEST else first[: LONGEST - 3].rsplit(" ", 1)[0] + " ..."
 
 
-# ------------------------------------------------------------------ what would move it
+# ------------------------------------------------------------------ remedies
 
 
 def remedy_of(

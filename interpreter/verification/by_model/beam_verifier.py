@@ -149,7 +149,9 @@ def theory_error(thing: Beam6Dof, case: Case, result: ModelResult) -> float:
     missing += flat_strips.ovalling_softening(section, poisson, of_tube)
     strained: float = BENT * bent**2 + STRETCHED * stretched
     if missing + strained > COARSE:
-        raise NoErrorEstimate(f"the beam is too {'thick' if missing > strained else 'strained'} for its theory")
+        raise NoErrorEstimate(
+            "the beam is too thick for its theory" if missing > strained else "the strain is too large for beam theory"
+        )
     return missing + strained
 
 

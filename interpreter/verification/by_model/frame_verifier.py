@@ -183,9 +183,7 @@ class DeformedNetwork:
         return found
 
     def turned(self, forces: Floats) -> Floats:
-        """Return forces and moments (p, 6) whose moments at hinges are components along the hinge axis and normal to
-        it.
-        """
+        """Return forces and moments (p, 6), with moments at hinges as components along and normal to the hinge axis."""
         found = forces.copy()
         for i, rows in self.hinged.items():
             found[i, 3:] = rows @ forces[i, 3:]
@@ -288,7 +286,11 @@ class FrameVerifier(BeamVerifier):
         missing = max(_member_theory_error(network, i, poisson, curvature) for i in range(len(network.members)))
         strained = BENT * bent**2 + STRETCHED * stretched
         if missing + strained > COARSE:
-            raise NoErrorEstimate(f"the frame is too {'thick' if missing > strained else 'strained'} for its theory")
+            raise NoErrorEstimate(
+                "a member is too thick for its theory"
+                if missing > strained
+                else "the strain is too large for beam theory"
+            )
         return missing + strained
 
     def pieces(self, case: Case) -> Sequence[Swept]:

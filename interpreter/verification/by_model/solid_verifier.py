@@ -342,7 +342,7 @@ class SolidVerifier(SizedMeshVerifier):
         own = {name: load.missing for name, load in answer.result.loads.items()}
         return max((max(0.0, 2.0 * left - own[name]) for name, left in finer.items() if name in own), default=missing)
 
-    # ------------------------------------------------------------------ the measure of strain
+    # ------------------------------------------------------------------ strain measure
 
     def model(self, answer: SolutionUnderTest, seen: ProbeResultUnderTest) -> float:
         """Return the difference from the same model with the best strain measure that its material allows.
