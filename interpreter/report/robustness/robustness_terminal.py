@@ -43,7 +43,7 @@ def table(found: Robustness, file: str, overrides: Sequence[str], colour: bool, 
 
 
 def _study(study: RobustnessStudyRecord) -> Iterator[str]:
-    yield (f"{study.name}: {study.metric} against {study.against}, right within {100 * study.within:g} %, "
+    yield (f"{study.name}: {study.metric} against {study.against}, right within {100 * study.within:g} % error, "
            f"until {study.until}")  # fmt: skip
     for quantity in study.quantities:
         models = list(dict.fromkeys(e.model for e in study.edges if e.quantity == quantity.name))

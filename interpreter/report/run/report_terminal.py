@@ -242,14 +242,14 @@ def _shorten_time(clock: str) -> str:
 
 
 def _real_time_verdict(found: MetricResult) -> str:
-    """Return a real-time verdict such as `yes, 46 % left` or `NO, 3.8 x`.
+    """Return a real-time verdict such as `yes, 46 % left` or `NO, 3.8 x too slow`.
 
     If a time step is longer than a frame, the model can never be fast enough.
     """
     margin = float(found.details.get("margin", 0.0))
     if found.details["verdict"]:
         return f"yes, {100 * margin:.0f} % left"
-    return f"NO, {1 - margin:.3g} x" if margin < 0 else "NO, step too long"
+    return f"NO, {1 - margin:.3g} x too slow" if margin < 0 else "NO, step too long"
 
 
 def _amount(value: float, unit_text: str) -> str:

@@ -66,7 +66,7 @@ def _quote_names(names: Sequence[str]) -> str:
 
 
 def lines(report: Report) -> Iterator[str]:
-    """Yield lines of text such as `wall carries 2.06 N in tet, hex, 2.12 N in rod`.
+    """Yield lines of text such as `reaction force of wall: 2.06 N in tet, hex; 2.12 N in rod`.
 
     Forces that agree to three digits are merged.
     """
@@ -80,7 +80,7 @@ def lines(report: Report) -> Iterator[str]:
                 alike.setdefault(format_force(force, 3, LITTLE), []).append(name)
         if alike:
             each = (f"{size} in {_name_models(names)}" for size, names in alike.items())
-            yield f"{support} carries {', '.join(each)}"
+            yield f"reaction force of {support}: {'; '.join(each)}"
 
 
 def _largest_force(model: ModelResult) -> float:
