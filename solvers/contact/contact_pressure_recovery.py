@@ -228,7 +228,7 @@ class ContactPressure:
         length h of a line, p^2 c^3 + (3 E' g / 4)^(2/3) c = h; the first term divided by h is the fraction.
         """
         way = self.x[touching] - self.x[free]
-        h = np.linalg.norm(way if self.alike is None else way[:, :2], axis=1)  # nothing changes through a slice
+        h = np.linalg.norm(way if self.alike is None else way[:, :2], axis=1)  # uniform through a slice
         a = np.maximum(np.maximum(self.pressures[touching], PRESSED * self.largest) ** 2, LEAST)
         g = np.where(np.isfinite(self.g[free]), np.maximum(self.g[free], 0.0), 0.0)  # fixed nodes have no gap
         b = (0.75 * self.modulus * g) ** (2.0 / 3.0)

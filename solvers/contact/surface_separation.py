@@ -8,7 +8,7 @@ from softmark.solvers.contact.closest_face_points import vectors_from_closest_po
 from softmark.solvers.energies.energy import Floats, Ints
 
 FACING = (
-    0.86  # cosine of 30 degrees: so close an outward normal on each side is to the way across, less than in a corner
+    0.86  # cosine of 30 degrees, largest angle between outward normals and the line across; corners have larger ones
 )
 PAIRS = 200_000_000  # of corners and faces: a few seconds; surfaces with more pairs are not searched
 CHUNK = 2_000_000  # pairs that are compared at a time, 50 MB

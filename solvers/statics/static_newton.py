@@ -36,7 +36,7 @@ class Newton:
         self.phase = phase
         self.last: Factor | None = None
         self.matrix: Any = None  # matrix of the last factorisation
-        self.left: Floats | None = None  # unstable equilibrium from which `stable` continued
+        self.left: Floats | None = None  # unstable equilibrium that `stable` has left
         self.criterion: Criterion = "residual"
         self.eps = float(np.finfo(problem.rest.dtype).eps)
         self.moved = problem.travelled  # length of all steps so far
