@@ -367,7 +367,7 @@ class StageEquations:
         raise StepFailed(reason)
 
     def _direction(self, trial: StageTrial, r: Floats, tolerance: float, projected: bool) -> Floats:
-        """Return the direction -J^-1 r (free,), for residual forces r (free,) with the Jacobian J. Raises StepFailed."""
+        """Return the direction -J^-1 r (free,) for residual forces r (free,) with Jacobian J. Raises StepFailed."""
         J = self._jacobian(trial.x, projected)
         try:
             d = -self.system.linear.solve(J, r, tolerance)
