@@ -1,7 +1,7 @@
-"""Independent forces of contact and friction between two deformable surfaces: barrier pressures, friction springs.
+"""Independent forces of contact and friction between two deformable surfaces: barriers and friction springs.
 
-Distances use Gram's matrix; the barrier law and the distribution of forces to corners have formulas of their own. A
-face is a triangle in space (d = 3) or a segment in a plane (d = 2).
+The distances are computed by Gram's matrix. The barrier law and the distribution of forces to corners have formulas of
+their own. A face is a triangle in space (d = 3) or a segment in a plane (d = 2).
 """
 
 from __future__ import annotations
@@ -127,9 +127,9 @@ def friction_forces(
     """Return the friction forces on points p (s, d) and corners x (v, d), N, from springs with limited forces.
 
     `pull` (s, d) are the spring forces and `most` (s,) their limits, N. The reaction acts on the face nearest to the
-    point, at the position of the point, without a net moment. To this end the corners also receive forces c r along the
-    gap r, with sum c = 0 and, except for a part along r, sum c x = f: they balance the moment of the friction force f
-    about the face.
+    point, at the position of the point, without a net moment. For this the corners also receive forces c r along the
+    gap vector r. Their coefficients c have the sum 0 and, except for a part along r, sum c x = f, so that they balance
+    the moment of the friction force f about the face.
     """
     size = np.linalg.norm(pull, axis=1)
     f = -pull * np.minimum(1.0, most / np.maximum(size, LEAST))[:, None]
@@ -163,9 +163,10 @@ def normals(t: Floats) -> Floats:
 
 
 def _friction_face_keys(r: Floats, t: Floats) -> Floats:
-    """Return a key for each pair (c,); the face with the smallest key takes the friction of a point.
+    """Return a sort key for each pair (c,) of point and face t (c, k, d); the least key selects the friction face.
 
-    The key is the distance |r|. Among equal distances, faces whose normal is along the gap r (c, d) come first.
+    r (c, d) is the gap vector. The key is the distance |r|. Among equal distances, faces whose normal is along r come
+    first.
     """
     far = np.sqrt((r**2).sum(axis=1))
     looks = np.abs((r * normals(t)).sum(axis=1)) / np.maximum(far, LEAST)
