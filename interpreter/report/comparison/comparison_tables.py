@@ -226,9 +226,9 @@ def best_at_rates(view: SceneView) -> str:
     head = [heading(w, w in ("Error", "Takes", "Left")) for w in words]
     rows = [_rate(view, metric, rate) for metric, own in view.metrics.items() for rate in own.rates]
     caption = (
-        "Smallest error within the time of a frame. A configuration fits if the third quartile of its times is "
-        "within the frame, or 95 % of its time steps; without time steps, the whole solution must fit. Uncertain: "
-        "only the median fits."
+        "Configuration with the smallest error whose solution fits into the time of a frame. It fits if the third "
+        "quartile of its solution times, or 95 % of its time steps, is shorter than the frame. Uncertain: only the "
+        "median fits."
     )
     return table(caption, head, rows)
 

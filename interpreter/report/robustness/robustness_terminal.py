@@ -114,7 +114,7 @@ def _silent_point_lines(found: Robustness, file: str, overrides: Sequence[str], 
         for text in (*overrides, *(f"{n}={make_all_visible(t)}" for n, t in point.texts.items())):
             command += ["-p", text]
         command += ["--model", point.model]
-        says = "" if point.found.states is None else f", stated error {100 * point.found.states:.2g} %"
+        says = "" if point.found.states is None else f", estimated error {100 * point.found.states:.2g} %"
         error = f"{metric} = {100 * (point.found.error or 0.0):.3g} %{says}"
         yield f"{on}  {shlex.join(command)}{off}   # {error}"
     if len(silent) > MOST:

@@ -34,7 +34,7 @@ CLASSES: Mapping[str, Class] = {
     "right": Class("right", "✓", "error within the requested limit"),
     "inaccurate": Class("inaccurate (reported)", "▲", "error above the limit, and the model reports that it may be"),
     "silent": Class(
-        "wrong without a warning", "!", "converged, but the error is above the limit and above what the model states"
+        "wrong without a warning", "!", "converged, but the error is above the limit and above the model's own estimate"
     ),
     "not_converged": Class("not converged", "×", "no equilibrium was found, and the model reports that"),
     "diverged": Class("diverged", "⤫", "the motion grew without bound, and the model reports that"),
@@ -158,7 +158,7 @@ def point_tooltip(point: RobustnessPoint) -> str:
     where = ", ".join(f"{n} = {t}" for n, t in (point.texts or point.values).items()) or "all values of the scene"
     pieces = [class_of(found.word).words]
     pieces += [f"error {percent(found.error)}"] if found.error is not None else []
-    pieces += [f"stated error {percent(found.states)}"] if found.states is not None else []
+    pieces += [f"estimated error {percent(found.states)}"] if found.states is not None else []
     pieces += [found.code] if found.code else []
     message = f"; {found.message}" if found.message else ""
     return f"{where}: {', '.join(pieces)}{message}"

@@ -345,8 +345,8 @@ class _Shapes:
         if not self.beyond:
             return ""
         names, clip = join_few_names([f"`{n}`" for n in self.beyond]), format_quantity(self.clipped, "m", 3)
-        verb = "goes" if len(self.beyond) == 1 else "go"
-        return f" It ends at {clip} at first, so that typical errors can be distinguished; {names} {verb} beyond."
+        one = len(self.beyond) == 1
+        return f" It ends at {clip}, so that typical errors can be distinguished; {names} exceed{'s' * one} this."
 
     # -------------------------------------------------------------- numbers
 

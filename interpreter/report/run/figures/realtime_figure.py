@@ -133,19 +133,23 @@ def _verdict(known: Mapping[str, Any]) -> str:
     """Return `yes` or `no` with the margin and the number of late frames, as HTML."""
     symbol, mood, words = VERDICTS[bool(known["verdict"])]
     sign = tag("span", tag("span", symbol, aria_hidden="true"), f" {words}", class_=f"status {mood}")
-    late = f"{known.get('missed', '–')} of {known.get('frames', '–')} late" if known.get("missed") else ""
+    late = f"{known.get('missed', '–')} of {known.get('frames', '–')} frames late" if known.get("missed") else ""
     return sign + tag("small", text(", ".join(part for part in (_margin(known), late) if part)))
 
 
 def _margin(known: Mapping[str, Any]) -> str:
-    """Return the margin as text, such as `13 % of 40 ms to spare` or `takes 2.6 times 10 ms`.
+    """Return the margin as text, such as `13 % of 40 ms left` or `takes 2.6 times the available 10 ms`.
 
     If the model can never be fast enough, the text gives the reason.
     """
     limit, margin = format_quantity(known["limit_s"], "s", 3), known.get("margin")
     if margin is None or (not known["verdict"] and margin >= 0):
         return str(known.get("verdict_reason") or "")
-    return f"{100 * margin:.3g} % of {limit} to spare" if margin >= 0 else f"takes {1 - margin:.3g} times {limit}"
+    return (
+        f"{100 * margin:.3g} % of {limit} left"
+        if margin >= 0
+        else f"takes {1 - margin:.3g} times the available {limit}"
+    )
 
 
 def _seconds(value: float | None) -> str:

@@ -258,7 +258,7 @@ class ResultsTable:
         if name == metric.model:
             return "this is the model that others are compared with"
         if metric.probe is None and isinstance(result, ReferenceResult):
-            return "only models have work" if metric.clock else "it does not provide this quantity"
+            return "only models have a computing time" if metric.clock else "it does not provide this quantity"
         if isinstance(result, ReferenceResult) and not result.probes and result.status == "converged":
             return "no measured values at the points of this metric"
         if self.findings.report.partial:
