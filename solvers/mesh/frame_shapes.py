@@ -71,9 +71,7 @@ class Member(Prism):
 
     @property
     def slope(self) -> float:
-        """Change of half of the section's extent per length of the axis, for the extent that changes most;
-        dimensionless.
-        """
+        """Change of half of a section extent per length of the axis, the larger of both; dimensionless."""
         apart = (abs(a - b) for a, b in zip(*(section.extents for section in self.ends), strict=True))
         return float(0.5 * max(apart) / self.length)
 
@@ -269,8 +267,7 @@ class Network(Shape):
         return _value_of_member(first, i), _value_of_member(first if last is None else last, i)
 
     def run(self, number: int) -> tuple[list[int], list[int]]:
-        """Return the straight sequence of members of equal section that contains member `number`, and its two end
-        points.
+        """Return the straight sequence of members of equal section around member `number`, and its two end points.
 
         Members are counted from 0, points from 1.
         """
@@ -362,8 +359,9 @@ class Network(Shape):
         return any(member.hollow_at(point) for member in self.members)
 
     def nearest(self, X: Floats) -> Floats:
-        """Return for each point X (n, 3), m, the member (counted from 0) that contains it or is nearest to it, shape
-        (n,).
+        """Return for each point X (n, 3), m, the member that contains it or is nearest to it, shape (n,).
+
+        Members are counted from 0.
         """
         found = np.array([_distance_outside(member, X) for member in self.members])
         best: Floats = np.argmin(found, axis=0)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-SURFACES = frozenset({".stl", ".ply", ".off", ".obj", ".svg", ".wkt"})  # which never hold a tetrahedron or hexahedron
+SURFACES = frozenset({".stl", ".ply", ".off", ".obj", ".svg", ".wkt"})  # no tetrahedra or hexahedra in these
 MESHES = frozenset({
     ".avs", ".bdf", ".cgns", ".dat", ".dato", ".e", ".ele", ".ex2", ".exo", ".f3grid", ".fem", ".gz", ".h5m", ".hmf",
     ".inp", ".mdpa", ".med", ".mesh", ".meshb", ".msh", ".nas", ".node", ".post", ".su2", ".tec", ".ugrid", ".vol",
@@ -17,7 +17,7 @@ MERGED = frozenset({".stl", ".msh", ".mesh", ".obj"})  # surfaces that Gmsh can 
 
 
 def find_format_problem(path: str) -> tuple[str, str] | None:
-    """Return why a file can contain no solid mesh, and the remedy; None if it can contain one.
+    """Return why a file cannot contain a solid mesh, and the remedy; None if it can contain one.
 
     The file's name and size are examined, not its content.
     """
