@@ -19,8 +19,8 @@ Point = tuple[float, float]
 Path = Sequence[Point | None]
 Box = tuple[float, float, float, float]  # left, top, right, bottom
 
-CLOSE = 16.0  # pixels; two ends nearer than this need lines to tell their names apart
-LED = 9  # with more curves than this, lines to names would be a tangle
+CLOSE = 16.0  # pixels; names of curves that end nearer to each other than this need leader lines
+LED = 9  # with more curves than this, leader lines would cross too often
 LETTER = 7.4  # width of a letter, pixels
 ANGLES = (-20, 25, -50, 55, 160, -160, 90, 125, -125, -90)  # degrees, clockwise from the right
 

@@ -79,7 +79,7 @@ def _effort_headings(view: SceneView) -> tuple[str, ...]:
 def _point(view: SceneView, point: ComparedPoint) -> str:
     sign, mood = MOODS.get(point.status, ("✗", "bad"))
     words = " " + text(status_of(point.status))
-    if point.status == "converged":  # the usual: the sign is enough for those who see it
+    if point.status == "converged":  # the usual status: the symbol suffices, words are only for screen readers
         words = tag("span", words, class_="spoken")
     status = tag("span", tag("span", sign, aria_hidden="true"), words, class_=f"status {mood}")
     cells = [row_head(point.label, point.outline), tag("td", status, _full_residual(point))]

@@ -187,7 +187,9 @@ def _write_model(name: str, each: Told, to: str, folder: Path, written: list[str
     for number, (problem, named) in enumerate(each, start=1):
         place = Path(name) if len(each) == 1 else Path(name) / f"state-{number}"
         home = atomic_files.folder_within(folder, *place.parts)
-        with tempfile.TemporaryDirectory(dir=home, prefix=".part-") as made:  # formats write as they like
+        with tempfile.TemporaryDirectory(
+            dir=home, prefix=".part-"
+        ) as made:  # a format may write its files in several steps
             for file in form(to).export(problem, named, Path(made)):
                 os.replace(Path(made) / file, home / file)
                 own.append((place / file).as_posix())

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from softmark.interpreter.report.page.html_document import excerpt, part
 from softmark.interpreter.report.page.html_markup import prose, tag, text
 
-LARGEST = 1_000_000  # characters of one output: more is left out, and said
+LARGEST = 1_000_000  # characters of one output; more is left out with a note
 ROWS = 40  # largest number of rows of a table
 SIGNS = {"good": "✓", "bad": "✗", "warn": "…", "quiet": "–"}
 

@@ -144,7 +144,7 @@ def _validity_range_cell(own: list[ValidityEdge], unit: str) -> str:
 
 def _describe_beyond_edge(edge: ValidityEdge, unit: str) -> str:
     met = status_beyond(edge, unit)
-    if isinstance(edge, ChoiceEdge):  # a choice has no sides
+    if isinstance(edge, ChoiceEdge):  # a choice of options has no lower and upper end
         return text(met or "right with all options")
     side = "above" if edge.direction == "up" else "below"
     return text(f"{side}: {met or 'right up to the last tested value, ' + format_value(edge.reached, unit)}")

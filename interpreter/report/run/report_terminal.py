@@ -33,8 +33,8 @@ from softmark.interpreter.results.run_report import (
 from softmark.records import dataclass
 
 MENTIONED = 0.02  # fraction of a limit from which the uncertainty of a reference is mentioned
-LEAST_ERROR = 1e-9  # m, of a reference that says its own
-SEVERAL = 5  # names that a line lists
+LEAST_ERROR = 1e-9  # m, for a reference that states its own error
+SEVERAL = 5  # largest number of names listed in a line
 
 STATUS = {
     "converged": "ok",
@@ -49,7 +49,7 @@ STATUS = {
 INVERTED = "inverted cells"
 
 
-WIDE = 110  # characters of a line where nobody says how wide the window is
+WIDE = 110  # characters per line if the width of the window is unknown
 
 
 def table(report: Report, terminal: bool, width: int | None = None) -> str:
@@ -121,7 +121,7 @@ class _Paint:
         return self._apply_style(text, "31")
 
 
-REFERENCE = "reference: "  # and its kind
+REFERENCE = "reference: "  # followed by the kind of the reference
 EFFORT = ("unknowns", "newton", "time", "")
 
 

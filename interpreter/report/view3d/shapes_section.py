@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 PANELS = 24  # with more shapes than this only some models are shown initially
 CLIP = 95.0  # percentile of the points of one shape
-FAR = 3.0  # a shape with errors so many times the usual ones does not set the colours
+FAR = 3.0  # a shape with errors this many times larger than typical ones does not determine the colour scale
 STAGE = "Shapes of all models. Arrow keys rotate, plus and minus zoom, 0 resets the view, space plays."
 STATISTICS = ("mean", "median", "95 %", "largest")
 
@@ -97,7 +97,7 @@ class _Shapes:
 
     findings: ReportSummary
     small: ReducedSurfaces
-    key: str = ""  # the end of its ids
+    key: str = ""  # suffix of the element ids
     body: str = ""
     stills: bool = True  # pictures for readers without scripts
 

@@ -21,8 +21,8 @@ from softmark.records import dataclass
 TIMES = {"median_s": "Median", "p95_s": "95 %", "p99_s": "99 %", "worst_s": "Worst"}
 VERDICTS = {True: ("✓", "good", "real time"), False: ("✗", "bad", "not real time")}
 ROW, TOP, WIDTH, BOTTOM = 34.0, 34.0, 640.0, 50.0
-DOTS = 300  # frames of one model that are drawn; always the slowest
-Judged = Mapping[str, MetricResult]  # model -> what a metric says of it
+DOTS = 300  # largest number of drawn frames of a model; the slowest are always drawn
+Judged = Mapping[str, MetricResult]  # model -> its result of a metric
 
 
 def section_of(findings: ReportSummary) -> str:

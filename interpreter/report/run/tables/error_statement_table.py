@@ -9,7 +9,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.results.run_report import MetricResult, ModelResult, Report
 
-SEVERAL = 5  # names that a line lists
+SEVERAL = 5  # largest number of names listed in a line
 
 
 def error_statement(model: ModelResult) -> str | None:

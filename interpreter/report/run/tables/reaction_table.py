@@ -26,7 +26,7 @@ LEAD = (
 )
 HEAD = ("Support", "Model", "Force", "Moment", "Note")
 NOTHING = "\N{EN DASH}"
-SEVERAL = 3  # names that a line lists
+SEVERAL = 3  # largest number of names listed in a line
 ROUNDING = 1e-8  # relative to the largest component: equations are solved to a tolerance
 LITTLE = 1e-3  # fraction of a force that is not visible with three digits
 

@@ -62,6 +62,6 @@ def format_force(force: Sequence[float], digits: int, rounding: float) -> str:
     size = math.hypot(*force)
     if round_significant(size, digits) == round_significant(
         max(map(abs, force)), digits
-    ):  # as for the value of a metric along the axis
+    ):  # the force acts along a coordinate axis
         return units.format_value(round_significant(size, digits), units.FORCE)
     return _components(force, digits, rounding * size)
