@@ -60,7 +60,7 @@ class _Order:
         path, entered = (
             [(start, self._find_dependencies(start))],
             {start},
-        )  # a dictionary would be slow to find its last key
+        )  # a list, because a dictionary would be slow to find its last key
         while path:
             last, needs = path[-1]
             need = next(needs, None)

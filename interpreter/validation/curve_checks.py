@@ -104,7 +104,7 @@ def _check_column_units(reference: Declared) -> Iterator[Diagnostic]:
             break
 
 
-# ------------------------------------------------------------------ what is compared with it
+# ------------------------------------------------------------------ metrics compared with a curve
 
 
 def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:

@@ -220,7 +220,7 @@ class Entry:
 
     table: str
     word: str
-    value: Any  # a name, or two
+    value: Any  # name of a class; for a model also that of its builder
     node: ast.AST
 
     @property

@@ -56,7 +56,7 @@ def methods_of(scene: Scene, reference: Declared) -> list[Method]:
     return [Method(declared, case_for(scene, declared)) for declared in found]
 
 
-# ------------------------------------------------------------------ what speaks against it
+# ------------------------------------------------------------------ errors
 
 
 def check_refinements(scene: Scene) -> Iterator[Diagnostic]:
@@ -182,7 +182,7 @@ def _memory_error(scene: Scene, reference: Declared, declared: Declared) -> Diag
     return replace(found, source=at.source, span=at.span)
 
 
-# ------------------------------------------------------------------ what makes it of little use
+# ------------------------------------------------------------------ warnings
 
 
 def extrapolation_obstacle(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:

@@ -25,7 +25,7 @@ from softmark.references.tracked_points import TrackedPoints
 SHORTEST = 0.5  # least relative length of fibres that `active_strain` accepts
 MOST = 1000  # largest number of states of an analysis
 STEPS = 100_000  # largest number of steps of a quasistatic analysis
-BEYOND = 1e-9  # relative to its duration: what is as near to its end is at its end
+BEYOND = 1e-9  # relative to the duration: times this close to the end count as the end
 SOME = "`analysis press = static(states = [5, 12.5, 18.25] %)`"
 
 
@@ -189,7 +189,7 @@ def _table_error(scene: Scene, duration: float) -> Diagnostic | None:
 def _check_hysteresis_metrics(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
     """Check that hysteresis metrics have states of loading and unloading; dynamic analyses are refused with curves."""
     if any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()) or _has_times(scene):
-        return  # in time a curve turns where it does
+        return  # over time a curve may load and unload without states
     for metric in scene.of_kind("metric").values():
         if metric.thing.of_all_states and (wrong := _loop_error(metric, states)) is not None:
             yield wrong
@@ -229,7 +229,7 @@ def _state_count_error(reference: Declared, count: int) -> Diagnostic | None:
 def _is_single_measurement(reference: Declared) -> bool:
     many = isinstance(
         reference.thing, CurveFromFile | GivenValues
-    )  # what was measured all along, or says of what it is
+    )  # curves cover all states, and given values name their state
     return bool(reference.thing.how == "measured" and reference.value("states") is None and not many)
 
 

@@ -158,7 +158,7 @@ def _count(number: int, what: str) -> str:
     return f"{number} {what}" + ("" if number == 1 else "s")
 
 
-# ------------------------------------------------------------------ what is held against them
+# ------------------------------------------------------------------ metrics compared with them
 
 
 def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
