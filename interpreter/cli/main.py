@@ -13,7 +13,7 @@ import sys
 
 _OURS = os.path.basename(sys.argv[0]) in ("dsl", "dsl.exe")
 if _OURS and _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
-    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)  # until `main` says more than a traceback of imports
+    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)  # an interrupt during imports ends the process without a traceback
 
 from collections.abc import Sequence  # noqa: E402
 from contextlib import suppress  # noqa: E402
@@ -113,7 +113,7 @@ def _print_error(text: str) -> None:
     """Print an error message on standard error; do nothing if that fails."""
     try:
         print(text, file=sys.stderr, flush=True)
-    except OSError:  # a full disk, or nobody reads
+    except OSError:  # the disk is full, or no process reads the pipe
         _redirect_to_null(2)
 
 

@@ -215,7 +215,7 @@ class AccumulatedLoads:
         why = "only P, P1 to P6 and GRAV are supported" if label != "GRAV" else "magnitude or direction is missing"
         yield NotImported(f"`{label}` of {card.title} on `{row[0]}`", why, card.line)
 
-    # -------------------------------------------------------------- together
+    # -------------------------------------------------------------- totals of all steps
 
     def surfaces_pressed(self) -> set[str]:
         """Return the names of surfaces under pressure, in upper case."""

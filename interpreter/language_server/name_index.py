@@ -146,7 +146,7 @@ def _segments(name: tree.Name) -> Iterator[tuple[str, Span]]:
         start, column = end + 1, last + 1
 
 
-# ------------------------------------------------------------------ where names are names, and not words
+# ------------------------------------------------------------------ declared names in expressions
 
 
 def find_mentioned_names(node: tree.Declaration, vocabulary: Vocabulary) -> Iterator[tree.Name]:
