@@ -239,7 +239,7 @@ def _indentation_problem(case: Case) -> Indentation:
     friction = float(touch.thing.friction)
     at = first if friction else add_multiples(first, (1.0, slid))
     if not touch.thing.where.holds(*at, case.shape.diagonal):
-        raise NotApplicable(f"`{touch.name}` excludes the pressed place", "select the whole face")
+        raise NotApplicable(f"the `where` of `{touch.name}` excludes the place of contact", "select the whole face")
     material = case.material
     nu = float(material.poisson)
     return Indentation(

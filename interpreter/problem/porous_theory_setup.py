@@ -98,7 +98,7 @@ def _ends(case: Case, remedy: str) -> Ends:
     drivers += [load for load in case.loads if any(_displacement_or_traction(load))]
     for support in case.supports:
         if not isinstance(at_full_size(support.thing), Holding):
-            raise NotApplicable(f"the support `{support.name}` holds it in another way", remedy)
+            raise NotApplicable(f"the theory does not include the support `{support.name}`", remedy)
     if len(drivers) != 1:
         raise NotApplicable("it is not driven by exactly one load or support", remedy)
     driving = drivers[0]

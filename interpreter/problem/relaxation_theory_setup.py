@@ -69,7 +69,7 @@ def _held_end_and_driving_action(case: Case) -> tuple[int, Declared, Any]:
         thing = at_full_size(support.thing)
         along = [abs(shape.axis[c]) > ALIGNED for c in thing.components]
         if not isinstance(thing, Holding):
-            raise NotApplicable(f"the support `{support.name}` holds it in another way", REMEDY)
+            raise NotApplicable(f"the theory does not include the support `{support.name}`", REMEDY)
         if not any(along):
             if thing.moves:
                 raise NotApplicable(f"the support `{support.name}` moves it across its axis", REMEDY)

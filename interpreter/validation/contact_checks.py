@@ -199,7 +199,9 @@ def _check_rigid_body_actions(scene: Scene, body: Declared) -> Iterator[Diagnost
                                                                "all of it",
                                  "a part of a rigid body", "remove `where`")  # fmt: skip
         elif declared.kind != "support":
-            help = PULLED if declared.kind == "load" else MOVED
+            help = (
+                PULLED if declared.kind == "load" else f"name a deformable body: a rigid body has no {declared.kind}s"
+            )
             yield diagnostic("E655", declared.at("body"), f"`{declared.name}` needs a deformable body, but "
                                                           f"`{body.name}` is rigid",
                              f"unsupported {declared.kind} of a rigid body", help)  # fmt: skip

@@ -195,7 +195,7 @@ def _missing_curve_error(scene: Scene, metric: Declared, of: Declared, moving: b
         return diagnostic(
             "E509",
             metric.at("of"),
-            f"`{of.name}` is one value of all times: the {of.thing.when}",
+            f"`{of.name}` has one value for the whole motion: the {of.thing.when}",
             "one value",
             f"name a metric with a value at each time: `{of.constructor.name}(...)` without `over`",
         )

@@ -27,7 +27,7 @@ DOUBTS: dict[str, str] = {
     "W361": "numerical damping removed much of the energy",
     "W362": "the time step does not resolve the slowest vibration",
     "W364": "the mesh has sliver cells",
-    "W365": "the model leaves a width free that the supports hold",
+    "W365": "the supports hold a width that the model leaves free",
     "W366": "the material law loses ellipticity in this state",
     "W371": "the mesh carries another load than the scene prescribes",
     "W372": "the edge of a loaded area was not integrated exactly everywhere",

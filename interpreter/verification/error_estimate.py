@@ -180,9 +180,7 @@ class ErrorEstimate(SolutionUnderTest):
             return
         mesh, last = self.prepared.mesh, slice(-1 if seen.metric.last else 0, None)
         if seen.metric.measured_from is None and (load := unbounded_work(seen.metric, self.case, mesh, seen.size)):
-            raise NoErrorEstimate(
-                f"it is or contains the work of `{load.name}`, which grows with every mesh refinement"
-            )
+            raise NoErrorEstimate(f"it depends on the work of `{load.name}`, which grows with every mesh refinement")
         if load := unbounded_displacement(self.case, mesh, seen.X[last], seen.u[..., last, :]):
             raise NoErrorEstimate(
                 f"it is evaluated at {place_of(load)}, where displacements grow with every mesh refinement"

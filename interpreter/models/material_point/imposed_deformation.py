@@ -252,7 +252,7 @@ def _describe_imposed(faces: ImposedOnFaces, stretches: list[float | None]) -> s
         else f"{NAMES[a]} {'pulled' if a in faces.pulled else 'free'}"
         for a, s in enumerate(stretches)
     )  # fmt: skip
-    return ", ".join(words)
+    return f"they impose: {', '.join(words)}"
 
 
 def _have_equal_state(faces: ImposedOnFaces, stretches: list[float | None], axes: list[int]) -> bool:

@@ -221,8 +221,8 @@ class PreparedPoint(Meshless):
             diagnostic(
                 "W366",
                 self.declared.at("state"),
-                f"`{self.declared.name}` is beyond {what}, where its law loses stability: a nominal "
-                f"stress of {force} deforms it without limit",
+                f"`{self.declared.name}` is beyond the stability limit of its law, {what}: a nominal stress of {force} "
+                "deforms it without limit",
                 "unstable under an imposed force",
                 "this state exists only with imposed displacements; a real body localizes there",
             ),
