@@ -171,7 +171,10 @@ def _spread_cells(spread: Spread | None) -> tuple[Cell, ...]:
 
 
 def effort_to_error(view: SceneView) -> str:
-    """Return tables of the effort that each refinement line needs to reach each error level, one per error metric."""
+    """Return for each error metric a table of the effort that refinement lines need to reach each error level.
+
+    A refinement line has the configurations of one model that differ in one number, such as the cell size.
+    """
     return "".join(_effort_table(view, metric) for metric, own in view.metrics.items() if own.levels)
 
 
@@ -255,7 +258,10 @@ def _rate(view: SceneView, metric: str, rate: BestInFrame) -> str:
 
 
 def orders(view: SceneView) -> str:
-    """Return a table of observed orders of convergence and limits of every refinement line; empty if there is none."""
+    """Return a table of observed orders of convergence and extrapolated limits; empty if there is none.
+
+    It has rows for every refinement line, that is for the configurations of one model that differ in one number.
+    """
     entries = view.analysis.orders
     if not entries:
         return ""
@@ -276,7 +282,10 @@ def orders(view: SceneView) -> str:
 
 
 def _order_rows(view: SceneView, entry: LineOrders) -> list[str]:
-    """Return the table rows of a refinement line, one for each probe or metric; the first row also has the errors."""
+    """Return the table rows of one refinement line, one for each probe or metric.
+
+    The first row also has the orders of the errors.
+    """
     errors = [_error_order(entry, m) for m in view.metrics]
     limits = entry.limits or [Limit(DASH, "metric", "", None, None, ConvergenceEstimate("unusable", entry.doubt))]
     (first, *others) = ([_name(o.of), *limit_cells(o.finest, o.refined, o.unit or "1")] for o in limits)

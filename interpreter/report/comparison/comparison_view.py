@@ -81,7 +81,7 @@ class SceneView:
 
     @property
     def lines(self) -> Sequence[RefinementLine]:
-        """Refinement lines of all models."""
+        """Refinement lines of all models: the configurations of a model that differ in one number, in its order."""
         return self.analysis.lines
 
     @property

@@ -40,9 +40,10 @@ def _phase_names(points: Sequence[ComparedPoint]) -> list[str]:
 
 
 def _shown_configurations(view: SceneView, split: Sequence[ComparedPoint]) -> list[ComparedPoint]:
-    """Return the configurations to show.
+    """Return the configurations to show, at most SHOWN.
 
-    These are all if they are few, otherwise those on a Pareto front and the finest of each refinement line.
+    If there are more, these are the configurations on a Pareto front and the last one, the finest, of each refinement
+    line.
     """
     if len(split) <= SHOWN:
         return list(split)
