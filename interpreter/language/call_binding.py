@@ -42,7 +42,10 @@ Bound = tuple[tree.Expression, Place]  # expression and its text
 
 @dataclass(frozen=True)
 class Binder:
-    """Binder of the calls of one declaration; `full` is its full name, by which overrides find its fields."""
+    """Binder of the calls of one declaration.
+
+    `full` is the declared name with the prefix of its scene (`tissue.liver`), by which overrides find its fields.
+    """
 
     compiler: Compiler
     module: Module

@@ -226,9 +226,9 @@ class Compiler:
     # ------------------------------------------------------------------ declarations
 
     def declaration(self, full: str) -> Declared:
-        """Return the compiled declaration with a full name, after all declarations that it refers to.
+        """Return the compiled declaration of a name with its prefix, as in `tissue.liver`. Raises EvaluationError.
 
-        Raises EvaluationError.
+        All declarations that it refers to are compiled before.
         """
         if full in self.declared:
             known = self.declared[full]

@@ -137,7 +137,7 @@ class Evaluator:
         return self.lookup(node)
 
     def measure(self, unit: tree.Unit) -> units.Measure:
-        """Return the factor and dimension of a unit."""
+        """Return the factor and dimension of a unit. Raises EvaluationError for a unit that cannot be read."""
         try:
             return units.parse_unit(unit.text)
         except units.UnitError as error:

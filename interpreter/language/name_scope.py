@@ -34,7 +34,10 @@ class Scope:
 
     @contextmanager
     def record_dependencies(self, full: str) -> Iterator[None]:
-        """Record the names used inside the `with` block as direct dependencies of a full name."""
+        """Record the names used inside the `with` block as direct dependencies of a name.
+
+        `full` is that name with the prefix of its scene, as in `tissue.liver`.
+        """
         outer, self._mentioned = self._mentioned, set()
         try:
             yield
@@ -43,7 +46,7 @@ class Scope:
             self._mentioned = outer
 
     def use(self, full: str) -> None:
-        """Record that something refers to a full name."""
+        """Record that something refers to a name, given with its prefix, as in `tissue.liver`."""
         self.used.add(full)
         self._mentioned.add(full)
 

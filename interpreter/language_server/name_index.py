@@ -116,7 +116,7 @@ class NameResolver:
         return None if node is None or owner is None else Target(ALIAS, name, owner, node.alias_span)
 
     def symbol(self, full: str) -> Target | None:
-        """Return the parameter or declaration with a full name, or None."""
+        """Return the parameter or declaration of a name with its prefix, as in `tissue.liver`, or None."""
         found = self.table.symbols.get(full)
         if found is None:
             return None

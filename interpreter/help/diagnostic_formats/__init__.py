@@ -24,7 +24,7 @@ FORMATS = {  # name: purpose of the format
 
 @dataclass(frozen=True)
 class LocatedDiagnostic:
-    """A diagnostic together with the file of the command line in whose check it was found."""
+    """Diagnostic together with `file`, the scene named on the command line in whose check it was found."""
 
     file: str
     diagnostic: Diagnostic
