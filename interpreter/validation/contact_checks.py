@@ -84,7 +84,10 @@ def _check_deformable(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
 
 
 def _check_duplicates(contacts: list[Declared]) -> Iterator[Diagnostic]:
-    """Check for duplicate contacts, which would share the contact force and each have a friction of its own."""
+    """Yield errors of contacts that repeat an earlier contact.
+
+    The two would share the contact force, and each would have a friction of its own.
+    """
     for i, later in enumerate(contacts):
         for first in contacts[:i]:
             one = later.thing

@@ -195,7 +195,11 @@ def _full_model(scene: Scene, model: Declared) -> Declared:
 
 
 def _time_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
-    """Return the refusal of a metric over time without a dynamic analysis, or a frequency with one, or None."""
+    """Return the refusal of a metric that does not fit the kind of analysis, or None.
+
+    It is a metric over time without a dynamic analysis, a frequency with one, or a frequency under a load that permits
+    none.
+    """
     moving = any(isinstance(analysis.thing, Dynamic) for analysis in scene.of_kind("analysis").values())
     if moving and isinstance(metric.thing, Frequency):
         help = "remove the analysis, or measure the motion: `metric swing = period(tip, along = -z)`"

@@ -43,7 +43,10 @@ def state_of_largest_load(scene: Scene) -> Scene:
 
 
 def _state_factor(scene: Scene, state: float) -> float:
-    """Return the factor of loads in a state; if states are times, the largest amplitude value up to the time."""
+    """Return the factor of the loads in a state, for the search of the largest loads.
+
+    If states are times, it is the largest absolute amplitude at that time.
+    """
     if not isinstance(state, Moment):
         return abs(state)
     moved = (d.thing.amplitude for d in find_time_dependent(scene))
@@ -65,9 +68,10 @@ def _driven_by_state(scene: Scene) -> list[Declared]:
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
-    """Yield errors and warnings about states; without states, of amplitudes and references that need them.
+    """Yield errors and warnings about the states of the analysis.
 
-    A scene with several analyses, itself an error, is skipped: states of one do not belong to another.
+    Without states, amplitudes and references that need states are reported. A scene with several analyses, itself an
+    error, is skipped: states of one do not belong to another.
     """
     if len(scene.of_kind("analysis")) > 1:
         return
