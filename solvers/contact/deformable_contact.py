@@ -194,8 +194,7 @@ class IpcContact(DynamicPatternEnergy):
         near.ee_candidates = [each[i] for i in np.flatnonzero(kept)]
 
     def _sample_collisions(self, V: Floats) -> tuple[Any, Ints]:
-        """Return the collisions of samples at positions V (v, d) with faces, and pairs (p, 2) of sample and face
-        numbers.
+        """Return the collisions of samples at positions V (v, d) with faces, and pairs (p, 2) of sample and face.
 
         The collisions are with faces, edges and corners near a sample, and are weighted with the sample areas.
         """
