@@ -15,7 +15,7 @@ from softmark.solvers.elements import element_of
 from softmark.solvers.mesh.cell_splitting import mesh_hexahedra
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
-CORNER, BULGE = 0.65, 0.4  # rounded cube: radius of its corners; 0 for flat sides, 1 for sides along the sphere
+CORNER, BULGE = 0.65, 0.4  # rounded cube: radius of its corners; 0 for flat sides, 1 for a sphere
 
 
 @dataclass(frozen=True)

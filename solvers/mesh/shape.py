@@ -130,7 +130,7 @@ class Section:
         return None
 
     def hole(self, around: int) -> Floats | None:
-        """Return about `around` points (k, 2), m, of the hole's border, counter-clockwise; None without a hole."""
+        """Return points (k, 2), m, of the hole's border, as many as `outline` returns; None without a hole."""
         return None
 
     def support(self, a: float, b: float) -> float:

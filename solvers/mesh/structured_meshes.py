@@ -86,9 +86,9 @@ def mesh_disc(
     """Return the mesh of a disc (an O-grid): a rounded square grid in the middle and rings of cells around it.
 
     `corner` is the distance of the square's corners from the centre as a fraction of `radius`. `bulge` is 0 for
-    straight sides of the square and 1 for sides along the circle. With the defaults the tetrahedra have a mean-ratio
-    quality above 0.55 from coarse to fine meshes. Rings lie on the cuts of `radius`; without such cuts, the straight
-    line through the middle lies on the first cut of `chord`.
+    straight sides of the square and 1 for sides along a concentric circle. With the defaults the tetrahedra have a
+    mean-ratio quality above 0.55 from coarse to fine meshes. Rings lie on the cuts of `radius`; without such cuts, the
+    straight line through the middle lies on the first cut of `chord`.
     """
     n, rings = count_disc_cells(radius, size)
     core, *outer = circle_radii(radius, size, cuts)
