@@ -79,12 +79,12 @@ def _status_lines_beyond(edge: ValidityEdge, unit: str) -> Iterator[str]:
         return
     at = ""
     if edge.met is not None and (edge.word != "unjudged" or edge.last_right is not None):
-        at = f" {'from' if edge.direction == 'up' else 'down from'} {number(edge.met, unit)}"
+        at = f" at {number(edge.met, unit)} and {'above' if edge.direction == 'up' else 'below'}"
     yield f"{SAID.get(edge.word, edge.word)}{at}" + (f": {edge.reason}" if edge.reason else "")
     if edge.silence and edge.first_silence is not None and edge.first_silence != edge.first_wrong:
-        yield f"{SAID.get(edge.silence, edge.silence)} from {number(edge.first_silence, unit)}"
+        yield f"{SAID.get(edge.silence, edge.silence)} from {number(edge.first_silence, unit)} on"
     if edge.remedy:
-        yield f"= {edge.remedy}"
+        yield f"= help: {edge.remedy}"
 
 
 def number(value: float, unit: str) -> str:
@@ -96,7 +96,7 @@ def number(value: float, unit: str) -> str:
 
 def _counts(summary: RobustnessSummary) -> str:
     parts = [f"{n} {SAID.get(word, word)}" for word, n in summary.classes.items() if n and word != "silent"]
-    said = f"{summary.points} points: {', '.join(parts)}; {summary.silent} silent"
+    said = f"{summary.points} points: {', '.join(parts)}; {summary.silent} silent (wrong without a warning)"
     none = summary.points and summary.classes.get("unjudged") == summary.points
     return said + (": no point was judged, so this has no meaning" if none else "")
 
