@@ -22,7 +22,7 @@ def prepared_model(declared: Declared, case: Case, workshop: BuildContext) -> tu
     wall, cpu = time.perf_counter(), time.process_time()
     prepared = model_builders.build(declared, case, workshop)
     spent = time.perf_counter() - wall, time.process_time() - cpu
-    # a mesh that another model has made costs this one what it cost that one
+    # a mesh made for another model is charged to this model too
     return prepared, (spent[0] + workshop.borrowed[0], spent[1] + workshop.borrowed[1])
 
 
@@ -75,5 +75,5 @@ class Measurements(Mapping[str, Any]):
             return None
         try:
             return measurement(self.scene, declared)
-        except Exception:  # whatever is wrong with a file: the model that needs it says so
+        except Exception:  # the model that needs the file reports its error
             return None

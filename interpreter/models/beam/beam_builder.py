@@ -55,13 +55,13 @@ class PreparedBeam(Meshless):
 
     declared: Declared
     case: Case
-    stations: Floats  # of its nodes (n,), m
+    stations: Floats  # stations of the nodes (n,), m
     rest: Floats
     elastic: RodElastic
     problem: Statics
     size: dict[str, int]
     disturbance: Disturbance | None = None
-    applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
+    applied: tuple[tuple[Declared, Energy], ...] = ()  # each load separately
 
     @property
     def points(self) -> Floats:
@@ -284,7 +284,7 @@ def _nodal_load_forces(case: Case, load: Declared, rest: Floats, stations: Float
             w = case.material.density * shape.section.area * np.array(g)
             if isinstance(shape, Prism):
                 return RodForces.uniform(rest, chain_elements(len(stations)), w).forces
-            half = 0.5 * np.diff(stations)[:, None] * w  # of the arc: its chords are shorter
+            half = 0.5 * np.diff(stations)[:, None] * w  # lengths of the arc, because chords are shorter
             forces[:-1] += half
             forces[1:] += half
         case SurfaceTraction(where=where, traction=traction):

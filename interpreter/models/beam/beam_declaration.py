@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.problem.body_case import Case
 
-OF_SECTIONS = "finite", "sections"  # the measure of strain, and what stress is known of
-MOST_WOUND = 0.5 * math.pi * (1.0 + 1e-9)  # rad, of a tendon along a segment; from half a turn on it seems to wind back
+OF_SECTIONS = "finite", "sections"  # strain measure, and where stress is known
+MOST_WOUND = 0.5 * math.pi * (1.0 + 1e-9)  # rad, largest winding of a tendon along a segment
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,7 @@ class Beam6Dof(Model):
     def _constraint_errors(self, case: Case) -> list[Diagnostic]:
         """Return errors if supports conflict or leave the beam free to move."""
         if not case.supports or self._has_disjoint_clamps(case):
-            return []  # none is said of the body
+            return []  # no error is possible for these supports
         from softmark.interpreter.models.beam.beam_supports import constrained_dofs
 
         try:
@@ -251,7 +251,7 @@ class Beam6Dof(Model):
         loads.
         """
         found = [case.prism.length * i / self.segments for i in range(self.segments + 1)]
-        inner = set(range(1, self.segments))  # that may move
+        inner = set(range(1, self.segments))  # indices of the nodes that may be moved
         places = {b for support in case.supports for b in selection_borders(support.thing.where, case.prism)}
         for border in sorted(places | _eccentric_stations(case)):
             if inner and not any(abs(s - border) <= 1e-6 * case.prism.length for s in found):

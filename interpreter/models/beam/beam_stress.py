@@ -28,7 +28,7 @@ from softmark.solvers.stress_recovery.stress_measures import Tensors
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Section
 
-AROUND = 1e-9  # of the length: a place beyond the end is at the end
+AROUND = 1e-9  # of the length: a point so little beyond the end counts as at the end
 
 
 @dataclass(frozen=True)

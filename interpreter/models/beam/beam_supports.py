@@ -47,7 +47,7 @@ def constrained_dofs(case: Case, stations: Sequence[float]) -> tuple[Ints, Float
     found, target = held.finished()
     way = held.turns(found, target, points_of(case, np.array(stations)), 6)
     if way is not None:
-        _support_constraints(case, stations, way.early)  # on the way there supports must agree too
+        _support_constraints(case, stations, way.early)  # supports must also agree at smaller load fractions
     return found, target, way
 
 

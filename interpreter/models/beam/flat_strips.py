@@ -22,16 +22,16 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.mesh.shape import Section
 
-FLAT = 4.0  # times as wide as thick: from here on a section is one of a strip
+FLAT = 4.0  # ratio of width to thickness above which a section is a strip
 CLAMPED, STRIP = (
     1.6,
     3.2,
-)  # times plate(nu) width / length at each clamp: of square and round sections, of flat ones
-WARPED = 2.25  # times the twist lost to warping: half-way to the end it is twice as much of the twist
-SQUARE = 0.15  # part of that of a strip which a square loses: solids lose 0.024 widths at each clamp
-GRIPPED = 0.6  # the same of a rod that is pulled, at each clamp
-THICK = 0.3  # times (width / length)^2
-SEEN = 0.02  # of the stiffness: what is worth a warning
+)  # factors of plate(nu) width / length at each clamp: square and round sections, flat sections
+WARPED = 2.25  # factor of the lost twist: half-way to the end, the loss is twice as large relative to the twist
+SQUARE = 0.15  # ratio of the lost twist of a square to that of a strip: solids lose 0.024 widths at each clamp
+GRIPPED = 0.6  # factor of plate(nu) width / length at each clamp for a rod under tension
+THICK = 0.3  # factor of (width / length)^2
+SEEN = 0.02  # of the stiffness: smallest change that causes a warning
 
 
 def remaining_anticlastic_curvature(theta: float) -> float:

@@ -47,10 +47,10 @@ class PreparedNetwork(Meshless):
 
     declared: Declared
     layout: Layout
-    elastic: RodElastic  # the members as one
+    elastic: RodElastic  # elastic energy of all members
     problem: Statics
     size: dict[str, int]
-    applied: tuple[tuple[Declared, Energy], ...]  # every load by itself
+    applied: tuple[tuple[Declared, Energy], ...]  # each load separately
 
     @property
     def points(self) -> Floats:
@@ -134,7 +134,7 @@ def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: BuildCon
         case.analysis.tolerance,
         case.analysis.max_iterations,
         jumped=space.jumped,
-        bold=bool(np.any(target)),  # where members close a loop, what is imposed bends all of them at once
+        bold=bool(np.any(target)),  # in a closed loop an imposed displacement bends all members at once
         extent=extent,
         weights=np.tile([1.0, 1.0, 1.0, *[1.0 / extent] * 3], layout.count),
         path=case.analysis.path,

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.frame_shapes import Network
 
 Vector3 = tuple[float, float, float]
-SLENDER = 3.0  # times as long as deep
-CLEAR = 1e-3  # of a distance: a lever that is plain
+SLENDER = 3.0  # smallest ratio of length to depth of a slender member
+CLEAR = 1e-3  # of a distance: smallest lever arm that counts
 
 
 @dataclass(frozen=True)

@@ -52,11 +52,11 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.static_equilibrium import Watch
 
-BALANCED = 1e-4  # of the larger of loads and reactions: what may be left of a program's answer in our equations
-HELD = 1e-6  # of the greatest displacement: how far a node that is held may be from where it is held
-VAGUE = 0.1  # of the loads: with a larger effect of its digits an answer cannot be checked
-TOLD = 3.0  # times what the digits of an answer leave, as one draw of their rounding has it
-OURS = ("iterations", "steps", "history", "started")  # facts of how we would have solved it
+BALANCED = 1e-4  # of the larger of loads and reactions: largest residual of a program's results in our equations
+HELD = 1e-6  # of the largest displacement: tolerance of the position of a held node
+VAGUE = 0.1  # of the loads: if rounding of the results has a larger effect, they cannot be checked
+TOLD = 3.0  # safety factor of the residual caused by rounding, which is estimated from one random sample
+OURS = ("iterations", "steps", "history", "started")  # report entries about our own solver
 NOT_KNOWN = "an external program solved it, and its tangent stiffness is not available"
 
 
@@ -71,7 +71,7 @@ class PreparedOutside:
     declared: Declared
     case: Case
     solid: PreparedSolid
-    lost: ClassVar[Status] = "not_converged"  # where the program says itself that it found nothing
+    lost: ClassVar[Status] = "not_converged"  # status if the program itself reports no solution
     unsettled: ClassVar[str] = "{title} reports no solution: {why}"
 
     @property
@@ -277,7 +277,7 @@ class PreparedExternalDynamics(PreparedOutside):
 
         Equilibrium is not checked, because the mechanical model is the program's own.
         """
-        moved = problem.held[:, 1] < 3  # the others are turns of sections
+        moved = problem.held[:, 1] < 3  # the other components are rotations of sections
         node, component = problem.held[moved].T
         slipped = float(np.abs(u[:, node, component] - problem.values[moved]).max(initial=0.0))
         title, known = (
@@ -307,7 +307,7 @@ def states(answer: Answer, problem: Problem, count: int) -> Floats:
 
 def elapsed_time(answer: Answer, end: End, threads: int) -> ElapsedTime:
     """Return the solution time of a program by its own clock; otherwise its total or process time as an upper bound."""
-    cpu = end.wall_s if end.cpu_s is None else end.cpu_s  # of all
+    cpu = end.wall_s if end.cpu_s is None else end.cpu_s  # CPU time of all threads
     solve, whole = answer.clocks.get("solve_s"), answer.clocks.get("whole_s")
     if solve is not None and 0.0 <= solve <= end.wall_s:
         return ElapsedTime(solve, min(cpu, threads * solve), False)

@@ -34,7 +34,7 @@ class ExternalMaterial:
     constants: Mapping[str, float]
     density: float | None
     cells: Ints
-    choices: Mapping[str, str] = field(default_factory=dict)  # its words: volumetric = logarithmic
+    choices: Mapping[str, str] = field(default_factory=dict)  # choices of the law, such as volumetric = logarithmic
 
     @property
     def lame(self) -> tuple[float, float]:
@@ -58,7 +58,7 @@ class Motion:
     damping_mass: float = 0.0  # a, 1/s
     damping_stiffness: float = 0.0  # b, s
     explicit: bool = False  # explicit time steps
-    iterations: int | None = None  # of a step; None: as many as the program takes by itself
+    iterations: int | None = None  # iterations of a step; None: the program's own default
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class Problem:
     forces: Floats
     shares: tuple[float, ...] = (1.0,)
     tolerance: float = 1e-8  # of the residual
-    values_of_states: tuple[float, ...] = ()  # what the scene calls them: 0.125 of 12.5 %; none where it has no states
+    values_of_states: tuple[float, ...] = ()  # values of states, such as 0.125; may be empty
     motion: Motion | None = None
     section: Section | None = None
     named: Named | None = None  # named parts, for a program that receives loads by name
@@ -124,8 +124,8 @@ class Answer:
     settled: bool | None = None
     iterations: int | None = None
     clocks: Mapping[str, float] = field(default_factory=dict)
-    said: str = ""  # what of its log a user should see
+    said: str = ""  # messages of its log for the user
     rounding: float = 0.0  # relative, of numbers as it writes them: 5e-7 of seven digits, 0 of doubles
-    steps_s: Floats | None = None  # (count,) s of each step of a motion, by its own clock
-    turned: Floats | None = None  # (s, n, 3, 3) of the nodes of a rod
-    unsolved: int = 0  # steps of a motion that it took without solving them, or without knowing whether it did
+    steps_s: Floats | None = None  # (count,) s that each step of a motion took, by the program's clock
+    turned: Floats | None = None  # (s, n, 3, 3) section axes at the nodes of a rod
+    unsolved: int = 0  # number of steps of a motion that did not converge, or may not have

@@ -14,7 +14,7 @@ import signal
 import sys
 
 PR_SET_PDEATHSIG = 1
-MISSING = 127  # as of a shell
+MISSING = 127  # exit status of a missing program, as in a shell
 
 
 def main() -> None:
@@ -49,7 +49,7 @@ def _kill_on_parent_exit(parent: int) -> None:
     import ctypes
 
     ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:  # it went before this stood
+    if os.getppid() != parent:  # the parent ended before this setting took effect
         os._exit(1)
 
 

@@ -65,8 +65,8 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
     from softmark.solvers.statics.static_equilibrium import Watch
 
-FLAT = 0.25  # of a length: a corotational state with cells squeezed below it is none to start from
-GIVES_WAY = 3.0**-0.5  # of a length: where stress in uniaxial compression of a St Venant-Kirchhoff solid peaks
+FLAT = 0.25  # stretch of a cell below which a corotational state is no suitable start
+GIVES_WAY = 3.0**-0.5  # stretch at which the compressive stress of a St Venant-Kirchhoff solid is largest
 
 
 @dataclass(frozen=True)
@@ -84,17 +84,17 @@ class PreparedSolid(MeshBasedModel):
     problem: Statics
     size: dict[str, int]
     notes: tuple[Diagnostic, ...]
-    first: GuessModel | None = None  # the model whose solution is started from
-    before: Floats | None = None  # displacements of the nodes (3 n,) in the state before, m, to start from
+    first: GuessModel | None = None  # model whose solution is the initial guess
+    before: Floats | None = None  # nodal displacements (3 n,) of the previous state, m, used as start
     disturbance: Disturbance | None = None
-    applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
+    applied: tuple[tuple[Declared, Energy], ...] = ()  # each load separately
     pieces: tuple[MaterialRegion, ...] = ()  # the cells of every material
-    beds: Mapping[str, ElasticFoundation] = field(default_factory=dict)  # springs that it lies on
+    beds: Mapping[str, ElasticFoundation] = field(default_factory=dict)  # foundations, ties and self-contacts, by name
     axial: bool = False  # it is a body of revolution
-    muscles: tuple[tuple[Declared, Energy], ...] = ()  # what pulls within, each by itself: as loads do
-    contacts: Mapping[str, RigidContact] = field(default_factory=dict)  # rigid bodies that it must not pass
-    rubbed: Past = field(default_factory=dict)  # what friction remembers of the state before
-    loose: UnsupportedBody | None = None  # supports leave it free, and what it touches must hold it
+    muscles: tuple[tuple[Declared, Energy], ...] = ()  # active energy of each muscle
+    contacts: Mapping[str, RigidContact] = field(default_factory=dict)  # contacts with rigid bodies, by name
+    rubbed: Past = field(default_factory=dict)  # friction history of the previous state, by contact
+    loose: UnsupportedBody | None = None  # set if supports leave the body free and contact must hold it
 
     @property
     def driven(self) -> tuple[tuple[Declared, Energy], ...]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.mesh.shape import Shape
 
-LARGE_ANGLE = 0.1  # rad: a rotation that small strains misread by 0.5 % strain (1 - cos)
+LARGE_ANGLE = 0.1  # rad: a rotation that appears as 0.5 % strain (1 - cos) in small strain
 PLAIN: dict[str, Any] = {
     "max_iterations": None,
     "max_linear_iterations": None,

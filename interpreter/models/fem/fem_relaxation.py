@@ -57,7 +57,7 @@ class MeshWithHistory(DeformedBody):
 
     past: DisplacementHistory | None = None
     aged: StateInTime | None = None
-    pore_pressure: Floats | None = None  # (n,) Pa, of a fluid, positive in compression
+    pore_pressure: Floats | None = None  # (n,) Pa, fluid pressure, positive in compression
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the mesh without the material state, for stored reports."""
@@ -74,7 +74,7 @@ class PreparedViscoelastic(MeshBasedModel):
     static: PreparedSolid
     case: Case
     memories: BodyHistory
-    timed: AmplitudeSchedule  # of every load, and of every muscle
+    timed: AmplitudeSchedule  # amplitudes of loads and muscles
     before: StateInTime | None = None
 
     @property

@@ -37,9 +37,9 @@ from softmark.solvers.statics.quasistatic_history import InstantLoading, StateIn
 if TYPE_CHECKING:
     from softmark.interpreter.models.fem.fem_declaration import Fem
 
-TIGHT = 1e-12  # of loads and reactions: what states with fluid are solved to, so that none of it is lost
-COARSE = 0.3  # of what has moved, by which methods of first and second order differ: then either is off by a part
-BALANCED = 1e-10  # of the volume that has moved: what may be amiss of the balance of fluid
+TIGHT = 1e-12  # of loads and reactions: tolerance of states with fluid, so that no fluid is lost
+COARSE = 0.3  # of the moved fluid: larger differences of methods of first and second order cause a warning
+BALANCED = 1e-10  # of the moved volume: largest error of the fluid balance
 
 
 @dataclass(frozen=True)

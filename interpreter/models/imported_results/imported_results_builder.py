@@ -39,15 +39,15 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.static_equilibrium import Watch
 
-WITHIN = 0.01  # of the diagonal of a body: how far it may lie outside
+WITHIN = 0.01  # of the diagonal of a body: how far it may lie outside the file's points
 SIMILAR = 0.05  # of a volume: larger differences are reported
-MOVES = 0.01  # of the greatest displacement: at the start it is none
-FEW, GAP = 4, 3.0  # moments by which a step is usual; times that: moments seem to be missing
-SAME = 1e-6  # of a time or a state: the same
+MOVES = 0.01  # of the largest displacement: a smaller one at the start counts as none
+FEW, GAP = 4, 3.0  # smallest number of times that define a usual step; ratio to it from which times seem to be missing
+SAME = 1e-6  # relative: nearer times or states count as equal
 FACTORS = (1e-3, 1e-2, 0.0254, 0.1, 1.0, 10.0, 100.0, 1e3)  # ratios of units of length
-NEAR = 0.05  # of a factor
+NEAR = 0.05  # relative tolerance of such a ratio
 ROW = "add a row for each point of a probe"
-ROUGH, CLOSER = 1e-3, 0.1  # of the diagonal: a fit that is looked at; times the misfit: what fits better
+ROUGH, CLOSER = 1e-3, 0.1  # of the diagonal: largest misfit of another unit; factor by which its misfit must be smaller
 MOVED = (
     "its points already include the displacements: points minus displacements match the body",
     'use the deformed points: write `at = "position"` and `rest`, a file with the undeformed points',

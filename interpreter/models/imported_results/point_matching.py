@@ -18,9 +18,9 @@ from softmark.solvers.mesh.mesh import Mesh
 Floats = NDArray[np.float64]
 
 POSITION = "position"
-USUALLY = 0.9  # of the points of a table are as near to the next one, or nearer
-USUAL = ("displacement", "displacements", "disp", "u", "deplacement", "displ")  # names of it, in small letters
-# what vectors are that are no displacements, by how their names begin, in small letters
+USUALLY = 0.9  # quantile of the distances to the nearest point that is the typical distance
+USUAL = ("displacement", "displacements", "disp", "u", "deplacement", "displ")  # names of it, in lower case
+# meaning of vectors that are not displacements, by the beginning of their names in lower case
 OTHERS = (
     "velo",
     "acce",
@@ -213,7 +213,7 @@ def _displacements(told: ResultFile, at: str, rest: ResultFile | None) -> tuple[
     u = told.fields[name]
     if told.moved is None:
         return name, told.points, u
-    X = told.moved - u  # files of deformed meshes that have their displacements as well
+    X = told.moved - u  # files with deformed points and also displacements
     if np.abs(X - X[0]).max() > SAME * max(float(np.ptp(X[0], axis=0).max()), 1e-300):
         reason = f"its points move over time, but not by `{name}`"
         raise Unmatched(reason, 'use the moved points: `at = "position"`')

@@ -28,15 +28,15 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.records import dataclass
 
-SLIPS = 0.01  # of the farthest displacement: what a support says may be missed by so much, by how a file is read
-ROUND = 1e-4  # of the diagonal: points of a file that are so near to what a support selects are of it, by its digits
-BESIDE = 1e-3  # of what says how a point moves may be points that a support does not select
+SLIPS = 0.01  # of the largest displacement: deviation from a support that reading a file may cause
+ROUND = 1e-4  # of the diagonal: file points so near to a selection belong to it, within their printed digits
+BESIDE = 1e-3  # largest interpolation weight of points that the support does not select
 VAST = 10.0  # times the size of a static body: a larger displacement is suspicious
 ANOTHER = (
     "if the displacements have another unit than the lengths, write both in one unit, or write "
     'positions, `at = "position"`'
 )
-POWER = 0.1  # of a power of ten: a factor is taken for one
+POWER = 0.1  # tolerance, relative to a power of ten
 
 
 @dataclass(frozen=True)

@@ -21,9 +21,9 @@ from softmark.solvers.mesh.shapes import Box
 
 Face = tuple[int, int]  # the axis of its normal, and 0 of the lower or 1 of the upper face
 Vector3 = tuple[float, float, float]
-ACROSS = 9  # points along each direction in which faces are looked at
-AROUND = 16  # the same around a round body
-SAME = 1e-9  # relative: amounts that are nearer are one
+ACROSS = 9  # sample points along each direction of a face
+AROUND = 16  # sample points around a round body
+SAME = 1e-9  # relative: nearer amounts count as equal
 NAMES = "xyz"
 WHOLE = "a material point supports only whole faces of the body, such as `where = x <= 0 mm`"
 SHEARS = "remove the components along the face, or use `fem(...)`: a material point has no shear traction"
@@ -62,7 +62,7 @@ class ImposedOnFaces:
 
     case: Case
     held: dict[tuple[Face, int], tuple[float, str]] = field(default_factory=dict)
-    pulled: dict[int, float] = field(default_factory=dict)  # by axis: force per area at rest
+    pulled: dict[int, float] = field(default_factory=dict)  # by axis: force per undeformed area, Pa
 
     @property
     def bounds(self) -> tuple[Vector3, Vector3]:
@@ -147,7 +147,7 @@ def _selected_faces(shape: Shape, where: Condition) -> list[Face]:
     extent, about = shape.diagonal, where.axes
     faces: dict[Face, bool] = {}
     inner: list[tuple[Face, ...]] = []
-    known: dict[tuple[float, ...], bool] = {}  # by the coordinates that it is about: of `x <= 0 mm`, nine places
+    known: dict[tuple[float, ...], bool] = {}  # values by the coordinates of the condition
     for point, own in _points(shape):
         place = (0 in about and point[0], 1 in about and point[1], 2 in about and point[2])
         if (holds := known.get(place)) is None:

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from softmark.solvers.statics.static_equilibrium import Watch
     from softmark.solvers.stress_recovery.stress_field import Stresses
 
-PEAK = 0.1  # of the stiffness at rest: a force that grows less than that has its maximum there
-ALONG = 1e-9  # of the largest stress: a shear that is less is none
+PEAK = 0.1  # of the initial stiffness: below it the force counts as having reached its maximum
+ALONG = 1e-9  # of the largest stress: a smaller shear stress counts as zero
 CORNERS = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])  # of a box, 0 low and 1 high
 
 

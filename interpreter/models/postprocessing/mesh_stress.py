@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.stress_recovery.stress_field import Stresses
 
-INSIDE = 1e-9  # of a motion: how far before its end its courses are looked at
+INSIDE = 1e-9  # of the duration: how long before the end amplitudes are evaluated
 
 
 def add_stress(scene: Scene, declared: Declared, case: Case, solution: Solution) -> Solution:
@@ -88,7 +88,7 @@ class StressOfMesh:
             )
         if case.has_material_history:
             raise StressUnavailable("the stress of a viscoelastic body is not recovered at points: use forces")
-        u = mesh.displacement.astype(float)  # of single precision too
+        u = mesh.displacement.astype(float)  # also for states in single precision
         around = case.depth > 0.0
         state = DeformedState(mesh.mesh, case.material, strain, u, way, mesh.pressures, bool(case.planar), around)
         if not case.uniform:

@@ -79,13 +79,13 @@ class NodalForces:
     frames: Floats | None = None
     turns_freely: bool = True
     axial: bool = False
-    holders: tuple[SupportedNodes, ...] = ()  # of a model that has its own: what supports hold
-    dissipated: float = 0.0  # J, by what remembers
+    holders: tuple[SupportedNodes, ...] = ()  # supported nodes, if the model determines them itself
+    dissipated: float = 0.0  # J, by viscoelastic materials
     written: Floats | None = None
-    beds: Mapping[str, Floats] = field(default_factory=dict)  # what each bed, or contact, does to the body (n, 6)
-    touches: Mapping[str, ContactNumbers] = field(default_factory=dict)  # what contacts come to
+    beds: Mapping[str, Floats] = field(default_factory=dict)  # forces of each foundation or contact on the body (n, 6)
+    touches: Mapping[str, ContactNumbers] = field(default_factory=dict)  # results of contacts, by name
     pulling: Floats | None = None
-    fluid: Fluid | None = None  # of a porous body
+    fluid: Fluid | None = None  # fluid of a porous body
 
     def wrench(self, forces: Floats) -> Wrench:
         """Return the resultant of nodal forces and moments (n, 6), N and N m."""

@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.static_equilibrium import Watch
 
-IDLE = 1e-9  # of the loads: what must act along the fields of a space
+IDLE = 1e-9  # of the loads: smallest part that must act along the fields of the basis
 NONE: Ints = np.zeros(0, dtype=np.int64)
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
 
 ADVICE = "train on a range that contains the scene, and check `full_residual`"
-PARTS = (0.25, 0.5, 0.75, 1.0)  # of all loads: what a training goes through where the scene does not say
+PARTS = (0.25, 0.5, 0.75, 1.0)  # fractions of all loads for training, by default
 
 
 class Reduced(Model):

@@ -25,7 +25,7 @@ from softmark.solvers.model_reduction.reduced_basis import (
 )
 from softmark.solvers.statics.static_equilibrium import NotConverged
 
-SMALL = 1e-6  # of the body's size: displacements between which forces are compared
+SMALL = 1e-6  # of the body's size: displacement step of finite differences
 
 
 # ------------------------------------------------------------------ the full model about rest

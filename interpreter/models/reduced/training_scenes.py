@@ -17,7 +17,7 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared, Scene
 
-UNMESHED = ("load", "analysis", "material", "metric", "probe")  # kinds that no mesh depends on
+UNMESHED = ("load", "analysis", "material", "metric", "probe")  # kinds of declarations on which no mesh depends
 
 
 @dataclass(frozen=True)

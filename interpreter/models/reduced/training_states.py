@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.reduced.reduced_declaration import Pod
     from softmark.solvers.mesh.mesh import Mesh
 
-SAME = 1e-9  # of a range: values that far outside are within
+SAME = 1e-9  # of a range: values so little outside count as inside
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from softmark.solvers.contact.signed_distance.distance_function import Gap
     from softmark.solvers.contact.surface_points import AddedContactPoints
 
-FRAMES = 40  # of the mesh that are kept for other programs
+FRAMES = 40  # largest number of stored states for exported files
 
 
 @dataclass(frozen=True)

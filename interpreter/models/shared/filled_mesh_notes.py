@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
 
 VOLUME: units.Dimension = units.raise_dimension(units.LENGTH, 3)
-COARSE = 0.01  # of the volume: what facets of curved sides may miss without a word
+COARSE = 0.01  # of the volume: a smaller volume error of flat facets causes no warning
 AWAY = 2.0  # tolerances: beyond this distance from the surface a warning is reported
 PER_FACET = np.array([[1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [1, 0, 1], [1, 1, 1]], dtype=float)
 

@@ -43,15 +43,15 @@ from softmark.solvers.mesh.mesh import Mesh
 if TYPE_CHECKING:
     from softmark.solvers.mesh.element_interpolation import Rule
 
-ACTIVE = ("tension", "shortening")  # constants of muscle that act
-OF_LAWS = ("young", "poisson")  # constants that laws are made of: masses have points of their own
-FINE = 3  # Gauss points along each axis of a hexahedron by which integrals are looked at again
-STEEP = 2.0  # largest value of a constant within a cell by the smallest: beyond, the cell is too coarse for it
-MANY = 0.01  # of the volume of the body: in such cells without a warning
-HARD = 1e4  # modulus of pressure by that of shear
-BEYOND = 1e-3  # of the volume of the body: outside of a field without a warning
-MISSED = 2e-3  # of the integral of a constant: less goes without a warning
-LOST = 1e-6  # of an integral: what a finer rule finds less is rounding, or next to nothing
+ACTIVE = ("tension", "shortening")  # constants of active muscle
+OF_LAWS = ("young", "poisson")  # constants of the material law; masses have other quadrature points
+FINE = 3  # Gauss points along each axis of a hexahedron in the finer rule
+STEEP = 2.0  # ratio of extremes of a constant within a cell, above which the cell is too large
+MANY = 0.01  # of the volume of the body: fewer such cells cause no warning
+HARD = 1e4  # largest ratio of P-wave modulus to shear modulus
+BEYOND = 1e-3  # of the volume of the body: a smaller part outside a field causes no warning
+MISSED = 2e-3  # of the integral of a constant: a smaller error causes no warning
+LOST = 1e-6  # of an integral: a smaller difference from a finer rule counts as rounding
 
 
 def evaluate_profile(profile: Profile, X: Floats) -> Floats:
@@ -104,7 +104,7 @@ def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | N
     known = None if seen is None else seen.rule
     turning = getattr(own.case.material, "turning", False)
     if turning:
-        rule = mesh.element.quadrature()  # directions are not averaged, as constants of `tet4` are
+        rule = mesh.element.quadrature()  # unlike constants of `tet4`, directions are not averaged
     X = rule_positions(mesh, rule) if known is None else known.places(mesh)
     if turning:
         return replace(own.case, other_material=with_fiber_directions(own.case, mesh, X)), _parts(mesh, known)
@@ -128,7 +128,7 @@ def stiffness_of(case: Case, mesh: Mesh, pressures: bool) -> CellQuadrature | No
     """
     material = case.material
     found = profiles(material)
-    if case.porous or material.branches:  # what seeps or remembers does so at the points of its element
+    if case.porous or material.branches:  # poroelastic and viscoelastic materials use the points of the element
         return None
     if getattr(material, "turning", False) or getattr(material, "pulls", False):
         active = next((p for name, p in found.items() if name in ACTIVE), None)
@@ -343,7 +343,7 @@ def constant_statistics(case: Case, mesh: Mesh, profile: Profile) -> ConstantSta
     most, least = (_stiffness_measure(profile, v) for v in (high, low))
     with np.errstate(all="ignore"):
         change = np.where(most * least > 0.0, np.maximum(np.abs(most / least), np.abs(least / most)), 1.0)
-    size = each + w.sum(axis=1) if profile.name == "poisson" else each  # the shear modulus goes by 1 + nu
+    size = each + w.sum(axis=1) if profile.name == "poisson" else each  # the shear modulus depends on 1 + nu
     lost = float(np.abs(each - coarse.sum(axis=1)).sum() / np.abs(size).sum()) if np.any(each) else 0.0
     known = density_resolved(case, mesh) if profile.name == "density" else _known_stiffness(case, mesh)
     if known is not None:

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.mesh.shape import Shape
 
-LOST_VOLUME = 0.05  # share of the body's volume that a mesh may miss without a warning
-SLIVER = 1e-3  # quality below which a cell of a file is named
+LOST_VOLUME = 0.05  # of the body's volume: a smaller volume error of a mesh causes no warning
+SLIVER = 1e-3  # quality below which a cell of a file causes a warning
 
 
 def distort_to_quality(mesh: Mesh, model: Fem, declared: Declared) -> Mesh:
@@ -118,7 +118,7 @@ def filled_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic
     """Return warnings about a mesh that fills a closed surface."""
     if not case.shape.enclosed:
         return ()
-    from softmark.interpreter.models.shared import filled_mesh_notes  # nothing of it where no surface is filled
+    from softmark.interpreter.models.shared import filled_mesh_notes  # imported only for filled surfaces
 
     return tuple(filled_mesh_notes.notes(declared, case, mesh))
 

@@ -30,7 +30,7 @@ OF_NETWORKS = (
     "use gravity, forces and lines of force on axes, or torques; and the supports `fixed`, `displaced` and `pinned`"
 )
 UNKNOWN = "load not supported"
-RENAMED = {  # earlier names of members that a plugin's model may still define, and would define in vain
+RENAMED = {  # earlier names of members, which nothing reads any more if a plugin defines them
     "bedded": "supports_elastic_foundations",
     "touches": "supports_rigid_contact",
     "moves": "supports_dynamics",

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared_model import Prepared
 
 CUBIC: units.Dimension = units.raise_dimension(units.LENGTH, 3)
-THIN = 0.25  # of a cell: more than that no curve leaves between nodes that follow it
+THIN = 0.25  # of a cell: a curve cuts less than this off a cell whose nodes follow it
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def _assign_materials(case: Case, mesh: Mesh) -> CellMaterials:
     shares = np.array([fractions(where, kind, mesh) for where in parts])  # (r, m)
     along = [_follows_curve(where, mesh, f) for where, f in zip(parts, shares, strict=True)]
     shares = np.vstack([np.clip(1.0 - shares.sum(axis=0), 0.0, 1.0), shares])
-    shares[0, shares[0] <= SMALL] = 0.0  # of the body: what rounding leaves
+    shares[0, shares[0] <= SMALL] = 0.0  # fraction of the body that is only rounding
     most = _dominant_material(shares)
     cells = most if case.leaning == (0, 0) else _assign_cut_cells(shares, most, *case.leaning)
     asked = shares @ kind.sizes
@@ -144,7 +144,7 @@ def _assign_materials(case: Case, mesh: Mesh) -> CellMaterials:
         beside = np.delete(asked, i)
         least = float(beside[beside > SMALL * asked.sum()].min(initial=asked[i]))
         alike = any(other.thing.material == part.thing.material for other in case.parts[: i - 1])
-        if alike and asked[i] <= SMALL * asked.sum():  # it lies within another of the same material
+        if alike and asked[i] <= SMALL * asked.sum():  # it lies within another region of the same material
             taken.append(RegionVolume(0.0, 0.0, 0.0, 0.0, least))
         else:
             taken.append(_region_volume(part, kind.sizes, shares[i], cells == i, along[i - 1], least))

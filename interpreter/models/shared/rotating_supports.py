@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-STEP = math.radians(15.0)  # of a turn in one step of the load: its chord leaves the circle by 0.9 % of the radius
-EARLY = 0.381966  # share of the load at which supports must agree too: a whole turn ends where nothing moved
+STEP = math.radians(15.0)  # largest rotation in a load step: its chord is off the circle by 0.9 % of the radius
+EARLY = 0.381966  # load fraction at which supports must also agree, because a full turn ends where it began
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class RotationPath:
 
     target: Floats
     circles: Sequence[OnCircles]
-    chains: tuple[CellChain, ...] = ()  # of cells, from support to support
+    chains: tuple[CellChain, ...] = ()  # chains of cells from support to support
     early = EARLY
 
     @property

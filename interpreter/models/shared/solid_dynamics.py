@@ -42,10 +42,10 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.statics.static_equilibrium import Statics, Watch
 
-LOOKED = 10  # of the FRAMES in which faces that pass through each other are looked for, by a test that takes long
-MOMENTS = 200  # of the energies that a report keeps
-BOUNCES = 50  # impacts that a report keeps
-KEEPS = "trapezoidal"  # the integrator that takes least energy
+LOOKED = 10  # stored states in which intersecting faces are searched for, because the search is slow
+MOMENTS = 200  # number of times at which a report has energies
+BOUNCES = 50  # largest number of impacts in a report
+KEEPS = "trapezoidal"  # integrator with the least numerical damping
 REMEDY = "use a smaller step, another integrator or more damping"
 
 
@@ -58,7 +58,7 @@ class PreparedMotion:
     analysis: Dynamic
     problem: Dynamics
     mesh: Mesh | None
-    case: Case | None = field(default=None, kw_only=True)  # of what may touch
+    case: Case | None = field(default=None, kw_only=True)  # case, needed for contacts
 
     @property
     def touching(self) -> tuple[str, ...]:
@@ -458,7 +458,7 @@ def build_solid_dynamics(
         sound=next((e.has_no_inverted_cells for e in internal if isinstance(e, LaggedTangentEnergy)), rest.sound),
         cap=(cap := declared.thing.iteration_cap),
         pulling=pulling,
-        lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
+        lagged=cap is None,  # with a cap on iterations, steps are plain Newton steps, as in other programs
         way=rest.way,
         meets=(*meets,),
     )

@@ -60,7 +60,7 @@ def uniqueness_warnings(declared: Declared, found: Equilibrium) -> tuple[Diagnos
         )
     if found.stable is None and found.solved and found.follower:
         return (
-            diagnostic(  # no admission: it says nothing of this state, unlike W314
+            diagnostic(  # unlike W314, no admission of an error of this state (`dsl robustness`)
                 "W319",
                 at,
                 f"the stability of the equilibrium of `{declared.name}` could not be determined",

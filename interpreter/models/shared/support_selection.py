@@ -41,11 +41,11 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.mesh_group_conditions import Members
     from softmark.solvers.mesh.mesh import Mesh
 
-SMALL = 1e-6  # of the body: a selection with less volume, or area, has none
-ASIDE = 1e-3  # of the size of a face: how far from it the slope of a level is looked for
-WHOLE = 1e-9  # what rounding leaves of a share
-ALONG = 1e-6  # of an edge: what rounding leaves of one that begins on the border
-MISSED = 0.02  # of a selection: a polygon with as many sides as a mesh has around a circle misses no more
+SMALL = 1e-6  # of the body: a smaller volume or area of a selection counts as zero
+ASIDE = 1e-3  # of the size of a face: distance at which the slope of a level function is evaluated
+WHOLE = 1e-9  # rounding of a fraction
+ALONG = 1e-6  # of an edge that begins on the border: rounding of its selected part
+MISSED = 0.02  # of a selection: more than a polygon inscribed in a circle by a usual mesh misses
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class SupportSelection:
     """
 
     nodes: Bools  # (n,)
-    wide: Bools  # (n,) those of all cells and facets that the selection has a part of
+    wide: Bools  # (n,) nodes of all cells and facets that are partly selected
     held: float
     beyond: float
     layer: tuple[float, float] | None = None
@@ -140,7 +140,7 @@ class _Kind:
     sizes: Floats
     simplices: Ints
     members: Members
-    rings: bool = False  # around the y axis: every piece counts by its distance from it
+    rings: bool = False  # around the y axis: every piece is weighted by its radius
 
     def sizes_of(self, pieces: Pieces) -> Floats:
         """Return the volumes, areas or lengths (p,) of pieces, weighted by radius for a body of revolution."""
@@ -159,7 +159,7 @@ def _select_support_nodes(condition: Condition, mesh: Mesh) -> SupportSelection:
     layer = _layer_fractions(*looked[0], nodes)
     if layer is not None and not layer[1] and looked[0][1].max() < MISSED < looked[1][1].max():
         looked, layer = looked[1:], None  # a selected surface, with a layer below it that is too thin to count
-    for kind, f in looked:  # a selection without its border: what is held inside is held up to there
+    for kind, f in looked:  # a selection without its border: nodes held inside are held up to the border
         nodes[_free_nodes_of_selected_cells(condition, kind.nodes[f >= 1.0 - WHOLE], nodes, mesh)] = True
     if not any(float(f @ kind.sizes) > SMALL * kind.sizes.sum() for kind, f in looked):
         edges = _edges(mesh)

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
 
 Bools = NDArray[np.bool_]
-WEAKEST = 1e-6  # of Young's modulus times the size: a spring that a body hardly feels, and factors of its tangent bear
+WEAKEST = 1e-6  # of Young's modulus times size: a negligible stiffness with which the tangent can still be factorized
 
 
 @dataclass(frozen=True)

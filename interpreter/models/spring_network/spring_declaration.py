@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Shape
 
 CAUCHY = 0.25  # Poisson's ratio of every isotropic network of springs
-FAR = 0.05  # from it: then the material is another one
+FAR = 0.05  # difference from CAUCHY that causes a warning
 
 
 @dataclass(frozen=True)

@@ -30,10 +30,10 @@ program = "PolyFEM_bin"
 install = "put `PolyFEM_bin` (polyfem.github.io) on the PATH; there is no package for it in Debian or Python"
 
 FIELD = "solution"
-NEAR = 1e-9  # of the body: how far a node of its is from one of ours
-ALIKE = 1e-9  # of the greatest displacement: how far those of a node may be apart in its cells
+NEAR = 1e-9  # of the size of the body: tolerance for matching nodes
+ALIKE = 1e-9  # of the largest displacement: largest difference between the cells of a node
 _ERROR = re.compile(r"\[error\]\s*(.*)")
-_SOLVED = re.compile(r"^.*\bFinished: .*$", re.M)  # of the nonlinear solver, the last of which is the body's
+_SOLVED = re.compile(r"^.*\bFinished: .*$", re.M)  # log line of the nonlinear solver; the last one is that of the body
 CLOCKS = {
     "io_s": ("loading_mesh",),
     "setup_s": ("building_basis", "assigning_rhs"),

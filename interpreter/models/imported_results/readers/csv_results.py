@@ -32,7 +32,7 @@ PLACES: tuple[Triple, ...] = (
 )  # fmt: skip
 MOVED: tuple[Triple, ...] = (("x1", "y1", "z1"), ("x", "y", "z"))
 LETTERS: Triple = ("u", "v", "w")
-MOST = 1000  # columns
+MOST = 1000  # largest number of columns
 TIMES = ("time", "t", "Time")
 UNIT = re.compile(r"(.*\S)\s*[\[(].*[\])]")
 

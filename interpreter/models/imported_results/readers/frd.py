@@ -34,9 +34,9 @@ TYPES = {1: ("hexahedron", 8), 2: ("wedge", 6), 3: ("tetra", 4), 4: ("hexahedron
          11: ("line", 2), 12: ("line3", 3)}  # fmt: skip
 # its middles of upright edges come before those of the top, ours after them
 ORDER = {"hexahedron20": [*range(12), *range(16, 20), *range(12, 16)]}
-WIDTHS = {0: 5, 1: 10}  # of a node's number, by the format; others are binary
-NUMBER = 12  # columns of a number
-FREQUENCIES = 2  # ictype of a result that is a mode
+WIDTHS = {0: 5, 1: 10}  # characters of a node number, by format code; other codes are binary
+NUMBER = 12  # characters of a number
+FREQUENCIES = 2  # ictype of a vibration mode
 ENDED = "it has no last line 9999: CalculiX did not finish, and the last results are not in equilibrium"
 TEXT = "write results with `*NODE FILE`, which is text, instead of `*NODE OUTPUT`"
 
@@ -59,7 +59,7 @@ class Lines:
                 return
             if key in ("2C", "3C", "100C"):
                 yield key, row, here
-            elif row.strip() and not key.startswith("1"):  # words on the file, and on a step
+            elif row.strip() and not key.startswith("1"):  # descriptions of the file and of a step
                 raise Unreadable(self.name, f"line {here} begins an unknown block", AGAIN)
         raise Unreadable(self.name, ENDED, "find the cause in the log of CalculiX, and let it finish")
 

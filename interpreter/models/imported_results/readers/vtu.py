@@ -152,13 +152,13 @@ class Source:
     """Data arrays of a VTU file, and their encoding."""
 
     name: str
-    order: Literal["<", ">"]  # of bytes
+    order: Literal["<", ">"]  # byte order
     header: str  # type of the sizes of blocks
     packed: str | None
     raw: bool
     appended: bytes
-    ends: dict[int, int]  # of appended arrays by where they begin
-    room: list[int]  # bytes that its blocks may still unpack to, whatever names them how often
+    ends: dict[int, int]  # end of each appended array, by its start
+    room: list[int]  # bytes that blocks may still unpack to, however often they are named
 
     def count(self, piece: ElementT, word: str) -> int:
         """Return the number that the attribute `word` of a piece declares. Raises Unreadable."""

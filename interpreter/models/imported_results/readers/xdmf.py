@@ -57,7 +57,7 @@ class Source:
     name: str
     files: dict[str, Path]
     stack: ExitStack
-    known: dict[Any, Any] = field(default_factory=dict)  # what was opened
+    known: dict[Any, Any] = field(default_factory=dict)  # opened files and numbers, by key
 
     def refused(self, reason: str, remedy: str = AGAIN) -> Unreadable:
         """Return the exception Unreadable with a reason and a remedy."""
