@@ -31,10 +31,8 @@ class BlockMaterial:
     """Material of a block under a uniaxial nominal stress P; the lateral sides are free of stress.
 
     The law is Hooke's for small strain or, if `large`, the neo-Hookean one with ln J. Let l be the stretch along the
-    axis,
-    and t the stretch in each of the n lateral directions that are `free`. The law then gives mu (t^2 - 1) + lam ln(l
-    t^n) =
-    0 and P = mu (l - t^2 / l).
+    axis, and t the stretch in each of the n lateral directions that are `free`. The law then gives mu (t^2 - 1) + lam
+    ln(l t^n) = 0 and P = mu (l - t^2 / l).
     """
 
     young: float  # Pa
@@ -188,7 +186,10 @@ class Stack:
 
     @property
     def grown(self) -> float:
-        """Change of the stack's length with all gaps closed, m, if both ends are moved."""
+        """Change of the stack's length, m, if its ends are displaced as prescribed and all gaps are closed.
+
+        It is negative if the blocks are compressed. Both ends must be moved.
+        """
         low, high = self.ends
         assert low is not None
         assert high is not None
@@ -297,8 +298,7 @@ class DeformedStack:
         """Relative errors of the force, by name.
 
         `strain` is the largest strain of a block with Hooke's law. `overhang` is the largest part of a face that
-        overhangs the
-        next block.
+        overhangs the next block.
         """
         known = zip(self.stack.blocks, self.strains, strict=True)
         small = max((abs(along) for block, (along, _) in known if not block.solid.large), default=0.0)

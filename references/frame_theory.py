@@ -160,9 +160,8 @@ class FrameMember:
         """Return the geometric stiffness (12, 12) of internal forces, for the motions of both nodes in space.
 
         `force` is the force and moment on the end. For sections rotated by exp(theta), theta = (phi, -w', v'), with
-        Hermite
-        bending, it is the second derivative of N (v'^2 + w'^2) / 2 + (V2 w' - V3 v') phi / 2 - M . (theta x theta') /
-        2.
+        Hermite bending, it is the second derivative of N (v'^2 + w'^2) / 2 + (V2 w' - V3 v') phi / 2 - M . (theta x
+        theta') / 2.
         """
         t, weights = _gauss_rule(FEW)
         found, L = np.zeros((12, 12)), self.length

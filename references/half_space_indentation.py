@@ -220,7 +220,9 @@ class HalfSpace:
 
     @property
     def estimated_error(self) -> float:
-        """Error of a displacement, m: that of the half-space where the real body ends, at least rounding."""
+        """Error of a displacement, m: the displacement of the half-space where the real body ends, or rounding if
+        larger.
+        """
         if not self.touches:
             return 0.0
         return max(ROUNDING * abs(self.depth), self._far_face_displacement, self._side_displacement)

@@ -199,7 +199,9 @@ class RoundCore:
 
     @cached_property
     def largest_gradient(self) -> float:
-        """Largest norm of the displacement gradient at the borders of core (on both sides) and body."""
+        """Largest norm of the displacement gradient at the border of the core, on both sides, and at the border of the
+        body.
+        """
         ends = [self._scaled_gradient_and_stress(self._octant_directions, inside)[0] for inside in self._border_sides]
         if math.isfinite(self.outer):
             ends.append(self._scaled_gradient_and_stress(self.outer / self.inner * self._octant_directions, False)[0])
@@ -207,7 +209,9 @@ class RoundCore:
 
     @property
     def _border_sides(self) -> tuple[bool, ...]:
-        """Sides of the core's border, each as whether it is inside: both sides, or for a hole only the outer one."""
+        """Sides of the core's border with material, as flags that are true for the inner side; a hole has only the
+        outer side.
+        """
         return (False,) if self.core is None else (False, True)
 
     @property

@@ -17,15 +17,11 @@ class Reference:
     """Base class of references; `how` names the way in which the solution is obtained.
 
     `solved`: `solve(cantilever)` returns a CentreLine. A reference whose `about` is another kind of problem takes the
-    data
-    of that problem, such as a TwistedCylinder, BlownBall, PulledBar, RelaxingBar, DrivenRod, RoundCore, Column,
+    data of that problem, such as a TwistedCylinder, BlownBall, PulledBar, RelaxingBar, DrivenRod, RoundCore, Column,
     PressedColumn, CompressedPorousBody, Indentation, StoppedBar, Stack or a function that makes a Frame, and returns
-    its
-    solution. `measured`: `load()` returns a MeasuredSurface, MeasuredPoints, a MeasuredCurve or a KnownValue.
-    `refined`: the
-    solution comes from refined models of the scene, its `methods`. `scanned`: it comes from the shape that the model
-    `of`
-    computes, which `load(points, triangles)` takes.
+    its solution. `measured`: `load()` returns a MeasuredSurface, MeasuredPoints, a MeasuredCurve or a KnownValue.
+    `refined`: the solution comes from refined models of the scene, its `methods`. `scanned`: it comes from the shape
+    that the model `of` computes, which `load(points, triangles)` takes.
     """
 
     how: ClassVar[How] = "solved"

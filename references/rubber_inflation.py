@@ -107,7 +107,7 @@ class BlownBall:
 
     @cached_property
     def opened(self) -> float:
-        """Logarithm of the inner stretch in the first state with this pressure. Raises NotApplicable."""
+        """Logarithm of the inner stretch in the first state that has the given pressure. Raises NotApplicable."""
         e, p = self.path
         above = np.flatnonzero(p >= self.pressure)
         limit = self.limit

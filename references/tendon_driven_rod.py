@@ -303,7 +303,10 @@ def _rotation_matrices(q: Array) -> Array:
 
 
 def _quaternion_rate(q: Array, u: Array) -> Array:
-    """Return q u (4, k): twice the rate of quaternions q whose frames rotate by u about their own axes."""
+    """Return the quaternion product q u (4, k).
+
+    It is twice the rate of quaternions q whose frames rotate by u about their own axes.
+    """
     w, x, y, z = q
     return np.stack([
         -x * u[0] - y * u[1] - z * u[2], w * u[0] + y * u[2] - z * u[1],

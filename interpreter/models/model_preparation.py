@@ -15,7 +15,10 @@ from softmark.pausing import collection_paused
 
 
 def prepared_model(declared: Declared, case: Case, workshop: BuildContext) -> tuple[Prepared, tuple[float, float]]:
-    """Return a model built for a case, and the wall and CPU time, s, that this took without imports. Raises Fault."""
+    """Return a model built for a case, and the wall and CPU time, s, of building it. Raises Fault.
+
+    The time of importing libraries is not included.
+    """
     with collection_paused():
         model_builders.load(declared.thing)
     workshop.borrowed = (0.0, 0.0)

@@ -306,7 +306,10 @@ def states(answer: Answer, problem: Problem, count: int) -> Floats:
 
 
 def elapsed_time(answer: Answer, end: End, threads: int) -> ElapsedTime:
-    """Return the solution time of a program by its own clock; otherwise its total or process time as an upper bound."""
+    """Return the solution time of a program, measured by its own clock if it has one.
+
+    Otherwise its total time, or the time of its process, is an upper bound.
+    """
     cpu = end.wall_s if end.cpu_s is None else end.cpu_s  # CPU time of all threads
     solve, whole = answer.clocks.get("solve_s"), answer.clocks.get("whole_s")
     if solve is not None and 0.0 <= solve <= end.wall_s:

@@ -19,11 +19,11 @@ Ints = NDArray[np.int64]
 
 
 class NoAnswer(Exception):
-    """Error that a program has left no readable results, with a message for users."""
+    """Error that an external program has left no readable results, with a message for users."""
 
 
 class ExternalNotConverged(NoAnswer):
-    """Error that a program reports no convergence, or that its motion is invalid, with a message for users."""
+    """Error that an external program did not converge, or that its motion is invalid, with a message for users."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Answer:
-    """Results of a program: displacements `u` (s, n, 3), m, in the requested states.
+    """Results of an external program: displacements `u` (s, n, 3), m, in the requested states.
 
     For a motion the states are those after the requested steps; for a rod, `turned` are the section axes, as
     columns. `settled` is whether the program's log reports convergence, None if unknown. `clocks` are the times

@@ -166,7 +166,7 @@ class PreparedSolid(MeshBasedModel):
 
     @property
     def _interaction_energy_count(self) -> int:
-        """Number of internal energies other than those of the cells."""
+        """Number of internal energies that do not belong to cells, such as those of foundations."""
         return len(self.beds) + (self.loose is not None)
 
     def _find_equilibrium(self, problem: Statics) -> Equilibrium:
@@ -229,7 +229,10 @@ class PreparedSolid(MeshBasedModel):
     def _nodal_forces(
         self, state: Floats, u: Floats, beside: Mapping[str, RigidContact], rubbed: Past
     ) -> nodal_forces.NodalForces:
-        """Return the nodal forces in a state with these contacts (`beside`) and this friction history (`rubbed`)."""
+        """Return the nodal forces in a state with displacements u (3 n,), m.
+
+        `beside` are the contacts in that state, and `rubbed` is the friction history, each by contact.
+        """
         small, whole = self.model.strain == "small", self.model.rotation != "element"
         pulling = [energy for _, energy in self.muscles]
         assembly = interaction_setup.assembly_without_stabilization(self, beside)
@@ -295,7 +298,7 @@ AnyEnergy = TypeVar("AnyEnergy")
 
 
 def _one_cell(energy: AnyEnergy) -> AnyEnergy:
-    """Return an energy reduced to its first cell, which compiles the same kernels at negligible cost."""
+    """Return an energy with only its first cell, by which its kernels are compiled at negligible cost."""
     if isinstance(energy, EnergySum):
         return replace(energy, parts=tuple(_one_cell(part) for part in energy.parts))
     known: Any = energy  # one of the dataclasses of solvers/energies over cells

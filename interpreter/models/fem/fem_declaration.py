@@ -224,7 +224,7 @@ class Fem(HasMaterial, Model):
         return (case.body.name, *self.mesh_key(), *(() if self.mesh else self.cuts(case)))
 
     def cuts(self, case: Case, shape: Shape | None = None) -> Cuts:
-        """Return the planes and surfaces that need nodes, and those at which cells are finer."""
+        """Return the planes and surfaces on which the mesh needs nodes, and those near which its cells are smaller."""
         found = cuts_of(case, shape)
         if self.refine_at is None or self.refine_factor is None:
             return found
@@ -262,7 +262,7 @@ class Fem(HasMaterial, Model):
         return [d for d in found if d is not None]
 
     def _problems_by_material(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Return errors and warnings for each material; those about large rotation only for the stiffest one."""
+        """Return errors and warnings for each material; warnings about large rotations only for the stiffest material."""
         stiffest = max(case.typical, key=lambda material: material.young)
         found: dict[tuple[object, ...], Diagnostic] = {}
         for part, material in zip((None, *case.parts), case.typical, strict=True):

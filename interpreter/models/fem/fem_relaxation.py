@@ -137,7 +137,7 @@ class PreparedViscoelastic(MeshBasedModel):
     # ------------------------------------------------------------------ time
 
     def instants(self) -> list[InstantLoading]:
-        """Return loads and supports at the end of every step from the previous output time to the present one."""
+        """Return loads and supports at the end of every time step since the previous output time."""
         return self.timed.after(None if self.before is None else self.before.time)
 
     # ------------------------------------------------------------------ solving

@@ -72,7 +72,7 @@ class PreparedPoroelastic(PreparedViscoelastic):
     smallest: float = 0.0  # s: steps below show pressures that oscillate
 
     def instants(self) -> list[InstantLoading]:
-        """Return loads and supports at both stages of every step from the previous output time to the present one."""
+        """Return loads and supports at both stages of every time step since the previous output time."""
         begin = 0.0 if self.before is None else self.before.time
         found: list[InstantLoading] = []
         for end in PreparedViscoelastic.instants(self):
@@ -116,7 +116,10 @@ class PreparedPoroelastic(PreparedViscoelastic):
         return {name: float(pores.out[which].sum()) for name, which in self.drains}
 
     def _carried(self, state: StateInTime, u: Floats, stored: float, lost: float) -> nodal_forces.NodalForces:
-        """Return the nodal forces in a state, including those of the fluid pressure."""
+        """Return the nodal forces in a state, including the forces of the fluid pressure.
+
+        `stored` and `lost` are the stored and the dissipated energy, J.
+        """
         found = PreparedViscoelastic._carried(self, state, u, stored, lost)
         pores = find_pore_fluid(state.memories)
         return replace(

@@ -263,7 +263,10 @@ def _have_equal_state(faces: ImposedOnFaces, stretches: list[float | None], axes
 
 
 def _gripped_direction(faces: ImposedOnFaces, axis: int) -> int | None:
-    """Return the wider direction normal to an axis that grips hold at both ends; None if they hold neither."""
+    """Return the lateral direction in which grips hold both end faces of an axis; None if there is none.
+
+    If they hold both lateral directions, the result is the one in which the body is wider.
+    """
     held = [c for c in range(3) if c != axis and faces.apart(axis, c) is not None]
     return max(held, key=faces.extent, default=None)
 
@@ -289,7 +292,7 @@ def _make_imposed_state(
     shear: tuple[int, int, float] | None,
     moved: tuple[int, ...],
 ) -> ImposedState:
-    """Return the imposed state of these stretches and this shear; `moved` are the driven axes."""
+    """Return the imposed state with given stretches and shear; `moved` are the axes that are moved or loaded."""
     low, high = faces.bounds
     anchors, shifts = [], []
     for axis in range(3):

@@ -153,7 +153,7 @@ def on_mesh(mesh: Mesh, state: Floats, u: Floats, assembly: Assembly, loads: Seq
 
 
 def add_foundation_forces(carried: NodalForces, beds: Mapping[str, Energy]) -> NodalForces:
-    """Return the nodal forces with those of foundations added; the strain energy remains that of the body."""
+    """Return nodal forces to which the forces of foundations are added; the strain energy is not changed."""
     u = carried.u.ravel()
     stored = sum(bed.value(u) for bed in beds.values())
     each = {name: _without_moments(reported_forces(bed, force_at_nodes(bed, u))) for name, bed in beds.items()}
@@ -169,7 +169,7 @@ def reported_forces(bed: Energy, forces: Floats) -> Floats:
 
 
 def add_rigid_contact_forces(carried: NodalForces, contacts: Mapping[str, RigidContact], case: Case) -> NodalForces:
-    """Return the nodal forces with those of contacts with rigid bodies added."""
+    """Return nodal forces to which the forces of contacts with rigid bodies are added."""
     from softmark.interpreter.models.postprocessing.contact_results import contact_result
 
     u = carried.u.ravel()

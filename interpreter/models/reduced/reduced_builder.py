@@ -229,9 +229,9 @@ class RecoveredMesh(MeshData):
 
 @dataclass(frozen=True)
 class PreparedReduced:
-    """Reduced model ready to solve: basis, reduced equations and report of both.
+    """Reduced model ready to solve, with its reduced equations and a report of basis and equations.
 
-    `failure` is the reason if there are no equations.
+    `rest` is the full model. `failure` is the reason if there are no equations.
     """
 
     declared: Declared

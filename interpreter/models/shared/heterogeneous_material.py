@@ -164,7 +164,7 @@ def density_resolved(case: Case, mesh: Mesh) -> CellQuadrature | None:
 
 
 def _rule(mesh: Mesh) -> Rule:
-    """Return the quadrature rule of constants: that of the element, or a finer one if the element has one point."""
+    """Return the quadrature rule of constants: the element's rule, or a finer one if that has one point."""
     return (CELLS[mesh.element.finer] if mesh.element.constant else mesh.element).quadrature()
 
 
@@ -322,7 +322,7 @@ class ConstantStatistics:
 
 @cache
 def _finer_rule(kind: str) -> Rule:
-    """Return a rule that is finer than that of the element."""
+    """Return a quadrature rule that is finer than the rule of the element."""
     element = CELLS[kind]
     if element.family != "hexahedra":
         return element.mass_quadrature()
@@ -433,7 +433,7 @@ def varying_constants_report(case: Case, mesh: Mesh, parts: Parts) -> dict[str, 
 
 
 def _warn_of_locking(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnostic]:
-    """Yield a warning if the element locks at this largest Poisson's ratio of cells, unless validation did so."""
+    """Yield a warning if the element locks at the largest Poisson's ratio of cells and validation did not warn."""
     before, known = (
         declared.thing.locking(declared, replace(case, other_material=replace(case.typical[0], poisson=nu), parts=()))
         for nu in (case.largest_poisson, poisson)

@@ -209,7 +209,10 @@ def nodal_mass(mesh: Mesh, parts: Integration, density: Any, mass: Distribution,
 
 
 def _cell_mass_matrices(mesh: Mesh, density: Any, depth: float) -> Floats:
-    """Return the mass couplings of the nodes of each cell (m, a, a), kg; with a `depth`, m, those of whole rings."""
+    """Return the mass matrix of each cell (m, a, a), kg, for one displacement component.
+
+    With a `depth`, m, the mesh is a slice of that depth, and the masses are those of whole rings.
+    """
     from softmark.solvers.dynamics.mass_matrices import cell_mass_matrices
 
     N, w, density = _mass_quadrature(mesh, density)
@@ -217,7 +220,10 @@ def _cell_mass_matrices(mesh: Mesh, density: Any, depth: float) -> Floats:
 
 
 def _whole_rings(mesh: Mesh, N: Floats, w: Floats, depth: float) -> Floats:
-    """Return volumes (m, q), m^3, at shape functions N; with a `depth`, m, of a slice, those of whole rings."""
+    """Return the volumes (m, q), m^3, of the points with shape functions N.
+
+    With a `depth`, m, the mesh is a slice of that depth, and the volumes are those of whole rings.
+    """
     if not depth:
         return w
     from softmark.solvers.energies.axisymmetric import circumference_in_slices

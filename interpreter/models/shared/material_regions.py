@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MaterialRegion:
-    """Cells of one material, as a case with only that material and a mesh of these cells with all nodes.
+    """Cells of one material. The field `case` has only that material, and `mesh` only these cells but all nodes.
 
     `which` (k,) are the indices of the cells in the whole mesh, and `number` is the index of the material. `parts`
     is the integration over the cells. If constants of the material vary in space, `sample_regions` replaces them by

@@ -287,7 +287,7 @@ def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
 
 
 def _fully_held_nodes(case: Case, mesh: Mesh) -> Bools:
-    """Return which nodes (n,) supports hold in all components.
+    """Return a mask (n,) of the nodes that supports hold in all components.
 
     A rigid body may overlap these nodes, because neither moves.
     """
@@ -300,7 +300,10 @@ def _fully_held_nodes(case: Case, mesh: Mesh) -> Bools:
 
 
 def _supported_nodes(case: Case, mesh: Mesh) -> Bools:
-    """Return which nodes (n,) are held by a named support; a facet with only such nodes is not in contact."""
+    """Return a mask (n,) of the nodes that a named support holds.
+
+    Facets with only such nodes do not take part in contact.
+    """
     from softmark.interpreter.models.shared.support_constraints import selected_nodes
 
     found: Bools = np.zeros(len(mesh.points), dtype=np.bool_)

@@ -430,7 +430,7 @@ def build_solid_dynamics(
     rest: Statics,
     pulling: int = 0,
 ) -> PreparedMotion:
-    """Return the dynamic analysis of a body with this mass, kg; the last `pulling` of the `loads` are muscles."""
+    """Return the dynamic analysis of a body of given mass, kg; the last `pulling` of the `loads` are muscles."""
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
         raise TypeError("the analysis is static")

@@ -60,7 +60,7 @@ def stiffer_by(u: Floats, parts: Iterable[Part], p: Floats | None) -> float:
 
 
 def _cell_mean_moduli(own: Part, seen: CellQuadrature | None) -> Moduli | None:
-    """Return the mean moduli of cells of the material of `own`; None if the material has no Young's modulus."""
+    """Return the cell means of the moduli of a material; None if the material has no Young's modulus."""
     young, nu = (getattr(own.case.material, name, None) for name in ("young", "poisson"))
     ones = np.ones(len(own.mesh.cells))
     if seen is None:

@@ -291,7 +291,10 @@ def must_be_held(case: Case, rows: Floats, centre: Floats, extent: float) -> Non
 
 
 def unsupported_fault(case: Case, what: str, motions: list[str]) -> Fault:
-    """Return the Fault for supports that leave a body, or a part of it named by `what`, free to move."""
+    """Return the Fault for supports that leave a body free to move.
+
+    `what` names the body or the part of it that is free, and `motions` are descriptions of the free motions.
+    """
     at = case.named_supports[0].at() if case.named_supports else case.body.at()
     return fault(
         "E306",

@@ -70,7 +70,10 @@ class SupportSelection:
 
 
 def select_support(condition: Condition, mesh: Mesh) -> SupportSelection:
-    """Return the nodes of a mesh that a support with this condition holds. The result is cached in the mesh."""
+    """Return the nodes of a mesh that a support with this condition holds, and how well they represent its selection.
+
+    The result is cached in the mesh.
+    """
     key = SupportSelection, condition
     if key not in mesh.selections:
         mesh.selections[key] = _select_support_nodes(condition, mesh)
@@ -180,7 +183,7 @@ def _select_support_nodes(condition: Condition, mesh: Mesh) -> SupportSelection:
 
 
 def _free_nodes_of_selected_cells(condition: Condition, whole: Ints, held: Bools, mesh: Mesh) -> Ints:
-    """Return free nodes that should be held too: those of wholly selected cells `whole` (c, k).
+    """Return the nodes of wholly selected cells `whole` (c, k) that are not `held` but should be.
 
     A node counts only if its edges to held nodes are selected along their whole length. Volume fractions alone do
     not detect a corner outside the selection: it changes the fraction by the cube of its relative distance.
@@ -248,7 +251,10 @@ def _edges(mesh: Mesh) -> _Kind:
 
 
 def _lines(ends: Ints, mesh: Mesh) -> _Kind:
-    """Return straight lines between pairs of nodes `ends` (m, 2). A line belongs to a group if both its ends do."""
+    """Return the straight lines between pairs of nodes `ends` (m, 2) as entities of a mesh.
+
+    A line belongs to a named group if both its ends do.
+    """
     lengths = np.linalg.norm(mesh.points[ends[:, 1]] - mesh.points[ends[:, 0]], axis=1)
 
     def members(name: str) -> Bools:

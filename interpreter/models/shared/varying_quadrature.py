@@ -99,7 +99,7 @@ def stiffness_functions(young: Any, poisson: Any, pressures: bool, look: Look) -
 
 
 def constant_functions(profile: Profile, look: Look) -> Functions:
-    """Return a single constant, such as a density or a muscle tension, as a function to be integrated."""
+    """Return a single constant, such as a density or a muscle tension, as a function with bounds for quadrature."""
 
     def values(X: Floats) -> Floats:
         return look(profile, X)[None]

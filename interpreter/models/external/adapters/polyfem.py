@@ -93,9 +93,9 @@ def read(folder: Path) -> Answer:
 
 
 def _match_displacements(points: Floats, found: Floats, nodes: Floats) -> Floats:
-    """Return the displacements (n, 3), m, of our `nodes` from those `found` at `points`, matched by position.
+    """Return the displacements (n, 3), m, of softmark's `nodes`, matched by position to nodes of PolyFEM.
 
-    Raises NoAnswer if a node has no match.
+    PolyFEM's nodes are at `points` and have the displacements `found`. Raises NoAnswer if a node has no match.
     """
     from scipy.spatial import cKDTree
 

@@ -136,7 +136,7 @@ def _geometry_entry(problem: Problem, facets: Ints, numbers: Ints, acted: Mappin
 
 
 def _material(index: int, problem: Problem) -> dict[str, Any]:
-    """Return the entry of the material with this index."""
+    """Return the deck entry of the material with index `index` in a problem."""
     stuff = problem.stuff[index]
     return {"id": index + 1, "type": LAWS[stuff.law], "E": stuff.constants["young"], "nu": stuff.constants["poisson"],
             "rho": stuff.density or 0.0}  # fmt: skip

@@ -66,7 +66,10 @@ def read(file: Path) -> ResultFile:
 
 
 def _reader_by_content(file: Path, reader: str) -> str:
-    """Return the reader of a VTK file by its content, because both formats occur with both file endings."""
+    """Return the name of the reader of a VTK file, chosen by the content of the file.
+
+    Both VTK formats occur with both file endings.
+    """
     if reader not in ("vtk", "vtu"):
         return reader
     from softmark.solvers.mesh.files.vtk import legacy_vtk, vtu_conversion

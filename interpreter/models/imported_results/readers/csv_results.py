@@ -66,7 +66,7 @@ def read(file: Path) -> ResultFile:
 
 
 def _first_matching_triple(triples: Sequence[Triple], words: Sequence[str]) -> Triple | None:
-    """Return the first of these triples of columns whose name is one of the `words`, else None."""
+    """Return the first triple of columns whose name is one of the `words`, else None."""
     return next((triple for triple in triples if set(triple) <= set(words)), None)
 
 
