@@ -262,7 +262,7 @@ class Fem(HasMaterial, Model):
         return [d for d in found if d is not None]
 
     def _problems_by_material(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """Return errors and warnings for each material; warnings about large rotations only for the stiffest material."""
+        """Return errors and warnings for each material; warnings about large rotations only for the stiffest one."""
         stiffest = max(case.typical, key=lambda material: material.young)
         found: dict[tuple[object, ...], Diagnostic] = {}
         for part, material in zip((None, *case.parts), case.typical, strict=True):
