@@ -77,9 +77,7 @@ class DrainingLayer:
         return min(1.0, abs(moved)) or 1.0
 
     def at_end(self, t: float) -> float:
-        """Return the boundary value of the open end at time t, s: its displacement, or its stretch if a force is
-        prescribed.
-        """
+        """Return the displacement of the open end at time t, s, or its stretch if a force is prescribed."""
         share = self.amount * self.driven.left(0.0, t)
         return self.skeleton.stretch(share) if self.force else share
 

@@ -220,8 +220,9 @@ class HalfSpace:
 
     @property
     def estimated_error(self) -> float:
-        """Error of a displacement, m: the displacement of the half-space where the real body ends, or rounding if
-        larger.
+        """Error of a displacement, m: the displacement of the half-space at the ends of the real body.
+
+        It is at least the rounding error.
         """
         if not self.touches:
             return 0.0

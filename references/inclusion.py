@@ -199,8 +199,9 @@ class RoundCore:
 
     @cached_property
     def largest_gradient(self) -> float:
-        """Largest norm of the displacement gradient at the border of the core, on both sides, and at the border of the
-        body.
+        """Largest norm of the displacement gradient at the borders of core and body.
+
+        At the border of the core both sides count.
         """
         ends = [self._scaled_gradient_and_stress(self._octant_directions, inside)[0] for inside in self._border_sides]
         if math.isfinite(self.outer):
@@ -209,8 +210,9 @@ class RoundCore:
 
     @property
     def _border_sides(self) -> tuple[bool, ...]:
-        """Sides of the core's border with material, as flags that are true for the inner side; a hole has only the
-        outer side.
+        """Sides of the core's border that have material, as flags that are true for the inner side.
+
+        A hole has only the outer side.
         """
         return (False,) if self.core is None else (False, True)
 

@@ -47,12 +47,13 @@ class ConfinedColumn:
         raise NotImplementedError(f"{type(self).__name__} does not say how it moves")
 
     def _folded(self, X: Array) -> tuple[Array, Array, bool]:
-        """Return distances from the impermeable plane (n,), m, signs (n,), and whether the plane moves, for points X
-        (n, 3).
+        """Return distances from the impermeable plane (n,), m, signs (n,), and whether the plane moves.
 
-        The plane is the held end, the driven end, or the middle between two drained ends. With w the displacement away
-        from the plane, the axial displacement of a point is its sign times w. If the plane moves, the displacement of
-        the plane is added, which is w at the open end. Raises NotApplicable for invalid points.
+        They are those of points X (n, 3), m. The plane is the held end, the driven end, or the middle between two
+        drained ends.
+        With w the displacement away from the plane, the axial displacement of a point is its sign times w. If the plane
+        moves,
+        the displacement of the plane is added, which is w at the open end. Raises NotApplicable for invalid points.
         """
         z = (as_points(X) - np.asarray(self.root)) @ np.asarray(self.axis)
         if self.drains == "driven":

@@ -71,8 +71,7 @@ class TrackedPoints(Reference):
     error_meaning: ClassVar[str] = "uncertainty of a measured displacement, m, as stated in the scene"
 
     def unfit(self) -> tuple[str, str] | None:
-        """Return the reason why the table lacks tracked points in a requested state, and the remedy; None if it has
-        them.
+        """Return the reason why the table lacks points in a requested state, and the remedy; None if it has them.
 
         The check reads no numbers.
         """

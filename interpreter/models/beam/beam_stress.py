@@ -129,9 +129,7 @@ class SectionStresses(AnalyticField):
 
     @cached_property
     def usual(self) -> tuple[float, float, float]:
-        """Root mean squares of stress, Pa, strain and deviatoric stress, Pa, over sample points midway along each
-        element.
-        """
+        """Root mean squares of stress, Pa, strain and deviatoric stress, Pa, over points midway along elements."""
         at = [self.at(_section_sample_points(piece.shape, piece.stations)) for piece in self.pieces]
         sigma = np.concatenate([tensors.cauchy for tensors in at])
         strain = np.concatenate([tensors.strain("green") for tensors in at])

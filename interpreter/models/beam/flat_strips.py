@@ -123,7 +123,7 @@ def clamp_effect_on_torsion(section: Section, length: float, poisson: float, spa
 
 
 def clamp_effect_on_stretch(section: Section, length: float, poisson: float, spans: int) -> float:
-    """Return a conservative relative error of the stretch of a rod under tension, because beam theory ignores clamps.
+    """Return a conservative relative error of the stretch of a rod in tension, because beam theory ignores clamps.
 
     A clamp keeps its section from contracting. For round rods of any length this reduces the end displacement by
     0.27 plate(nu) width / length, and the displacement at half length by twice that, as axisymmetric solids show.

@@ -333,7 +333,7 @@ def _compare_with_body(
 
 
 def _one_sided_distances(found: Matched, body: Floats) -> tuple[float, float]:
-    """Return the largest distance, m, of the body's surface outside the file's points, and of these outside the body.
+    """Return the largest distance, m, of the body's surface outside the file's points, and vice versa.
 
     `body` (n, 3), m, are points of the surface; file points are compared with its bounding box. Both distances are zero
     for a table along a line or on a surface, which need not cover the body: its probes are evaluated at its points.

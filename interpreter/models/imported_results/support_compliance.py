@@ -94,10 +94,9 @@ def _final_amplitude(case: Case, thing: Any) -> float:
 
 
 def _fully_interpolated(found: Matched, where: Condition, X: Floats) -> NDArray[np.bool_]:
-    """Return a mask (k,) of the points X (k, 3), m, of a support that are interpolated only from points of that
-    support.
+    """Return a mask (k,) of the points X (k, 3), m, that are interpolated only from points of the support.
 
-    `where` is the condition of the support.
+    `where` is the condition that selects the points of the support.
     """
     which, share = found.places(X)[:2]
     if not len(X):

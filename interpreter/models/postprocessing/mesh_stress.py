@@ -44,8 +44,9 @@ def _stress_without_mesh(solution: Solution) -> Callable[[], Stresses] | None:
 
 
 def stress_of(model: Model, case: Case, mesh: DeformedMesh) -> Callable[[], Stresses]:
-    """Return a function that computes the stress of a model on its mesh, once. It raises StressUnavailable with a
-    reason.
+    """Return a function that computes the stress of a model on its mesh, once.
+
+    The function raises StressUnavailable with a reason.
     """
     return StressOfMesh(model, _case_at_end(case), mesh)
 

@@ -66,7 +66,7 @@ LocalPoints = tuple[Any, Any]  # of each cell, (m, q, 3), and their weights (m, 
 
 
 def own_points(case: Case, mesh: Mesh, which: Any, pressures: bool) -> LocalPoints | None:
-    """Return the quadrature points of the stiffness of cells of one material; None if they are those of their element.
+    """Return the quadrature points of the stiffness of cells of one material; None for the points of their element.
 
     `which` are the cells of the mesh that have the material of the `case`.
     """
@@ -79,7 +79,7 @@ def own_points(case: Case, mesh: Mesh, which: Any, pressures: bool) -> LocalPoin
 
 
 def mass_points(case: Case, mesh: Mesh, which: Any) -> LocalPoints | None:
-    """Return the quadrature points of the mass of cells of one material; None if they are those of their element.
+    """Return the quadrature points of the mass of cells of one material; None for the points of their element.
 
     `which` are the cells of the mesh that have the material of the `case`.
     """

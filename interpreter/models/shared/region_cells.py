@@ -243,12 +243,12 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
 
 
 def region_errors(case: Case, prepared: Prepared) -> list[tuple[float, tuple[int, int]]]:
-    """Return, for every region whose border cells do not follow, its relative volume error and how to bound its effect.
+    """Return the relative volume error of each region whose border cells do not follow, and how to bound its effect.
 
     The effect is bounded by a second solution, in which cut cells have another material: (index of the region, side),
-    the arguments of `_assign_cut_cells`. It is (0, 0), no change, if the error is negligible. The error is infinite if
-    the border cuts through cells; it is finite if only slivers are cut off, as between a circle and an inscribed
-    polygon.
+    the
+    arguments of `_assign_cut_cells`. It is (0, 0), no change, if the error is negligible. The error is infinite if the
+    border cuts through cells; it is finite if only slivers are cut off, as between a circle and an inscribed polygon.
     """
     if not case.parts or prepared.mesh is None:
         return []

@@ -70,7 +70,7 @@ class SupportSelection:
 
 
 def select_support(condition: Condition, mesh: Mesh) -> SupportSelection:
-    """Return the nodes of a mesh that a support with this condition holds, and how well they represent its selection.
+    """Return the nodes of a mesh that a support with this condition holds, and how well they represent it.
 
     The result is cached in the mesh.
     """

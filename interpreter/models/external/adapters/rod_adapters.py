@@ -28,7 +28,7 @@ def must_not_gain_energy(energies: Floats, work: Floats, step: float) -> None:
 
 
 def nodal_axes(own: Floats) -> Floats:
-    """Return the section axes e1, e2, e3 at nodes as columns (n, 3, 3), from the axes `own` (n - 1, 3, 3) of segments.
+    """Return section axes e1, e2, e3 at nodes as columns (n, 3, 3), from the axes `own` (n - 1, 3, 3) of segments.
 
     They are halfway between the axes of both segments at a node; at an end they are those of its segment.
     """
