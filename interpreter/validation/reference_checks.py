@@ -156,7 +156,7 @@ def _tensor_metric_refusal(scene: Scene, metric: Declared) -> _Refusal | None:
         return _Refusal("", message, "not available here", help)
     if not laws or not all(isinstance(law, str) for law in laws):
         return _reference_stress_refusal(scene, metric)
-    return _Refusal("", f"`{metric.name}` needs stress or strain, but no model here computes it: {laws[0]}",
+    return _Refusal("", f"`{metric.name}` needs stress or strain, which no model of the scene has: {laws[0]}",
                     "no model has stress",
                     "add one: `model solid = fem(tet10, strain = finite, size = 5 mm)`")  # fmt: skip
 

@@ -194,7 +194,7 @@ class Fem(HasMaterial, Model):
     def stress_law(self) -> tuple[str, str] | str:
         """Strain measure and volumetric formulation of the stress law, or the reason why the model has no stress."""
         if self.rotation == "element":
-            return "with one rotation per cell forces do not follow from a stress: use `rotation = point`"
+            return "with `rotation = element`, forces do not follow from a stress (use `rotation = point`)"
         volume = "full" if self.integration == "full" else "selective"
         return self.strain, volume if self.formulation == "displacement" else self.formulation
 

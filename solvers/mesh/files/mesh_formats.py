@@ -41,9 +41,9 @@ def advise_filling(file: Path) -> str:
     suffix, name = file.suffix.lower(), file.name
     first = ""
     if suffix not in MERGED:
-        first, name = f"`meshio convert {name} {file.stem}.stl`, then ", f"{file.stem}.stl"
+        first, name = f"run `meshio convert {name} {file.stem}.stl`, then ", f"{file.stem}.stl"
     script, made = f"{file.stem}-filled.geo", f"{file.stem}-filled.msh"
-    return ("`tetrahedralized(...)` in place of `mesh(...)` fills a closed surface with tetrahedra; or do it by Gmsh: "
-            f"{first}a file `{script}` with the line\n"
+    return ("write `tetrahedralized(...)` instead of `mesh(...)` to fill the closed surface; or use Gmsh: "
+            f"{first}write a file `{script}` with the line\n"
             f'`Merge "{name}"; Surface Loop(1) = Surface{{:}}; Volume(1) = {{1}};`\n'
             f"and `gmsh -3 {script} -o {made}`; then name `{made}` here")  # fmt: skip
